@@ -160,24 +160,11 @@ def test_the_same_person_twice_is_one_the_surer_one(decode):
     np.testing.assert_allclose(place(keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
 
 
-def test_people_who_cross_stay_two_with_movenet():
-    """Their boxes overlap by two thirds; their joints are 8 px apart, 8 % of their height."""
-    both = [(STANDING, np.full(17, 0.9), 0.9), (moved(8, 0), np.full(17, 0.9), 0.8)]
-    assert len(decode_movenet(*both)[1]) == 2
-
-
 def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     both = [(STANDING, np.full(17, 0.9), 0.8), (moved(8, 0), np.full(17, 0.9), 0.9)]  # overlap 2/3
     assert decode_rtmo(*both)[1] == pytest.approx([0.9])
     apart = [(STANDING, np.full(17, 0.9), 0.8), (moved(20, 0), np.full(17, 0.9), 0.9)]  # 1/3
     assert len(decode_rtmo(*apart)[1]) == 2
-
-
-def test_of_overlapping_boxes_yolo_keeps_the_surer():
-    both = [(STANDING, 0.9, 0.8), (moved(5, 0), 0.9, 0.9)]  # overlap 35/45
-    assert decode_yolo(*both)[1] == pytest.approx([0.9])
-    apart = [(STANDING, 0.9, 0.8), (moved(8, 0), 0.9, 0.9)]  # 32/48
-    assert len(decode_yolo(*apart)[1]) == 2
 
 
 def test_people_who_the_network_separated_stay_two():

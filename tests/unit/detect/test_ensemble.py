@@ -36,9 +36,6 @@ def grouped(*sources):
 
 # --- who is who -----------------------------------------------------------------------------------------------------
 
-def test_one_source_keeps_all_people():
-    assert grouped([pose(300), pose(100)]) == [{0: 100}, {0: 300}]
-
 
 def test_people_of_one_source_are_not_put_together_however_alike():
     assert grouped([pose(100), pose(101)]) == [{0: 100}, {0: 101}]
@@ -61,13 +58,6 @@ def test_agreement_gives_the_place_and_the_score():
     assert result.shape == (18, 3) and result.dtype == np.float32
     np.testing.assert_allclose(result[:, :2], pose(100)[:, :2], atol=1e-4)
     np.testing.assert_allclose(result[:, 2], np.sqrt(0.9), atol=1e-5)
-
-
-def test_silent_sources_lower_the_score():
-    """Weights 3 and 1: one source of three quarters of the weight, 0.9 of which it grants."""
-    result = vote({0: pose(100)}, [3.0, 1.0], SIGMAS)
-    np.testing.assert_allclose(result[:, 2], np.sqrt(0.9 * 3 / 4), atol=1e-5)
-    np.testing.assert_allclose(result[:, :2], pose(100)[:, :2], atol=1e-4)
 
 
 def test_an_outlier_is_left_out():
@@ -139,12 +129,6 @@ def test_of_people_who_are_almost_the_same_the_surest_stays():
 def test_a_copy_with_left_and_right_exchanged_is_a_duplicate():
     people = np.stack([pose(100), pose(102)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])
     assert without_duplicates(Poses(people, np.array([0.5, 0.4, 0.3])), SIGMAS, COCO_18.swap).tolist() == [0, 2]
-
-
-def test_halves_of_a_body_are_no_duplicates():
-    halves = np.stack([without(pose(100), *COCO_18.joints[8:14]),
-                       without(pose(100), *COCO_18.joints[:8], *COCO_18.joints[14:])])
-    assert len(without_duplicates(Poses(halves, np.array([0.5, 0.6])), SIGMAS, COCO_18.swap)) == 2
 
 
 def test_most_alike():

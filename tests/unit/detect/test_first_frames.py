@@ -87,18 +87,6 @@ def test_who_is_known_by_the_depth_alone_is_among_the_first_and_is_followed():
     assert sorted(stream.detect(ImageFrame('camera', BEGIN + 0.03, chart(*SIZE), view)).ids) == sorted(found.ids)
 
 
-def test_a_burst_of_requests_does_not_cut_the_slow_ones_after_it():
-    scene = Scene(CROWD, pace=slower(10), target_rate=10.0)
-    assert [len(scene.frame(stamp)[0]) for stamp in (0.0, 0.05, 0.75, 0.8, 1.5, 1.55, 2.25, 2.95)] == [5] * 8
-
-
-@pytest.mark.parametrize('factor', [26])
-def test_a_machine_that_a_full_search_keeps_busy_until_the_next_request_shows_all_people(factor):
-    """A full search takes 0.7 to 0.95 s of each second."""
-    scene = Scene(CROWD, pace=slower(factor), target_rate=RATE)
-    assert [len(scene.frame(1.0 * i)[0]) for i in range(8)] == [5] * 8
-
-
 @pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.5), (80, 0.3)])
 def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
     """Full searches take 0.25, 1.0 and 2.5 s, the last longer than tracks are kept."""
@@ -108,19 +96,6 @@ def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
         found, *_, seconds = scene.frame(time)
         assert len(found) == len(CROWD)
         time += factor * seconds + pause
-
-
-@pytest.mark.parametrize('factor', [7, 40])
-def test_a_live_chain_on_a_slow_machine_shows_both_people(factor):
-    """Where there is time for one crop per frame, the other person is reported until the turn comes."""
-    scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=15.0)
-    time, counts = 0.0, []
-    for _ in range(30):
-        stamp = np.ceil(time * 15) / 15
-        found, *_, seconds = scene.frame(stamp)
-        counts.append(len(found))
-        time = stamp + max(factor * seconds, 1 / 15)
-    assert counts == [2] * 30
 
 
 @pytest.mark.parametrize('cameras, factor', [(1, 30), (3, 20)])

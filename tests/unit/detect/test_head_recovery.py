@@ -82,14 +82,6 @@ def test_a_person_right_behind_a_sitting_one():
     assert found(scene) == pytest.approx(np.array([[0.0, HEAD, 3.0], [0.05, 1.15, 2.5]]), abs=0.07)
 
 
-def test_half_of_a_head_behind_a_shoulder_and_noise():
-    scene = draw_person(draw_person(room(), 0.0, 3.5), -0.28, 2.2, head=1.7)
-    noise = np.random.default_rng(0).normal(0, 1, scene.shape)
-    scene = np.where(np.random.default_rng(1).uniform(size=scene.shape) < 0.02, np.nan, scene + 0.0015 * noise * scene)
-    places = found(scene.astype(np.float32))
-    assert np.abs(places - [0.03, HEAD, 3.5]).max(axis=1).min() < 0.08
-
-
 # The person in the image who stands at x = 0, 3 m away: its height there from nose to ankle [px].
 BEHIND = person_at(SIZE[0] / 2, 2 * pixel(0, HEAD - 0.02, 3.0)[1], 1.45 * 2 * FOCAL / 3.0)
 SEEN = person_at(180, 200, 240)
@@ -123,16 +115,6 @@ def test_who_was_missed_is_found_by_depth(detector):
     person = people.xy[people.xy[:, 0, 0].argmax()]
     nose, hip = COCO_18.index['nose'], COCO_18.index['right_hip']
     assert person[[nose, hip]] == pytest.approx(BEHIND[[nose, hip]], abs=6)
-
-
-def test_heads_of_those_who_were_found_get_no_crop(detector, networks):
-    networks.networks['mobilenet_thin'].people = networks.networks['movenet_multipose'].people = [SEEN, BEHIND]
-    thunder = networks.networks['movenet_thunder']
-    detector.detect(image())
-    crops = len(thunder.inputs)
-    assert crops == 2
-    people = detector.detect(image(), DepthView(the_scene(), FOCAL))
-    assert len(people) == 2 and len(thunder.inputs) == 2 * crops
 
 
 @pytest.mark.parametrize('change', [

@@ -8,7 +8,6 @@ from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import DetectorParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from stand_in_networks import MovenetNetwork, Together, chart, in_order, person_at
 
@@ -50,11 +49,6 @@ def test_new_limits_hold_for_all_cameras(stream):
     stream.reconfigure(TrackingParams(track_timeout=0.5))
     assert sorted(stream.detect(ImageFrame('left', 10.4, IMAGE)).ids) == [1, 2]
     assert sorted(stream.detect(ImageFrame('left', 11.2, IMAGE)).ids) == [3, 4]
-
-
-def test_what_is_no_image_is_refused(stream):
-    with pytest.raises(BadInputError, match='image'):
-        stream.detect(ImageFrame('camera', 10.0, np.zeros((480, 640), np.uint8)))
 
 
 @pytest.mark.parametrize('following, detector, wanted', [

@@ -9,8 +9,6 @@ from openpose_ros_pkg.detect.tracking import (
     PerCamera,
     PersonIds,
     TrackingParams,
-    joint_distances,
-    person_sizes,
 )
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -40,14 +38,6 @@ def tracker():
     return KeypointTracker(TrackingParams())
 
 
-def test_only_the_ids_change(tracker):
-    people = frame((300, 200), (600, 200))
-    tracked = tracker.update(people, 0.0)
-    np.testing.assert_array_equal(tracked.keypoints, people.keypoints)
-    np.testing.assert_array_equal(tracked.scores, people.scores)
-    assert people.ids.tolist() == [-1, -1]
-
-
 def test_a_person_who_stays_keeps_the_id_and_a_new_one_gets_the_next(tracker):
     assert ids(tracker, frame((100, 200)), 0.0) == [1]
     assert ids(tracker, frame((104, 200), (600, 200)), 0.1) == [1, 2]
@@ -67,11 +57,6 @@ def test_after_the_timeout_the_same_place_is_a_person_new(tracker):
     assert ids(tracker, frame((300, 200)), 0.0) == [1]
     assert ids(tracker, frame((300, 200)), 1.99) == [1]
     assert ids(tracker, frame((300, 200)), 1.99 + 2.01) == [2]
-
-
-def test_ids_of_those_who_left_are_not_used_again(tracker):
-    seen = [ids(tracker, frame((300, 200)), 10.0 * i)[0] for i in range(5)]
-    assert seen == [1, 2, 3, 4, 5]
 
 
 def test_two_who_pass_each_other_keep_their_ids(tracker):
@@ -123,25 +108,6 @@ def test_stamps_that_jump_back_end_all_tracks(tracker):
     assert ids(tracker, frame((300, 200)), 100.0) == [1]
     assert ids(tracker, frame((300, 200)), 1.0) == [2]
     assert ids(tracker, frame((300, 200)), 1.1) == [2]
-
-
-def test_distances_are_means_over_shared_joints():
-    first = np.full((2, K, 2), np.nan)
-    second = np.full((3, K, 2), np.nan)
-    first[0, :2] = [(0, 0), (10, 0)]
-    second[0, :3] = [(3, 4), (10, 1), (99, 99)]
-    second[1, 5] = (5, 12)
-    np.testing.assert_allclose(joint_distances(first, second)[0], [3, 12, np.inf])
-    np.testing.assert_allclose(joint_distances(first, second)[1], [np.inf] * 3)
-    assert joint_distances(first[:0], second).shape == (0, 3)
-
-
-def test_size_is_half_the_diagonal_of_the_box():
-    xy = np.full((2, K, 2), np.nan)
-    xy[0, :2] = [(100, 100), (160, 180)]
-    xy[1, 0] = (5, 5)
-    np.testing.assert_allclose(person_sizes(xy), [50, 10])
-    assert person_sizes(xy[:0]).shape == (0,)
 
 
 def test_each_camera_has_a_tracker_of_its_own():

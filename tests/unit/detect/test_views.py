@@ -10,8 +10,7 @@ from openpose_ros_pkg.detect.ensemble import most_alike
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, NetworkPass
 from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
 from openpose_ros_pkg.detect.views import NetworkSetup, decode_views, prepare_views
-from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
@@ -41,20 +40,6 @@ def test_each_scale_is_seen_with_its_mirror_image():
     np.testing.assert_allclose(mirror.input[:, :width][:, ::-1].astype(int), plain.input[:, :width], atol=1)
     for image in (plain.input, mirror.input):  # the padding is at the right of both
         np.testing.assert_array_equal(image[:, width:], np.repeat(image[:, width - 1:width], 496 - width, axis=1))
-
-
-@pytest.mark.parametrize('size', [(640, 480), (480, 640), (1280, 400)])
-def test_network_of_one_size_gets_it_whatever_the_box(size):
-    (view,) = prepare_views(chart(*size), NetworkPass(MODELS['rtmo_s'], (656, 368)))
-    width, height = view.view.plan.scaled_size
-    assert view.input.shape == (640, 640, 3) and max(width, height) == 640
-    beyond = view.input[height:] if size[0] > size[1] else view.input[:, width:]
-    assert beyond.size and (beyond == 114).all()
-
-
-def test_free_side_of_a_long_thin_image_is_refused():
-    with pytest.raises(BadInputError, match='at most 4096'):
-        prepare_views(np.zeros((10, 10000, 3), np.uint8), NetworkPass(MOBILENET_THIN, (-1, 368)))
 
 
 # --- what a network says --------------------------------------------------------------------------------------------
@@ -113,14 +98,6 @@ def test_joints_come_back_to_their_place_under_their_names(x, y, height, mirror,
     assert np.isnan(pose[~inside, :2]).all() and (pose[~inside, 2] == 0).all()
 
 
-def test_the_crop_of_multipose_ends_at_the_border():
-    person = person_at(20, 20, 150)
-    network = MovenetNetwork([person], SIZE)
-    refined(network, scored(person))
-    left, top, right, bottom = network.parts[0]
-    assert (left, top) == pytest.approx((-0.5, -0.5), abs=0.5) and right < 200 and bottom < 250
-
-
 @pytest.mark.parametrize('x, y', [(20, 20), (620, 20), (320, 460)])
 def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
     """Beyond the image its border is repeated, where the refinement wants it."""
@@ -159,11 +136,6 @@ def test_of_several_in_the_crop_the_person_itself_is_taken(order):
     for person in people:
         pose = refined(MovenetNetwork(people[::order], SIZE), scored(person, noise=3.0))
         np.testing.assert_allclose(pose[:, :2], person, atol=0.5)
-
-
-def test_another_person_in_the_crop_is_no_opinion():
-    known = scored(person_at(320, 150, 200))
-    assert refined(MovenetNetwork([person_at(430, 150, 200)], SIZE), known) is None
 
 
 # --- people who lie ---------------------------------------------------------------------------------------------------

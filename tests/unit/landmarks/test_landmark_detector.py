@@ -92,11 +92,6 @@ def detector(reader):
     return LandmarkDetector(BOTH, lambda kind: reader if kind is HAND else FaceTemplate())
 
 
-def test_no_person_has_no_hands(detector):
-    found = detector.detect(scene()[0], People2D.empty(COCO_18), None, 'c', 1.0)
-    assert len(found.hands) == len(found.faces) == 0
-
-
 def test_both_hands_are_where_they_are_and_whose_they_are(detector):
     image, hands = scene()
     found = detector.detect(image, people(body(), ids=[7]), None, 'c', 1.0).hands
@@ -104,13 +99,6 @@ def test_both_hands_are_where_they_are_and_whose_they_are(detector):
     for keypoints, is_left, score in zip(found.keypoints, found.left, found.scores):
         np.testing.assert_allclose(keypoints[:, :2], hands[bool(is_left)], atol=1.0)
         assert (keypoints[:, 2] == score).all() and score == pytest.approx(0.95)
-
-
-def test_hand_that_does_not_prolong_the_forearm_is_found_above_the_wrist(detector, reader):
-    image, hands = scene()
-    found = detector.detect(image, people(body(up=False)), None, 'c', 1.0).hands
-    assert len(found) == 2
-    np.testing.assert_allclose(found.keypoints[0, :, :2], hands[True], atol=1.0)
 
 
 def test_hidden_missing_and_small_hands_are_not_looked_at(detector, reader):
@@ -183,16 +171,6 @@ def test_hand_behind_another_one_is_carried_along_with_its_wrist(detector):
     assert found.scores[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.carry_time)) and found.scores[1] > 0.9
     later = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1 + LANDMARKS.carry_time).hands
     assert later.left.tolist() == [False]
-
-
-def test_hand_that_is_lost_behind_another_one_is_carried_too(detector):
-    image, _ = scene(left=(310, 220))
-    detector.detect(image, people(body(left=(310, 220))), None, 'c', 1.0)
-    cv2.rectangle(image, (250, 90), (385, 240), (90, 90, 90), -1)  # the left hand is gone; only the right one is seen
-    found = detector.detect(image, people(body(left=(430, 220))), None, 'c', 1.1).hands
-    assert found.left.tolist() == [True, False] and found.scores[0] < found.scores[1]
-    far = detector.detect(image, people(body(left=(150, 220))), None, 'c', 1.2).hands
-    assert far.left.tolist() == [False]  # nothing hides it there
 
 
 def test_within_a_budget_those_looked_at_longest_ago_come_first(detector, reader):

@@ -52,9 +52,3 @@ def test_hand_and_face_of_a_rendered_person(detector, scene):
     assert (hand[[8, 12, 16, 20], 1] < 90).all()  # fingertips are up
     assert face[8, 1] > face[57, 1] > face[30, 1] > face[69, 1]  # chin, lip, nose, eye: upwards
     assert face[68, 0] < face[30, 0] < face[69, 0]  # the right eye is at the left
-
-
-def test_grey_image_has_neither(detector, scene):
-    image, keypoints = scene
-    found = detector.detect(np.full_like(image, 120), people(keypoints), None, 'grey', 1.0)
-    assert len(found.hands) == len(found.faces) == 0

@@ -144,12 +144,6 @@ def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, 
         load(own(MOBILENET_THIN, outputs=('concat',)), path, runtime)
 
 
-def test_damaged_file(runtime, tmp_path):
-    content = tiny_networks.onnx_fields([weights_of(57)])
-    with pytest.raises(ModelError, match=r'tiny\.onnx'):
-        load(own(MOBILENET_THIN), onnx_file(tmp_path, content[:len(content) // 2]), runtime)
-
-
 def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path, monkeypatch):
     if runtime == 'openvino':
         monkeypatch.setattr('openpose_ros_pkg.networks.backends.openvino._KEPT_BYTES', 0)
@@ -201,12 +195,6 @@ def pooled(tmp_path):
     model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
     return model, onnx_file(tmp_path, tiny_networks.onnx_fields([weights])), expected_fields(
         IMAGES, model.input, weights)
-
-
-def test_throughput_gives_what_latency_gives(pooled):
-    model, path, expected = pooled
-    backend = load(model, path, 'openvino', hint='throughput')
-    assert_fields(infer_all(backend, IMAGES)[0], expected)
 
 
 def blobs(folder):
@@ -282,14 +270,6 @@ def test_the_cache_deletes_only_what_it_wrote(pooled, tmp_path, monkeypatch):
     load(model, path, 'openvino', compiled_cache=str(cache))
     assert [file for file in of_user if not file.is_file()] == [] and link.is_symlink()
     assert set(blobs(cache)) == {link, own / 'camera.blob', own / f'{hexadecimal}.blob'}  # its own were too large
-
-
-def test_only_the_first_sizes_are_kept_on_disk(pooled, tmp_path):
-    model, path, _ = pooled
-    backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / 'cache'))
-    for size in range(8, 88, 8):
-        backend.infer(np.zeros((1, size, 16, 3), np.uint8))
-    assert len(blobs(tmp_path / 'cache')) == 8
 
 
 # --- signals --------------------------------------------------------------------------------------------------------

