@@ -173,11 +173,3 @@ def test_people_who_the_network_separated_stay_two():
     params = DirectDecodeParams(direct_same_person=0.9)
     assert len(decode_yolo_end_to_end(*both, params=params)[1]) == 2
     assert len(decode_yolo(*both, params=params)[1]) == 1
-
-
-def test_joints_in_the_padding_on_both_sides_are_missing():
-    pixels = STANDING.copy()
-    pixels[9], pixels[10], pixels[15], pixels[16] = (70.6, 58), (29.4, 58), (70.4, 104), (29.6, 104)  # wrists, ankles
-    keypoints, _ = decode_yolo((pixels, 0.9, 0.9), valid=(30, 0, 41, 120))
-    assert [np.isfinite(place(keypoints[0], joint)[0]) for joint in (
-        'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')] == [False, False, True, True]

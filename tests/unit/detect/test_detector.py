@@ -1,7 +1,7 @@
 """From an image to people in its pixels, with stand-ins for the networks and, where weights are, the real ones."""
 import logging
-import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -199,45 +199,21 @@ def test_warm_networks_have_seen_inputs_of_every_size(mode, size):
 
 
 @ALL_MODES
-def test_the_stages_are_what_detect_does(mode):
-    """Frames may be prepared before and finished after others are computed."""
-    unit = together([person_at(150, 90, 250), person_at(470, 130, 300)], mode=mode)
-    image = chart(*SIZE)
-    expected = unit.detect(image)
-    frames = [unit.prepare(image) for _ in range(2)]
-    computed = [unit.compute(frame) for frame in frames]
-    for frame in reversed(computed):
-        assert_same(unit.finish(frame), expected)
-    assert len(expected) == 2
-
-
-@ALL_MODES
 def test_only_one_thread_at_a_time_computes_the_networks(mode):
-    inside, most = [], []
-
-    def watched(network):
-        infer = network.infer
-
-        def watching(images):
+    inside, most, people = [], [], [person_at(320, 80, 360)]
+    networks = PafNetwork(people), MovenetNetwork(people), ThunderNetwork(people)
+    for network in networks:
+        def watching(images, infer=network.infer):
             inside.append(1)
             most.append(len(inside))
             time.sleep(0.001)
-            out = infer(images)
             inside.pop()
-            return out
+            return infer(images)
         network.infer = watching
-        return network
-
-    people = [person_at(320, 80, 360)]
-    unit = Detector(settings(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
-                                                  movenet_multipose=watched(MovenetNetwork(people)),
-                                                  movenet_thunder=watched(ThunderNetwork(people))))
-    found = []
-    threads = [threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE))))) for _ in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    unit = Detector(settings(mode=mode), Together(**dict(zip(
+        ('mobilenet_thin', 'movenet_multipose', 'movenet_thunder'), networks))))
+    with ThreadPoolExecutor(6) as pool:
+        found = list(pool.map(lambda image: len(unit.detect(image)), [chart(*SIZE)] * 6))
     assert found == [1] * 6 and max(most) == 1
 
 
@@ -344,28 +320,18 @@ def test_optional_weights_that_are_not_there_are_no_fault(machine, monkeypatch, 
     assert unit.faults.startswith('movenet_thunder is missing') and not unit.not_installed
 
 
-@pytest.mark.parametrize('mode', ['balanced', 'accurate'])
-@pytest.mark.parametrize('lacks', ['weights', 'runtime'])
-def test_without_the_second_network_the_first_finds_people_and_a_warning_tells(mode, lacks, machine, caplog):
-    if lacks == 'weights':
-        machine.there.remove('movenet_multipose')
-    machine.runtime = lacks != 'runtime'
+@pytest.mark.parametrize('mode, lacks, runtime', [
+    ('balanced', MOVENET_MULTIPOSE, True), ('accurate', MOVENET_MULTIPOSE, False), ('balanced', MOVENET_THUNDER, True)],
+    ids=['weights of the second', 'runtime of the second', 'weights of Thunder'])
+def test_without_one_network_the_others_find_people_and_a_warning_tells(mode, lacks, runtime, machine, caplog):
+    if runtime:
+        machine.there.remove(lacks.name)
+    machine.runtime = runtime
     with caplog.at_level(logging.WARNING):
         unit = created(mode=mode)
     (record,) = caplog.records
-    assert 'movenet_multipose is missing, so people are found less accurately, by mobilenet_thin' in record.getMessage()
-    assert unit.recipe == MODES[mode].without([MOVENET_MULTIPOSE])
-    found = unit.detect(chart(*SIZE))
-    np.testing.assert_allclose(found.xy, [person_at(320, 80, 360)], atol=1.5)
-
-
-@ALL_MODES
-def test_without_thunder_multipose_refines_and_a_warning_tells(mode, machine, caplog):
-    machine.there.remove('movenet_thunder')
-    unit = created(mode=mode)
-    assert unit.recipe == MODES[mode].without([MOVENET_THUNDER])
-    assert {one.model for one in unit.recipe.refinements} == {MOVENET_MULTIPOSE}
-    assert [record.levelname for record in caplog.records] == ['WARNING'] * (MOVENET_THUNDER in MODES[mode].models)
+    assert f'{lacks.name} is ' in record.getMessage() and 'people are found less accurately' in record.getMessage()
+    assert unit.recipe == MODES[mode].without([lacks])
     np.testing.assert_allclose(unit.detect(chart(*SIZE)).xy, [person_at(320, 80, 360)], atol=1.5)
 
 

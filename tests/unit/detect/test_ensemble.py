@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_fields import FRONT
-from openpose_ros_pkg.detect.ensemble import group, most_alike, vote, vote_with_crops, without_duplicates
+from openpose_ros_pkg.detect.ensemble import group, vote, vote_with_crops, without_duplicates
 from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
 from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import People2D, Poses
@@ -35,10 +35,6 @@ def grouped(*sources):
 
 
 # --- who is who -----------------------------------------------------------------------------------------------------
-
-
-def test_people_of_one_source_are_not_put_together_however_alike():
-    assert grouped([pose(100), pose(101)]) == [{0: 100}, {0: 101}]
 
 
 def test_what_one_source_misses_others_add():
@@ -129,10 +125,3 @@ def test_of_people_who_are_almost_the_same_the_surest_stays():
 def test_a_copy_with_left_and_right_exchanged_is_a_duplicate():
     people = np.stack([pose(100), pose(102)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])
     assert without_duplicates(Poses(people, np.array([0.5, 0.4, 0.3])), SIGMAS, COCO_18.swap).tolist() == [0, 2]
-
-
-def test_most_alike():
-    assert most_alike(NO_PEOPLE, pose(100), NO_PEOPLE, SIGMAS) is None
-    poses = np.stack([pose(130), pose(103), pose(100, height=80)])
-    np.testing.assert_array_equal(most_alike(poses, pose(100), NO_PEOPLE, SIGMAS), poses[1])
-    assert most_alike(poses, pose(300), NO_PEOPLE, SIGMAS) is None

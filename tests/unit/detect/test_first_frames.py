@@ -5,13 +5,12 @@ import cv2
 import numpy as np
 import pytest
 from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
-from test_head_recovery import BEHIND, FOCAL, SEEN, SIZE, the_scene
 
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
@@ -75,16 +74,6 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
         found = stream.detect(ImageFrame('camera', BEGIN + 2.0 * i, image, view))
         assert len(found) >= 1
         assert_same(found, full.detect(image, view))
-
-
-def test_who_is_known_by_the_depth_alone_is_among_the_first_and_is_followed():
-    networks = balanced([SEEN], SIZE)
-    networks.networks['movenet_thunder'].people = [SEEN, BEHIND]
-    stream, view = make_stream(networks), DepthView(the_scene(), FOCAL)
-    found = stream.detect(ImageFrame('camera', BEGIN, chart(*SIZE), view))
-    assert len(found) == 2
-    assert_same(found, stream.detector.detect(chart(*SIZE), view))
-    assert sorted(stream.detect(ImageFrame('camera', BEGIN + 0.03, chart(*SIZE), view)).ids) == sorted(found.ids)
 
 
 @pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.5), (80, 0.3)])
@@ -158,13 +147,6 @@ def test_cameras_of_one_frame_id_and_different_sizes_do_not_disturb_each_other(s
         assert {tuple(sorted(found.ids)) for found, _ in camera} == {tuple(sorted(camera[0][0].ids))}
         assert sum(searches for _, searches in camera[1:]) <= 4
     assert all(len(found) == 2 for frame in frames for found, _ in frame)
-
-
-def test_ids_are_not_used_again_after_a_camera_was_forgotten():
-    scene = Scene([LEFT])
-    for number in range(TRACKING.most_cameras + 1):
-        assert scene.frame(1.0, camera=number)[0].ids.tolist() == [1]
-    assert scene.frame(1.02, camera=0)[0].ids.tolist() == [2]
 
 
 @pytest.mark.parametrize('size, rate', [((1, 1), 0.0), ((1, 2000), 30.0), ((2000, 1), 0.0), ((2, 3), 30.0),

@@ -9,23 +9,16 @@ from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, NetworkPass
 from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
-from openpose_ros_pkg.detect.views import NetworkSetup, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import NetworkSetup, prepare_views
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
-from stand_in_networks import MovenetNetwork, PafNetwork, chart, person_at
+from stand_in_networks import MovenetNetwork, chart, person_at
 
 SIGMAS = sigmas(COCO_18)
 SIZE = (641, 479)
 SETUP = NetworkSetup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams())
-
-
-def people_by(network, network_pass, size=SIZE):
-    """Return the opinions, (P, 18, 3) each, of a network that sees the chart."""
-    views = [view.compute(network) for view in prepare_views(chart(*size), network_pass)]
-    assert all(view.seconds > 0 for view in views)
-    return [poses.keypoints for poses in decode_views(network_pass, views, SETUP)]
 
 
 # --- views ----------------------------------------------------------------------------------------------------------
@@ -40,27 +33,6 @@ def test_each_scale_is_seen_with_its_mirror_image():
     np.testing.assert_allclose(mirror.input[:, :width][:, ::-1].astype(int), plain.input[:, :width], atol=1)
     for image in (plain.input, mirror.input):  # the padding is at the right of both
         np.testing.assert_array_equal(image[:, width:], np.repeat(image[:, width - 1:width], 496 - width, axis=1))
-
-
-# --- what a network says --------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('zooms, mirror', [((1.0,), False), ((1.0, 0.6), False), ((1.0,), True), ((1.0, 0.6), True)])
-def test_fields_of_all_views_are_one_opinion(zooms, mirror):
-    person = person_at(250, 60, 380)
-    (people,) = people_by(PafNetwork([person], SIZE), NetworkPass(MOBILENET_THIN, (656, 368), zooms, mirror))
-    assert len(people) == 1
-    np.testing.assert_allclose(people[0, :, :2], person, atol=1.5)
-
-
-def test_each_view_of_a_network_that_finds_people_itself_is_an_opinion():
-    person = person_at(250, 60, 380)
-    network = MovenetNetwork([person], SIZE)
-    opinions = people_by(network, NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5)))
-    assert [image.shape for image in network.inputs] == [(384, 512, 3), (192, 256, 3)]
-    assert len(opinions) == 2
-    for people in opinions:
-        assert len(people) == 1
-        np.testing.assert_allclose(people[0, :, :2], person, atol=0.5)
 
 
 # --- crop refinement ------------------------------------------------------------------------------------------------
@@ -162,16 +134,6 @@ def test_who_lies_is_turned_upright(degrees, turns):
         seen = np.column_stack([seen[:, 1], crop.view.plan.image_size[0] - 1 - seen[:, 0]])
     up = seen[COCO_18.index['neck']] - seen[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]].mean(axis=0)
     assert -up[1] > 0.6 * np.linalg.norm(up)
-
-
-def test_who_bends_down_is_upright_as_the_legs_tell():
-    person = scored(person_at(320, 100, 250))
-    middle = person[[COCO_18.index['left_hip'], COCO_18.index['right_hip']], :2].mean(axis=0)
-    lower = [COCO_18.index[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('knee', 'ankle')]
-    bent = scored(rotated(person[:, :2] - middle + np.divide(SIZE, 2), 90))
-    assert quarter_turns(bent, COCO_18) == 1
-    bent[lower, :2] = person[lower, :2] - middle + np.divide(SIZE, 2)
-    assert quarter_turns(bent, COCO_18) == 0
 
 
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])

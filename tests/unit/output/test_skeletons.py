@@ -11,7 +11,6 @@ from openpose_ros_pkg.skeletons import (
     COLOURS,
     MESSAGE_JOINTS,
     MPI_15,
-    SKELETONS,
     Limb,
     SkeletonModel,
 )
