@@ -165,11 +165,3 @@ def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     assert decode_rtmo(*both)[1] == pytest.approx([0.9])
     apart = [(STANDING, np.full(17, 0.9), 0.8), (moved(20, 0), np.full(17, 0.9), 0.9)]  # 1/3
     assert len(decode_rtmo(*apart)[1]) == 2
-
-
-def test_people_who_the_network_separated_stay_two():
-    """End to end, its boxes are different people: these overlap by 35/45, their joints are 6 % of the height apart."""
-    both = [(STANDING, 0.9, 0.8), (moved(6, 0), 0.9, 0.9)]
-    params = DirectDecodeParams(direct_same_person=0.9)
-    assert len(decode_yolo_end_to_end(*both, params=params)[1]) == 2
-    assert len(decode_yolo(*both, params=params)[1]) == 1

@@ -12,7 +12,6 @@ from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 SIGMAS = sigmas(COCO_18)
-NO_PEOPLE = np.zeros((0, 18, 3), np.float32)
 WRIST, NOSE = COCO_18.index['right_wrist'], COCO_18.index['nose']
 
 
@@ -35,10 +34,6 @@ def grouped(*sources):
 
 
 # --- who is who -----------------------------------------------------------------------------------------------------
-
-
-def test_what_one_source_misses_others_add():
-    assert grouped([pose(100)], [], [pose(102), pose(300)], [pose(301)]) == [{0: 100, 2: 102}, {2: 300, 3: 301}]
 
 
 def test_the_more_alike_pose_is_the_person():

@@ -191,13 +191,3 @@ def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhi
     for _ in range(60):
         compute(prepare())
     assert all(len(network.inputs) > count for network, count in zip(networks.networks.values(), before))
-
-
-def test_new_thresholds_hold_for_the_next_frame_and_do_not_begin_anew():
-    scene = Scene([LEFT, RIGHT], target_rate=RATE)
-    scene.frame(0.0)
-    settings = {'mode': 'fast', 'target_rate': RATE}
-    scene.stream.detector.reconfigure(build(DetectorSettings, {**settings, 'person_min_score': 0.99}))
-    scene.stream.reconfigure(TrackingParams())
-    found, searches, looks, _ = scene.frame(0.02)
-    assert (len(found), searches, looks) == (0, 0, 2)

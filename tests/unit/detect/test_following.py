@@ -11,7 +11,7 @@ from openpose_ros_pkg.detect.following import (
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.refinement import CROP, CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE
-from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -118,13 +118,6 @@ def test_stamps_that_jump_begin_anew(after):
     assert searches == 1 and len(found) == 1 and near(found.xy[0], RIGHT)
 
 
-def test_an_image_that_is_not_to_be_followed_is_searched():
-    scene = Scene([LEFT])
-    scene.frame(0.0)
-    found = scene.stream.detect(ImageFrame('camera', BEGIN + 0.1, IMAGE, follow=False))
-    np.testing.assert_array_equal(found.xy, scene.stream.detector.detect(IMAGE).xy)
-
-
 def test_the_budget_is_kept_and_all_people_are_reported():
     """The search takes more than a frame has: it is spread."""
     people = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
@@ -148,40 +141,7 @@ def test_a_newcomer_is_found_within_a_third_of_a_second():
     assert found[-1] == 2 and found == sorted(found)
 
 
-def time_of_frames(intervals, people, begin=0.5, silent_from=None):
-    """Return the mean time of a frame of each camera in the half second after `begin`, and that of all per second.
-
-    Args:
-        intervals: between the images of each camera [s].
-        people: before each camera.
-        silent_from: when all but the first camera fall silent [s].
-    """
-    scene, spent = Scene([], target_rate=RATE * len(intervals)), [[] for _ in intervals]
-    stamps = sorted((1.0 + interval * i, number) for number, interval in enumerate(intervals)
-                    for i in range(round((begin + 0.5) / interval)))
-    for stamp, number in stamps:
-        if number == 0 or silent_from is None or stamp < 1.0 + silent_from:
-            seconds = scene.frame(stamp, people[number], camera=number)[3]
-            spent[number] += [seconds] if stamp >= 1.0 + begin else []
-    return [np.mean(each) if each else 0.0 for each in spent], 2 * sum(map(sum, spent))
-
-
 CROWD = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
-
-
-def test_time_goes_where_people_are_and_empty_rooms_are_still_searched():
-    """Five crops take 15 ms, a search 10 ms; the cameras have 35 ms together for an image of each."""
-    alike, _ = time_of_frames([0.05] * 4, [CROWD] * 4)
-    times, in_all = time_of_frames([0.05] * 4, [CROWD, [], [], []])
-    assert times[0] >= 1.5 * alike[0]
-    assert min(times[1:]) >= 0.2 * 0.010 and in_all <= 1.1 * SCHEDULE.followed_share
-
-
-def test_of_many_cameras_and_sizes_the_newest_are_remembered():
-    scene = Scene([])
-    for number in range(2 * TRACKING.most_cameras):
-        scene.frame(0.1, image=np.zeros((60 + number, 80, 3), np.uint8), camera=number)
-    assert len(scene.stream._memories.all()) == TRACKING.most_cameras
 
 
 def test_people_far_beyond_a_thin_image_get_a_crop_that_fits_into_memory():

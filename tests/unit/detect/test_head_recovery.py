@@ -77,11 +77,6 @@ def test_what_is_no_head(scene):
     assert len(found(scene)) == 0
 
 
-def test_a_person_right_behind_a_sitting_one():
-    scene = draw_person(draw_person(room(), 0.0, 3.0), 0.05, 2.5, head=1.15)
-    assert found(scene) == pytest.approx(np.array([[0.0, HEAD, 3.0], [0.05, 1.15, 2.5]]), abs=0.07)
-
-
 # The person in the image who stands at x = 0, 3 m away: its height there from nose to ankle [px].
 BEHIND = person_at(SIZE[0] / 2, 2 * pixel(0, HEAD - 0.02, 3.0)[1], 1.45 * 2 * FOCAL / 3.0)
 SEEN = person_at(180, 200, 240)
@@ -135,8 +130,3 @@ def test_who_was_missed_is_followed(detector):
     assert len({tuple(sorted(people.ids)) for people in frames}) == 1
     neck = COCO_18.index['neck']
     assert in_order(frames[-1])[:, neck] == pytest.approx(in_order(frames[0])[:, neck], abs=4)
-
-
-@pytest.mark.parametrize('shape', [(1, 1), (1, 321), (321, 1), (1, 65000), (2, 3)])
-def test_tiny_and_thin_depth_shows_no_head(shape):
-    assert len(heads(DepthView(np.full(shape, 2.0, np.float32), FOCAL))) == 0

@@ -48,12 +48,6 @@ def pixels(person, crop, mirror=False):
     return xy[((xy >= 0) & (xy < 256)).all(axis=1)]
 
 
-def test_who_is_alone_is_seen_as_the_image_shows():
-    person = scored(300)
-    assert not covered(person, [person])[1].any()
-    assert not covered(person, [person, scored(20)])[1].any()
-
-
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
 def test_another_person_is_covered_in_the_mean_colour(mirror):
     person, other = scored(300), scored(440)

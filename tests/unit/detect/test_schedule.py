@@ -27,15 +27,6 @@ def test_strips_cover_the_image_and_overlap(count):
         assert end - begin == pytest.approx(SCHEDULE.overlap * WIDTH, abs=2)
 
 
-def test_parts_are_searched_in_turn():
-    schedule = Schedule((LEFT, MIDDLE, RIGHT))
-    searched = []
-    for frame in range(6):
-        searched.append(schedule.order(0.1 * frame)[0])
-        schedule = schedule.done([searched[-1]], 0.1 * frame)
-    assert searched == [LEFT, MIDDLE, RIGHT] * 2
-
-
 def done_at(*stamps):
     schedule = Schedule((LEFT, MIDDLE, RIGHT))
     for part, stamp in zip(schedule.parts, stamps):
@@ -87,17 +78,6 @@ def test_what_is_saved_pays_for_a_part_that_does_not_fit_into_a_frame():
     assert budget.affords(1.1 * frame) and not budget.affords(1.3 * frame)
     budget = budget.after(1.1 * frame)
     assert not budget.affords(0.2 * frame)
-
-
-def test_on_a_slow_machine_the_search_goes_on():
-    budget, frame, searched = Budget.of_rate(10.0), SCHEDULE.followed_share / 10, 0
-    for _ in range(100):
-        budget = budget.begun(0.1)
-        budget = budget.after_crops(3 * frame)  # of one crop
-        if budget.affords(10 * frame):
-            budget = budget.after(10 * frame)
-            searched += 1
-    assert 5 <= searched <= 20
 
 
 def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():

@@ -74,19 +74,6 @@ def test_two_who_cross_while_one_is_hidden_keep_their_ids(tracker):
         assert ids(tracker, frame(left) if hidden else frame(left, right), i / 15) == expected
 
 
-def test_a_person_of_who_less_and_less_is_seen_stays_the_same(tracker):
-    for i, joints in enumerate((ALL, range(9), range(4), [2], range(9, 18), ALL)):
-        assert ids(tracker, frame((300, 200), joints=joints), i / 15) == [1]
-
-
-def test_of_a_whole_person_and_a_fragment_beside_the_whole_keeps_the_id(tracker):
-    for i in range(5):
-        tracker.update(frame((300, 200)), i / 15)
-    whole, fragment = frame((306, 200)), frame((303, 200), joints=[0, 14, 15])
-    both = People2D(COCO_18, np.concatenate([fragment.keypoints, whole.keypoints]), [1, 1], [-1, -1])
-    assert ids(tracker, both, 5 / 15) == [2, 1]
-
-
 def test_one_joint_that_jumps_does_not_change_who_it_is(tracker):
     tracker.update(frame((300, 200)), 0.0)
     keypoints = frame((300, 200)).keypoints.copy()
@@ -102,12 +89,6 @@ def test_the_same_frame_twice_and_a_late_one_keep_the_ids(tracker):
         assert ids(tracker, people, i / 15) == [1, 2]
     assert ids(tracker, frame((500, 200), (170, 200)), 7 / 15) == [2, 1]
     assert ids(tracker, frame((200, 200), (500, 200)), 10 / 15) == [1, 2]
-
-
-def test_stamps_that_jump_back_end_all_tracks(tracker):
-    assert ids(tracker, frame((300, 200)), 100.0) == [1]
-    assert ids(tracker, frame((300, 200)), 1.0) == [2]
-    assert ids(tracker, frame((300, 200)), 1.1) == [2]
 
 
 def test_each_camera_has_a_tracker_of_its_own():

@@ -9,7 +9,6 @@ from openpose_ros_pkg.landmarks.regions import (
     face_width,
     forearm_length,
     hand_regions,
-    region_of_hand,
 )
 
 # A flat open right hand, fingers up, in units of its own: wrist, then thumb to little finger.
@@ -58,13 +57,6 @@ def test_hand_is_beyond_the_wrist_then_above_it():
     assert (above.x, above.y, above.side, above.angle) == pytest.approx((100, 20, 120, 0))
     assert hand_regions(np.array((100.0, 50.0)), None, 100.0) == (above,)
     assert hand_regions(np.zeros(2), np.zeros(2), 1.0)[0].angle == 0  # wrist and elbow in one pixel
-
-
-def test_region_of_a_hand_by_hand():
-    region = region_of_hand(HAND)
-    # fingers point along (-0.125, -1): the knuckles lie nearly above the wrist; the palm is 9 high
-    assert region.angle == pytest.approx(np.arctan2(-0.25, 6), abs=1e-6)
-    assert region.side == pytest.approx(2 * 9, rel=0.03)
 
 
 def test_face_is_round_the_nose_along_the_eyes():

@@ -141,14 +141,6 @@ def test_device_that_is_not_there_is_refused_not_replaced(name, device, tmp_path
         create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(backend=name, device=device))
 
 
-def test_auto_does_not_fall_back_from_a_gpu_to_the_processor(monkeypatch, tmp_path):
-    def refuse():
-        raise ParameterError("parameter 'device' = 'cuda' is not available")
-    with_loaders(monkeypatch, openvino=refuse, onnxruntime=refuse, opencv_dnn=refuse)
-    with pytest.raises(ModelError, match='no backend can compute mobilenet_thin on cuda: openvino is not able to'):
-        create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(device='cuda'))
-
-
 # --- the real networks ----------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('name', NAMES)

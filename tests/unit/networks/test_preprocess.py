@@ -36,16 +36,6 @@ def test_free_side_of_a_long_thin_image_is_refused():
         fit_image((10000, 10), -1, 368, STRIDE)
 
 
-@pytest.mark.parametrize('size', [(641, 479), (333, 777), (960, 540), (101, 57)])
-def test_edges_of_the_image_are_edges_of_the_scaled_image(size):
-    """Pixel centres are integers, so an image of W pixels reaches from -0.5 to W - 0.5."""
-    plan = fit_image(size, 656, 368, STRIDE)
-    left_top, centre, right_bottom = np.array([-0.5, -0.5]), np.subtract(size, 1) / 2, np.subtract(size, 0.5)
-    np.testing.assert_allclose(plan.to_net(left_top), [-0.5, -0.5], atol=1e-9)
-    np.testing.assert_allclose(plan.to_net(centre), np.subtract(plan.scaled_size, 1) / 2, atol=1e-9)
-    np.testing.assert_allclose(plan.to_net(right_bottom), np.subtract(plan.scaled_size, 0.5), atol=1e-9)
-
-
 @pytest.mark.parametrize('size, offset', [((640, 480), (0, 0)), ((640, 426), (0, 11)), ((427, 640), (10, 0)),
                                           ((640, 425), (0, 11))])
 def test_a_centred_image_has_its_padding_on_both_sides(size, offset):

@@ -9,7 +9,6 @@ import pytest
 from openpose_json_files import read_json
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.openpose_json import people_to_json
@@ -79,27 +78,6 @@ def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, t
     np.testing.assert_allclose(middle, [*(left[:2] + right[:2]) / 2, min(left[2], right[2])], rtol=1e-6)
     keypoints[0, source.index[ends[0]]] = (np.nan, np.nan, 0)
     assert keypoints_in(keypoints, source, target)[0, target.index[joint], 2] == 0
-
-
-# --- files
-
-def test_a_reader_never_sees_half_a_file(tmp_path):
-    path, content = tmp_path / 'a.json', bytes(20000)
-    write_whole(path, content)
-    stop = threading.Event()
-
-    def keep_writing():
-        while not stop.is_set():
-            write_whole(path, content)
-
-    writer = threading.Thread(target=keep_writing)
-    writer.start()
-    try:
-        for _ in range(100):
-            assert path.read_bytes() == content
-    finally:
-        stop.set()
-        writer.join()
 
 
 # --- video

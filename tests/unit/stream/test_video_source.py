@@ -67,12 +67,3 @@ def test_a_file_that_is_no_picture_is_named(folder):
     frames = VideoSource(str(folder)).frames(skip=skipped.append)
     assert [frame[0, 0, 0] for frame in frames] == [10, 30]
     assert [path for error in skipped for path in ('a.png', 'b.png', 'c.png') if path in str(error)] == ['b.png']
-
-
-def test_a_folder_without_a_readable_picture_ends_a_loop(folder):
-    for path in folder.iterdir():
-        path.write_text('broken')
-    skipped = []
-    with pytest.raises(BadInputError, match='not a single frame'):
-        next(VideoSource(str(folder)).frames(loop=True, skip=skipped.append))
-    assert len(skipped) == 3
