@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives
 from mocap_files import MOTIVE, TRC, c3d_file
+from openpose_ros_pkg.output.keypoint_file import FORMATS, people_to_storage, read_keypoint
+from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
+from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.images.rgbd_folder import read_rgbd_folder
 from openpose_ros_tools.mocap.files import read_mocap
@@ -17,6 +20,14 @@ from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, r
 from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
 
 JOINTS = len(COCO_18.joints)
+
+
+def people():
+    """Two people; the second one has no nose."""
+    keypoints = np.arange(2 * JOINTS * 3, dtype=np.float32).reshape(2, JOINTS, 3) / 7
+    keypoints[..., 2] = 0.5
+    keypoints[1, 0] = (np.nan, np.nan, 0)
+    return People2D(COCO_18, keypoints, keypoints[..., 2].mean(axis=1), np.array([3, 4]))
 
 
 def csv_text(layout, dimensions):
@@ -28,6 +39,11 @@ def csv_text(layout, dimensions):
     return out.getvalue().encode()
 
 
+def check_people(found):
+    assert (np.isfinite(found.keypoints[..., 2])).all() and np.isfinite(found.scores).all()
+    assert (np.isnan(found.xy).all(axis=2) == (found.confidence == 0)).all()
+
+
 @given(mutated(*(csv_text(layout, dimensions) for layout in LAYOUTS for dimensions in (2, 3))))
 def test_keypoint_csv(tmp_path_factory, content):
     path = written(tmp_path_factory, 'people.csv', content)
@@ -36,6 +52,32 @@ def test_keypoint_csv(tmp_path_factory, content):
         missing = table.status == 0
         assert (np.isnan(table.positions).all(axis=2) == missing).all() and np.isfinite(table.positions[~missing]).all()
         assert not np.isnan(table.confidence).any() and (table.stamps >= 0).all()
+
+
+@given(mutated(people_to_json(people()).encode(), people_to_json(people(), np.ones((2, JOINTS, 4))).encode()))
+@example(b'[' * 100000)
+def test_openpose_json(content):
+    found = survives(people_from_json, content, None, size=len(content))
+    if found is not None:
+        check_people(found)
+
+
+@given(spoiled(json.loads(people_to_json(people()))))
+def test_openpose_json_values(values):
+    text = json.dumps(values)
+    found = survives(people_from_json, text, COCO_18, size=len(text))
+    if found is not None:
+        check_people(found)
+
+
+@pytest.mark.parametrize('kind', FORMATS)
+@given(st.data())
+def test_keypoint_matrix(tmp_path_factory, kind, data):
+    content = data.draw(mutated(people_to_storage(people(), kind).encode()))
+    path = written(tmp_path_factory, f'people.{kind}', content)
+    found = survives(read_keypoint, path, size=len(content))
+    if found is not None:
+        check_people(found)
 
 
 @pytest.mark.parametrize('suffix', ['.csv', '.trc', '.c3d'])

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from disk_limits import file_size_limit
-from openpose_json_files import read_json
 from openpose_ros_pkg.detect_files import main
+from openpose_ros_pkg.output.keypoint_file import read_keypoint
+from openpose_ros_pkg.output.openpose_json import read_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
@@ -57,25 +58,33 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
+def test_nothing_to_save_is_refused(run, tmp_path, capsys):
+    assert run(picture(tmp_path / 'a.png', 10)) == 2
+    assert 'nothing to save: give --write-json' in capsys.readouterr().err
+
+
 def test_pictures_are_saved_under_their_names_without_ids(run, tmp_path, capsys):
     folder = tmp_path / 'in'
     for name, level in (('street.png', 20), ('empty.png', 0)):
         picture(folder / name, level)
-    assert run(folder, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i', '--set',
-               'write_images_format=jpg') == 0
+    assert run(folder, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i', '--write-keypoint',
+               tmp_path / 'k', '--set', 'write_images_format=jpg') == 0
     assert names(tmp_path / 'j') == ['empty_keypoints.json', 'street_keypoints.json']
     assert names(tmp_path / 'i') == ['empty_rendered.jpg', 'street_rendered.jpg']
-    ids, keypoints = read_json(tmp_path / 'j/street_keypoints.json')
-    assert ids == [-1, -1] and keypoints[1, 2, :2].tolist() == [27.0, 2.5]
-    assert read_json(tmp_path / 'j/empty_keypoints.json')[0] == []
-    assert capsys.readouterr().out == '2 frames with 2 people; 4 files and video frames written\n'
+    people = read_json(tmp_path / 'j/street_keypoints.json')
+    assert people.ids.tolist() == [-1, -1]
+    assert people.xy[1, 2].tolist() == [27.0, 2.5]
+    assert len(read_json(tmp_path / 'j/empty_keypoints.json', COCO_18)) == 0
+    assert len(read_keypoint(tmp_path / 'k/street_pose.yml')) == 2
+    assert capsys.readouterr().out == '2 frames with 2 people; 6 files and video frames written\n'
 
 
 def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, tmp_path):
     source = video(tmp_path / 'walk.avi', [20, 20, 10])
     assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 0
     assert names(tmp_path / 'j') == [f'walk_00000000000{number}_keypoints.json' for number in range(3)]
-    assert [read_json(path)[0] for path in sorted((tmp_path / 'j').iterdir())] == [[1, 2], [1, 2], [1]]
+    ids = [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())]
+    assert ids == [[1, 2], [1, 2], [1]]
     written = cv2.VideoCapture(str(tmp_path / 'out.avi'))
     assert (written.get(cv2.CAP_PROP_FRAME_COUNT), written.get(cv2.CAP_PROP_FPS)) == (3, 12)
 
@@ -141,7 +150,7 @@ def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, num
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 130
     signal.signal(signal.SIGINT, before)
-    assert [read_json(path)[0] for path in (tmp_path / 'j').iterdir()] == [[1]] * 4
+    assert [len(read_json(path)) for path in (tmp_path / 'j').iterdir()] == [1] * 4
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     assert cv2.VideoCapture(str(tmp_path / 'out.avi')).get(cv2.CAP_PROP_FRAME_COUNT) == 4
     assert '4 frames with 4 people' in capsys.readouterr().out
@@ -169,11 +178,11 @@ def test_a_folder_is_worked_through_in_natural_order(run, detector, tmp_path):
 
 def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
     """One of them, which another program made; the missing one is written."""
-    command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i')
+    command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-keypoint', tmp_path / 'k')
     (tmp_path / 'j').mkdir()
     (tmp_path / 'j/a_keypoints.json').write_text('of OpenPose')
     assert run(*command) == 0
-    assert names(tmp_path / 'i') == ['a_rendered.png']
+    assert names(tmp_path / 'k') == ['a_pose.yml']
     assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
     assert run(*command, '--overwrite') == 0
     assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'

@@ -132,12 +132,12 @@ def test_files_of_an_earlier_run_stay_and_the_numbers_go_on_after_them(tmp_path)
 
 
 def test_faults_last_until_it_can_be_saved_again_and_the_rest_is_written(tmp_path):
-    writer = FrameWriter(SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i')))
+    writer = FrameWriter(SaveParams(write_json=str(tmp_path / 'j'), write_keypoint=str(tmp_path / 'k')))
     (tmp_path / 'j').rmdir()
     for number in range(5):
         assert f'j/{number:012d}_keypoints.json: No such file' in writer.write(number, NOISE, EMPTY)
     assert (writer.written, writer.failed) == (5, 5)
-    assert len(names(tmp_path / 'i')) == 5
+    assert len(names(tmp_path / 'k')) == 5
     assert 'No such file or directory (5 frames in a row)' in writer.fault(5)
     assert writer.fault(6) == ''
     (tmp_path / 'j').mkdir()

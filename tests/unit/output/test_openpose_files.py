@@ -1,24 +1,25 @@
-"""Saved files have OpenPose's names and layout, and no fault of a frame ends the program."""
+"""Saved files have OpenPose's names and layout, give the same people when read back, and no mishap ends the program."""
 import json
 import threading
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
-from openpose_json_files import read_json
-from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.joint_order import in_joint_set
+from openpose_ros_pkg.output.keypoint_file import read_keypoint, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.output.openpose_json import people_to_json
+from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json, write_json
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.output.video_file import VideoFile
-from openpose_ros_pkg.people import People2D, keypoints_in
-from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15, SKELETONS
 
 GREY = np.full((48, 64, 3), 100, np.uint8)
-EMPTY = People2D.empty(COCO_18)
 
 
 def some_people(skeleton=COCO_18, count=3, seed=0):
@@ -30,13 +31,23 @@ def some_people(skeleton=COCO_18, count=3, seed=0):
     missing[0] = False
     keypoints[missing] = (np.nan, np.nan, 0)
     keypoints[0, 0] = (0, np.float32(1) / 3, np.float32(1e-7))  # in the corner, yet there
-    return People2D(skeleton, keypoints, np.full(count, 0.5), np.arange(count) * 7)
+    scores = keypoints[..., 2].sum(axis=1) / (~missing).sum(axis=1)
+    return People2D(skeleton, keypoints, scores, np.arange(count) * 7)
+
+
+def assert_same(read, people, ids=True):
+    assert read.skeleton == people.skeleton
+    np.testing.assert_array_equal(read.keypoints, people.keypoints)
+    np.testing.assert_allclose(read.scores, people.scores, rtol=1e-6)
+    if ids:
+        np.testing.assert_array_equal(read.ids, people.ids)
 
 
 # --- JSON
 
+
 def test_json_has_the_layout_of_openpose():
-    assert people_to_json(EMPTY) == '{"version":1.3,"people":[]}'
+    assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'
     keypoints = np.full((1, 18, 3), np.nan, np.float32)
     keypoints[..., 2] = 0
     keypoints[0, 1] = (320.5, 0.1, 0.9)
@@ -48,39 +59,120 @@ def test_json_has_the_layout_of_openpose():
         '"pose_keypoints_3d":[],"face_keypoints_3d":[],"hand_left_keypoints_3d":[],"hand_right_keypoints_3d":[]}]}')
 
 
-def test_json_holds_all_bits_in_the_image_and_in_space():
-    people = some_people()
-    in_space = np.random.default_rng(1).normal(0, 3, (3, 18, 4)).astype(np.float32)
-    entries = json.loads(people_to_json(people, in_space))['people']
-    assert [entry['person_id'] for entry in entries] == [[0], [7], [14]]
-    for entry, keypoints, values in zip(entries, people.keypoints, in_space):
-        np.testing.assert_array_equal(np.float32(entry['pose_keypoints_2d']).reshape(18, 3), np.nan_to_num(keypoints))
-        np.testing.assert_array_equal(np.float32(entry['pose_keypoints_3d']).reshape(18, 4), values)
+@pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS)
+def test_json_gives_the_same_people_back(tmp_path, skeleton):
+    people = some_people(skeleton)
+    write_json(tmp_path / 'a_keypoints.json', people)
+    assert_same(read_json(tmp_path / 'a_keypoints.json'), people)
+    assert [path.name for path in tmp_path.iterdir()] == ['a_keypoints.json']
+
+
+def test_json_without_people_is_read_with_a_named_joint_set():
+    text = people_to_json(People2D.empty(BODY_25))
+    assert_same(people_from_json(text, BODY_25), People2D.empty(BODY_25))
+    with pytest.raises(BadInputError, match='has no person, so its joint set is unknown'):
+        people_from_json(text)
+
+
+def test_json_of_openpose_itself_is_read():
+    # as OpenPose 1.7 writes it: six digits, whole numbers, tabs; other tools leave a position where the score is 0
+    values = [582.349, 507.866, 0.845918, 746, 631.307, 0.587007, 0, 0, 0, 12, 13, 0] + [0, 0, 0] * 21
+    text = json.dumps({'version': 1.3, 'people': [{'person_id': [-1], 'pose_keypoints_2d': values,
+                                                   'face_keypoints_2d': []}]}, indent='\t')
+    people = people_from_json(text)
+    assert people.skeleton is BODY_25
+    assert people.present[0].tolist() == [True, True] + [False] * 23
+    np.testing.assert_array_equal(people.keypoints[0, 1], np.float32([746, 631.307, 0.587007]))
+    assert people.scores[0] == pytest.approx((0.845918 + 0.587007) / 2)
+    assert people.ids.tolist() == [-1]
+
+
+def test_json_of_another_layout_or_joint_set_is_refused():
+    for text in ('', '[]', '{"people":[{}]}', '{"people":[{"pose_keypoints_2d":[1,2]}]}', '{"people":3}'):
+        with pytest.raises(BadInputError, match='layout of OpenPose'):
+            people_from_json(text)
+    with pytest.raises(BadInputError, match=r'COCO_18: 18.*got 2'):
+        people_from_json('{"people":[{"pose_keypoints_2d":[1,2,1,1,2,1]}]}')
+    with pytest.raises(BadInputError, match='expected 25 joints'):
+        people_from_json(people_to_json(some_people(COCO_18)), BODY_25)
+
+
+# --- keypoint files
+
+
+@pytest.mark.parametrize('people, file_format', [
+    (People2D.empty(COCO_18), 'yml'), (People2D.empty(COCO_18), 'xml'), (some_people(), 'yml'), (some_people(), 'xml'),
+    (some_people(), 'json'), (some_people(BODY_25, count=1), 'yaml')])
+def test_keypoint_file_gives_the_same_people_back(tmp_path, people, file_format):
+    path = tmp_path / f'a_pose.{file_format}'
+    write_keypoint(path, people)
+    if (len(people), file_format) == (3, 'yml'):  # three axes, as OpenPose writes it
+        assert path.read_text().startswith(
+            '%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 3, 18, 3 ]\n   dt: f\n   data: [')
+    read = read_keypoint(path, people.skeleton)
+    assert_same(read, people, ids=False)
+    assert (read.ids == -1).all()
+
+
+@pytest.mark.parametrize('text', ['', 'nonsense', '%YAML:1.0\n---\nother: 3\n', '%YAML:1.0\n---\npose_0: 3\n'])
+def test_what_is_no_keypoint_file_is_refused(tmp_path, text):
+    path = tmp_path / 'a_pose.yml'
+    path.write_text(text)
+    with pytest.raises(BadInputError, match=r'a_pose\.yml'):
+        read_keypoint(path, COCO_18)
 
 
 # --- joint sets
 
+
 def test_joints_keep_their_names_in_another_joint_set():
-    keypoints = some_people().keypoints
-    moved = keypoints_in(keypoints, COCO_18, BODY_25)
+    people = some_people()
+    moved = in_joint_set(people, BODY_25)
     for joint in COCO_18.joints:
-        np.testing.assert_array_equal(moved[:, BODY_25.index[joint]], keypoints[:, COCO_18.index[joint]])
-    assert np.isnan(moved[:, BODY_25.index['left_big_toe'], 0]).all()
+        np.testing.assert_array_equal(moved.keypoints[:, BODY_25.index[joint]],
+                                      people.keypoints[:, COCO_18.index[joint]])
+    assert not moved.present[:, BODY_25.index['left_big_toe']].any()
+    np.testing.assert_array_equal(moved.ids, people.ids)
 
 
 @pytest.mark.parametrize('source, target, joint, ends', [
     (COCO_18, BODY_25, 'mid_hip', ('left_hip', 'right_hip')),
     (COCO_17, MPI_15, 'neck', ('left_shoulder', 'right_shoulder'))])
 def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, target, joint, ends):
-    keypoints = some_people(source, count=1).keypoints.copy()
-    left, right = (keypoints[0, source.index[end]].copy() for end in ends)
-    middle = keypoints_in(keypoints, source, target)[0, target.index[joint]]
+    people = some_people(source, count=1)
+    left, right = (people.keypoints[0, source.index[end]] for end in ends)
+    middle = in_joint_set(people, target).keypoints[0, target.index[joint]]
     np.testing.assert_allclose(middle, [*(left[:2] + right[:2]) / 2, min(left[2], right[2])], rtol=1e-6)
+    keypoints = people.keypoints.copy()
     keypoints[0, source.index[ends[0]]] = (np.nan, np.nan, 0)
-    assert keypoints_in(keypoints, source, target)[0, target.index[joint], 2] == 0
+    halved = in_joint_set(replace(people, keypoints=keypoints), target)
+    assert not halved.present[0, target.index[joint]]
+
+
+# --- names and files
+
+
+def test_a_reader_never_sees_half_a_file(tmp_path):
+    path, people = tmp_path / 'a_keypoints.json', some_people(count=20)
+    write_json(path, people)
+    stop = threading.Event()
+
+    def keep_writing():
+        while not stop.is_set():
+            write_json(path, people)
+
+    writer = threading.Thread(target=keep_writing)
+    writer.start()
+    try:
+        for _ in range(100):
+            assert len(read_json(path)) == 20
+    finally:
+        stop.set()
+        writer.join()
 
 
 # --- video
+
 
 def video_frames(path):
     capture = cv2.VideoCapture(str(path))
@@ -92,7 +184,7 @@ def video_frames(path):
         frames.append(frame)
 
 
-@pytest.mark.parametrize('name', ['v.mp4', 'V.AVI'])
+@pytest.mark.parametrize('name', ['v.mp4', 'v.avi', 'V.AVI'])
 def test_video_has_its_frames_and_rate(tmp_path, name):
     with VideoFile(tmp_path / name, 12.0) as video:
         for level in (40, 120, 200):
@@ -130,51 +222,58 @@ def test_video_that_can_not_be_begun_leaves_what_was_there(tmp_path):
 
 # --- all files of a frame
 
+
 def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
     params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i/deep'),
-                        write_video=str(tmp_path / 'v.avi'))
+                        write_keypoint=str(tmp_path / 'k'), write_video=str(tmp_path / 'v.avi'))
     writer, people = FrameWriter(params), some_people()
     assert params.active
     writer.write('street', GREY, people)
-    writer.write(12, GREY, EMPTY)
+    writer.write(12, GREY, People2D.empty(COCO_18))
     writer.close()
     files = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob('*') if path.is_file()}
     assert files == {'j/street_keypoints.json', 'j/000000000012_keypoints.json', 'i/deep/street_rendered.png',
-                     'i/deep/000000000012_rendered.png', 'v.avi'}
+                     'i/deep/000000000012_rendered.png', 'k/street_pose.yml', 'k/000000000012_pose.yml', 'v.avi'}
     assert set(writer.files('street').values()) == {tmp_path / name for name in files if 'street' in name}
-    assert (writer.written, writer.failed) == (6, 0)
-    ids, keypoints = read_json(tmp_path / 'j/street_keypoints.json')
-    assert ids == [0, 7, 14]
-    np.testing.assert_array_equal(keypoints, np.nan_to_num(people.keypoints))
+    assert (writer.written, writer.failed) == (8, 0)
+    assert_same(read_json(tmp_path / 'j/street_keypoints.json'), people)
+    assert len(read_json(tmp_path / 'j/000000000012_keypoints.json', COCO_18)) == 0
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'i/deep/street_rendered.png')),
                                   draw_people(GREY, people, DrawParams()))
     frames, rate = video_frames(tmp_path / 'v.avi')
     assert (len(frames), rate) == (2, 10.0)
 
 
-@pytest.mark.parametrize('own_rate, rate', [(-1.0, 25.0), (5.0, 5.0)])
-def test_format_rate_units_and_joint_set_can_be_chosen(tmp_path, own_rate, rate):
-    """A rate of its own comes before that of the source."""
+def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path):
     params = SaveParams(write_json=str(tmp_path), write_images=str(tmp_path), write_images_format='jpg',
-                        write_joint_set='BODY_25', write_video=str(tmp_path / 'v.avi'), write_video_fps=own_rate)
+                        write_keypoint=str(tmp_path), write_keypoint_format='xml', write_joint_set='BODY_25',
+                        write_video=str(tmp_path / 'v.avi'))
     writer = FrameWriter(params, scale=KeypointScaleParams(keypoint_scale=3), source_rate=25.0)
     people = some_people()
     writer.write('a', GREY, people)
     writer.close()
-    assert {path.name for path in tmp_path.iterdir()} == {'a_keypoints.json', 'a_rendered.jpg', 'v.avi'}
-    _, keypoints = read_json(tmp_path / 'a_keypoints.json')
-    assert keypoints.shape == (3, 25, 3)
-    np.testing.assert_allclose(keypoints[0, 0, :2], people.xy[0, 0] / (63, 47), rtol=1e-6)
-    assert video_frames(tmp_path / 'v.avi')[1] == rate
+    assert {path.name for path in tmp_path.iterdir()} == {'a_keypoints.json', 'a_rendered.jpg', 'a_pose.xml', 'v.avi'}
+    read = read_json(tmp_path / 'a_keypoints.json')
+    assert read.skeleton is BODY_25
+    np.testing.assert_allclose(read.xy[0, 0], people.xy[0, 0] / (63, 47), rtol=1e-6)
+    assert_same(read_keypoint(tmp_path / 'a_pose.xml'), read, ids=False)
+    assert video_frames(tmp_path / 'v.avi')[1] == 25.0
 
 
-@pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_video'])
+def test_a_rate_of_its_own_comes_before_that_of_the_source(tmp_path):
+    writer = FrameWriter(SaveParams(write_video=str(tmp_path / 'v.avi'), write_video_fps=5.0), source_rate=25.0)
+    writer.write('a', GREY, some_people())
+    writer.close()
+    assert video_frames(tmp_path / 'v.avi')[1] == 5.0
+    with pytest.raises(ParameterError, match='write_video_fps'):
+        SaveParams(write_video_fps=0.0)
+
+
+@pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_keypoint', 'write_video'])
 def test_a_place_that_can_not_be_written_is_an_error_at_start(tmp_path, key):
     (tmp_path / 'file').write_text('in the way')
     with pytest.raises(ParameterError, match=f"'{key}'.*in the way|'{key}'.*file"):
         FrameWriter(SaveParams(**{key: str(tmp_path / 'file' / 'v.avi')}))
-    with pytest.raises(ParameterError, match='write_video_fps'):
-        SaveParams(write_video_fps=0.0)
 
 
 # --- recorder
@@ -204,6 +303,9 @@ class HeldWriter:
     def close(self):
         self.closed = True
         return ''
+
+
+EMPTY = People2D.empty(COCO_18)
 
 
 def test_a_full_queue_drops_new_frames_and_counts_them():
@@ -243,3 +345,14 @@ def test_a_frame_that_fails_does_not_end_the_recorder():
     assert writer.frames == ['a', 'b'] and writer.closed
     assert not recorder.submit('late', GREY, EMPTY)
     assert recorder.counters['failed'] == 1
+
+
+def test_people_in_space_stand_beside_those_in_the_image():
+    people = some_people()
+    in_space = np.random.default_rng(1).normal(0, 3, (3, 18, 4)).astype(np.float32)
+    entries = json.loads(people_to_json(people, in_space))['people']
+    assert [entry['person_id'] for entry in entries] == [[0], [7], [14]]
+    for entry, values in zip(entries, in_space):
+        np.testing.assert_array_equal(np.array(entry['pose_keypoints_3d'], np.float32).reshape(18, 4), values)
+    assert_same(people_from_json(people_to_json(people, in_space)), people)
+    assert json.loads(people_to_json(People2D.empty(COCO_18), in_space[:0]))['people'] == []

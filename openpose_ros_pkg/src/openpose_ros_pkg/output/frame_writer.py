@@ -12,12 +12,14 @@ import numpy as np
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import frame_name, writable_folder, write_image, write_whole
+from openpose_ros_pkg.output.files import frame_name, writable_folder, write_image
+from openpose_ros_pkg.output.joint_order import in_joint_set
+from openpose_ros_pkg.output.keypoint_file import FORMATS, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
-from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, landmark_fields, people_to_json
+from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, landmark_fields, write_json
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS
 
 # Existing files are replaced; stay; stay and count as a fault.
@@ -38,8 +40,12 @@ class SaveParams(Parameters):
     write_video_fps: float = parameter(
         -1.0, 'Frame rate of that video; -1: that of the source, or 10 where it has none (images, ROS topics).',
         unit='Hz', minimum=-1.0, maximum=1000.0)
+    write_keypoint: str = parameter(
+        '', 'Folder for the keypoints as a matrix in a file of OpenCV (cv::FileStorage), one per frame; empty: none.')
+    write_keypoint_format: str = parameter('yml', 'Format of these files.', choices=FORMATS)
     write_joint_set: str = parameter(
-        '', 'Joints and their order in JSON files; empty: those of the network.', choices=('', *SKELETONS))
+        '', 'Joints and their order in JSON and keypoint files; empty: those of the network.',
+        choices=('', *SKELETONS))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -50,7 +56,7 @@ class SaveParams(Parameters):
     @property
     def active(self) -> bool:
         """Whether anything is to be saved."""
-        return bool(self.write_json or self.write_images or self.write_video)
+        return bool(self.write_json or self.write_images or self.write_video or self.write_keypoint)
 
 
 class FrameWriter:
@@ -61,7 +67,7 @@ class FrameWriter:
 
     Args:
         draw: how people are drawn into images and video.
-        scale: units of the keypoints in JSON files.
+        scale: units of the keypoints in JSON and keypoint files.
         source_rate: of the frames [Hz], for the video; None: unknown.
         existing: REPLACE, SKIP or REFUSE. A video beside one that stays gets a number: NAME_2.mp4.
 
@@ -77,10 +83,12 @@ class FrameWriter:
         self._draw, self._existing = draw or DrawParams(), existing
         self._scale = scale or KeypointScaleParams()
         self._joint_set = SKELETONS.get(params.write_joint_set)
-        folders = {'write_json': params.write_json, 'write_images': params.write_images}
+        folders = {'write_json': params.write_json, 'write_images': params.write_images,
+                   'write_keypoint': params.write_keypoint}
         self._folders = {key: writable_folder(key, Path(folder).expanduser())
                          for key, folder in folders.items() if folder}
-        self._suffixes = {'write_json': JSON_SUFFIX, 'write_images': f'_rendered.{params.write_images_format}'}
+        self._suffixes = {'write_json': JSON_SUFFIX, 'write_images': f'_rendered.{params.write_images_format}',
+                          'write_keypoint': f'_pose.{params.write_keypoint_format}'}
         self._video: Optional[VideoFile] = None
         if params.write_video:
             rate = params.write_video_fps if params.write_video_fps > 0 else source_rate or DEFAULT_RATE
@@ -140,10 +148,13 @@ class FrameWriter:
             What could not be written, and why; empty: everything was.
         """
         files = self.files(frame)
+        saved = self._as_saved(bgr, people)
         errors = []
         if 'write_json' in files:
-            text = self._json((bgr.shape[1], bgr.shape[0]), people, landmarks)
-            errors.append(self._attempt('write_json', write_whole, files['write_json'], text.encode()))
+            fields = None if landmarks is None else landmark_fields(self._scaled(bgr, landmarks))
+            errors.append(self._attempt('write_json', write_json, files['write_json'], saved, fields))
+        if 'write_keypoint' in files:
+            errors.append(self._attempt('write_keypoint', write_keypoint, files['write_keypoint'], saved))
         if 'write_images' in files or self._video is not None:
             drawn = draw_people(bgr, people, self._draw, landmarks=landmarks)
             if 'write_images' in files:
@@ -156,19 +167,19 @@ class FrameWriter:
         """Complete and verify the video; return its fault, or ''."""
         return '' if self._video is None else _told(self._video.close)
 
-    def _json(self, size: Tuple[int, int], people: People2D, landmarks: Optional[Landmarks2D]) -> str:
-        """Return the JSON file of a frame, in its units and joint set; `size`: (width, height) of the image [px]."""
-        def scaled(one: Any) -> Any:
-            return replace(one, keypoints=scale_keypoints(one.keypoints, size, self._scale))
+    def _as_saved(self, bgr: np.ndarray, people: People2D) -> People2D:
+        """Return the people in the units and joint set of the files."""
+        if self._scale.keypoint_scale != 0:
+            size = (bgr.shape[1], bgr.shape[0])
+            people = replace(people, keypoints=scale_keypoints(people.keypoints, size, self._scale))
+        return people if self._joint_set is None else in_joint_set(people, self._joint_set)
 
-        people = scaled(people)
-        if self._joint_set is not None:
-            keypoints = keypoints_in(people.keypoints, people.skeleton, self._joint_set)
-            people = replace(people, skeleton=self._joint_set, keypoints=keypoints)
-        if landmarks is None:
-            return people_to_json(people)
-        fields = landmark_fields(Landmarks2D(scaled(landmarks.hands), scaled(landmarks.faces)))
-        return people_to_json(people, more=fields)
+    def _scaled(self, bgr: np.ndarray, landmarks: Landmarks2D) -> Landmarks2D:
+        """Return hands and faces in the units of the files."""
+        size = (bgr.shape[1], bgr.shape[0])
+        hands, faces = landmarks.hands, landmarks.faces
+        return Landmarks2D(replace(hands, keypoints=scale_keypoints(hands.keypoints, size, self._scale)),
+                           replace(faces, keypoints=scale_keypoints(faces.keypoints, size, self._scale)))
 
     def _attempt(self, key: str, write: Callable[..., None], *values: Any) -> str:
         """Write one output; return why it failed; empty: it is written or skipped."""

@@ -35,13 +35,13 @@ def scale_keypoints(keypoints: np.ndarray, image_size: Tuple[int, int], params: 
         image_size: (width, height) [px].
 
     Returns:
-        (P, K, 3) float32; scores are untouched, missing joints stay NaN.
+        (P, K, 3) float32, a new array; scores are untouched, missing joints stay NaN.
     """
     width, height = image_size
     offset = 0.0
     if params.keypoint_scale == 0:
-        return keypoints
-    if params.keypoint_scale == 1:
+        factor = np.ones(2)
+    elif params.keypoint_scale == 1:
         factor = np.full(2, min(params.net_output_width / width, params.net_output_height / height))
     elif params.keypoint_scale == 2:
         fitted = (params.output_width if params.output_width > 0 else width,

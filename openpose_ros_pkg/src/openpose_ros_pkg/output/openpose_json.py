@@ -4,12 +4,18 @@ Source: OpenPose src/openpose/filestream/fileStream.cpp (savePeopleJson, addKeyp
 include/openpose/filestream/wPeopleJsonSaver.hpp; doc/02_output.md.
 """
 import json
-from typing import Dict, List, Mapping, Optional
+from pathlib import Path
+from typing import Dict, List, Mapping, Optional, Union
 
 import numpy as np
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
+from openpose_ros_pkg.output.files import write_whole
+from openpose_ros_pkg.output.joint_order import from_rows, to_rows
 from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.structured_text import json_value
 
 JSON_SUFFIX = '_keypoints.json'
 _VERSION = 1.3
@@ -41,8 +47,7 @@ def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more
             Ids below -1 belong to people without an id, and are written as -1.
     """
     entries = []
-    rows = np.where(people.present[..., None], people.keypoints, np.float32(0))
-    for p, (row, person_id) in enumerate(zip(rows, people.ids)):
+    for p, (row, person_id) in enumerate(zip(to_rows(people), people.ids)):
         entry = {'person_id': [max(int(person_id), -1)], 'pose_keypoints_2d': _numbers(row)}
         own = {} if more is None else more.get(int(person_id), {})
         entry.update((key, _numbers(own[key]) if key in own else []) for key in _MORE_FIELDS)
@@ -52,6 +57,49 @@ def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more
     return json.dumps({'version': _VERSION, 'people': entries}, separators=(',', ':'))
 
 
+def people_from_json(text: Union[str, bytes], skeleton: Optional[SkeletonModel] = None,
+                     place: str = 'JSON text') -> People2D:
+    """Return the people in the text of a JSON file of OpenPose.
+
+    Args:
+        skeleton: joint set; None: the one with as many joints.
+        place: origin of the text, for errors.
+
+    Returns:
+        People in the units of the file. Their score is the mean of their joints', as the layout holds none.
+
+    Raises:
+        BadInputError: not such a text, another joint set, or no person while no joint set is named.
+    """
+    try:
+        entries = json_value(text)['people']
+        rows = [np.array(entry['pose_keypoints_2d'], np.float32).reshape(-1, 3) for entry in entries]
+        ids = np.array([entry.get('person_id', [-1])[0] for entry in entries], np.int64)
+        stacked = np.stack(rows) if rows else np.zeros((0, 0, 3), np.float32)
+    except (ValueError, TypeError, OverflowError, KeyError, IndexError, AttributeError) as error:
+        raise BadInputError(f'{place} does not have the layout of OpenPose: {error!r}') from error
+    return from_rows(stacked, ids, skeleton, place)
+
+
 def _numbers(values: np.ndarray) -> List[float]:
     """Return float32 values as the shortest numbers that read as the same."""
     return [float(text) for text in values.ravel().astype('U')]
+
+
+def write_json(path: Path, people: People2D, more: Optional[Fields] = None) -> None:
+    """Write the people of a frame as OpenPose does; see `people_to_json`.
+
+    Raises:
+        OSError: the file can not be written.
+    """
+    write_whole(path, people_to_json(people, more=more).encode())
+
+
+def read_json(path: Path, skeleton: Optional[SkeletonModel] = None) -> People2D:
+    """Read a file of `write_json` or OpenPose; see `people_from_json`.
+
+    Raises:
+        BadInputError: the file does not hold what is expected.
+        OSError: the file can not be read.
+    """
+    return people_from_json(Path(path).read_bytes(), skeleton, str(path))
