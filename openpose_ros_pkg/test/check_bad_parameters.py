@@ -12,7 +12,8 @@ import rospy
 import rostest
 from harness import node
 
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, find_weights
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.models import find_weights
 from session import PATIENCE, Diagnostics, await_true
 
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'

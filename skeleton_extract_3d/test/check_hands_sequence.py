@@ -16,7 +16,7 @@ from harness import FRAME_ID, OUTPUT, VISIBLE, Camera, need_weights, now, positi
 from openpose_ros_msgs.msg import BodypartDetection_3d, FaceDetection_3dArray, HandDetection, HandDetection_3dArray
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
+from openpose_ros_pkg.networks.model_registry import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from session import Recorder
 from skeleton_extract_3d.points.camera import CameraModel

@@ -18,7 +18,7 @@ from openpose_ros_msgs.msg import (
 )
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
+from openpose_ros_pkg.networks.model_registry import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
 from session import await_true, is_heard

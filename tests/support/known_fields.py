@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS
 from openpose_ros_pkg.skeletons import COCO_18
 
 STRIDE = MOBILENET_THIN.stride

@@ -2,7 +2,8 @@
 import unittest
 from pathlib import Path
 
-from openpose_ros_pkg.networks.models import Model, find_weights, weights_path
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import find_weights, weights_path
 
 
 def need_weights(model: Model) -> Path:

@@ -26,7 +26,9 @@ from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import HAND_POINTS
 from openpose_ros_pkg.networks.backends import Backend, create_backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, Model, weights_path
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings

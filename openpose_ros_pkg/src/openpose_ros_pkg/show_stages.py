@@ -22,7 +22,7 @@ from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.views import averaged_fields, decode_views
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
 from openpose_ros_pkg.output.files import check_outputs, write_image

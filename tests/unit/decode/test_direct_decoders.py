@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.networks.model_registry import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
-from openpose_ros_pkg.networks.models import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
@@ -160,37 +160,8 @@ def test_the_same_person_twice_is_one_the_surer_one(decode):
     np.testing.assert_allclose(place(keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
 
 
-def test_people_who_cross_stay_two_with_movenet():
-    """Their boxes overlap by two thirds; their joints are 8 px apart, 8 % of their height."""
-    both = [(STANDING, np.full(17, 0.9), 0.9), (moved(8, 0), np.full(17, 0.9), 0.8)]
-    assert len(decode_movenet(*both)[1]) == 2
-
-
 def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     both = [(STANDING, np.full(17, 0.9), 0.8), (moved(8, 0), np.full(17, 0.9), 0.9)]  # overlap 2/3
     assert decode_rtmo(*both)[1] == pytest.approx([0.9])
     apart = [(STANDING, np.full(17, 0.9), 0.8), (moved(20, 0), np.full(17, 0.9), 0.9)]  # 1/3
     assert len(decode_rtmo(*apart)[1]) == 2
-
-
-def test_of_overlapping_boxes_yolo_keeps_the_surer():
-    both = [(STANDING, 0.9, 0.8), (moved(5, 0), 0.9, 0.9)]  # overlap 35/45
-    assert decode_yolo(*both)[1] == pytest.approx([0.9])
-    apart = [(STANDING, 0.9, 0.8), (moved(8, 0), 0.9, 0.9)]  # 32/48
-    assert len(decode_yolo(*apart)[1]) == 2
-
-
-def test_people_who_the_network_separated_stay_two():
-    """End to end, its boxes are different people: these overlap by 35/45, their joints are 6 % of the height apart."""
-    both = [(STANDING, 0.9, 0.8), (moved(6, 0), 0.9, 0.9)]
-    params = DirectDecodeParams(direct_same_person=0.9)
-    assert len(decode_yolo_end_to_end(*both, params=params)[1]) == 2
-    assert len(decode_yolo(*both, params=params)[1]) == 1
-
-
-def test_joints_in_the_padding_on_both_sides_are_missing():
-    pixels = STANDING.copy()
-    pixels[9], pixels[10], pixels[15], pixels[16] = (70.6, 58), (29.4, 58), (70.4, 104), (29.6, 104)  # wrists, ankles
-    keypoints, _ = decode_yolo((pixels, 0.9, 0.9), valid=(30, 0, 41, 120))
-    assert [np.isfinite(place(keypoints[0], joint)[0]) for joint in (
-        'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')] == [False, False, True, True]

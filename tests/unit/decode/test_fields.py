@@ -5,7 +5,7 @@ import pytest
 from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.networks.models import MODELS
+from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.preprocess import fit_image
 
 COCO = MODELS['mobilenet_thin']

@@ -1,26 +1,22 @@
 """From an image to people in its pixels, with stand-ins for the networks and, where weights are, the real ones."""
 import logging
-import threading
 import time
-from dataclasses import replace
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 
 import openpose_ros_pkg.detect.detector
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, recipe_of
+from openpose_ros_pkg.detect.recipes import FASTER, MODES
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
-from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
-from optional_weights import need_weights
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order, mirrored, person_at
 
 SIZE = (640, 480)
@@ -82,26 +78,12 @@ def test_bad_image_is_refused_and_the_next_one_works(image, text):
 
 
 @ALL_MODES
-def test_image_of_one_pixel(mode):
-    assert len(together(mode=mode).detect(np.full((1, 1, 3), 128, np.uint8))) == 0
-
-
-@ALL_MODES
 def test_read_only_image_is_left_alone(mode):
     image = chart(*SIZE)
     before = image.copy()
     image.flags.writeable = False
     assert len(together([person_at(320, 80, 360)], mode=mode).detect(image)) == 1
     np.testing.assert_array_equal(image, before)
-
-
-def test_a_network_that_finds_people_itself():
-    person = person_at(320, 80, 360)
-    unit = Detector(settings(pose_model='movenet_multipose'), Together(movenet_multipose=MovenetNetwork([person])))
-    assert not unit.recipe.is_ensemble
-    found = unit.detect(chart(*SIZE))
-    np.testing.assert_allclose(found.xy, [person], atol=0.5)
-    np.testing.assert_allclose(found.scores, 0.9, atol=1e-6)
 
 
 # --- several networks and crop refinement ----------------------------------------------------------------------------
@@ -145,17 +127,6 @@ def test_no_person_is_found_twice(mode):
 
 
 @ALL_MODES
-def test_joints_stay_within_the_image_in_any_mode(mode):
-    size = (641, 479)
-    people = [person_at(2, 80, 360), person_at(640, 80, 420)]
-    found = together(people, size=size, mode=mode).detect(chart(*size))
-    assert len(found) == 2
-    xy = found.xy[found.present]
-    assert (xy >= 0).all() and (xy <= np.subtract(size, 1)).all()
-    assert (~found.present).any() and np.isnan(found.xy[~found.present]).all()
-
-
-@ALL_MODES
 def test_mirrored_image_gives_mirrored_people(mode):
     width = SIZE[0]
     people = [person_at(150, 90, 250), person_at(470, 130, 300)]
@@ -187,32 +158,6 @@ def test_joints_need_a_score():
     assert len(together([person], joint_min_score=0.99).detect(chart(*SIZE))) == 0
 
 
-def test_people_need_a_score_and_joints():
-    person = person_at(320, 100, 300)
-    for values, count in (({'person_min_score': 0.9}, 1), ({'person_min_score': 0.97}, 0),
-                          ({'person_min_joints': 18}, 1)):
-        assert len(together([person], **values).detect(chart(*SIZE))) == count
-    half = person.copy()
-    half[[COCO_18.index[joint] for joint in ('left_wrist', 'right_wrist')]] = (-300, -300)
-    assert len(together([half], person_min_joints=17).detect(chart(*SIZE))) == 0
-
-
-def test_recipes_of_many_opinions_accept_lower_scores():
-    """Thresholds are multiplied by the recipe's factor: 0.9 is asked for, and scores of sqrt(0.7) pass 0.9 * 0.8."""
-    class Accepting(Together):
-        def load(self, recipe):
-            recipe, networks = super().load(recipe)
-            return replace(recipe, acceptance=self.acceptance), networks
-
-    person = person_at(320, 100, 300)
-    networks = Accepting(mobilenet_thin=PafNetwork([person], confidence=0.7),
-                         movenet_multipose=MovenetNetwork([person], confidence=0.7),
-                         movenet_thunder=ThunderNetwork([person], confidence=0.7))
-    for networks.acceptance, count in ((1.0, 0), (0.8, 1)):
-        unit = Detector(settings(joint_min_score=0.9), networks)
-        assert len(unit.detect(chart(*SIZE))) == count
-
-
 # --- stages, threads, changes ---------------------------------------------------------------------------------------
 
 @ALL_MODES
@@ -230,56 +175,22 @@ def test_warm_networks_have_seen_inputs_of_every_size(mode, size):
 
 
 @ALL_MODES
-def test_the_stages_are_what_detect_does(mode):
-    """Frames may be prepared before and finished after others are computed."""
-    unit = together([person_at(150, 90, 250), person_at(470, 130, 300)], mode=mode)
-    image = chart(*SIZE)
-    expected = unit.detect(image)
-    frames = [unit.prepare(image) for _ in range(2)]
-    computed = [unit.compute(frame) for frame in frames]
-    for frame in reversed(computed):
-        assert_same(unit.finish(frame), expected)
-    assert len(expected) == 2
-
-
-@ALL_MODES
 def test_only_one_thread_at_a_time_computes_the_networks(mode):
-    inside, most = [], []
-
-    def watched(network):
-        infer = network.infer
-
-        def watching(images):
+    inside, most, people = [], [], [person_at(320, 80, 360)]
+    networks = PafNetwork(people), MovenetNetwork(people), ThunderNetwork(people)
+    for network in networks:
+        def watching(images, infer=network.infer):
             inside.append(1)
             most.append(len(inside))
             time.sleep(0.001)
-            out = infer(images)
             inside.pop()
-            return out
+            return infer(images)
         network.infer = watching
-        return network
-
-    people = [person_at(320, 80, 360)]
-    unit = Detector(settings(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
-                                                  movenet_multipose=watched(MovenetNetwork(people)),
-                                                  movenet_thunder=watched(ThunderNetwork(people))))
-    found = []
-    threads = [threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE))))) for _ in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    unit = Detector(settings(mode=mode), Together(**dict(zip(
+        ('mobilenet_thin', 'movenet_multipose', 'movenet_thunder'), networks))))
+    with ThreadPoolExecutor(6) as pool:
+        found = list(pool.map(lambda image: len(unit.detect(image)), [chart(*SIZE)] * 6))
     assert found == [1] * 6 and max(most) == 1
-
-
-def test_a_network_that_fails_does_not_block_the_next_image():
-    network = PafNetwork([person_at(320, 80, 360)])
-    unit = alone(network)
-    network.infer, infer = None, network.infer
-    with pytest.raises(TypeError):
-        unit.detect(chart(*SIZE))
-    network.infer = infer
-    assert len(unit.detect(chart(*SIZE))) == 1
 
 
 def test_frames_in_flight_keep_what_they_were_prepared_with():
@@ -295,13 +206,6 @@ def test_frames_in_flight_keep_what_they_were_prepared_with():
     assert len(unit.detect(image)) == 0
     unit.reconfigure(settings(mode='balanced'))
     assert_same(unit.detect(image), expected)
-
-
-def test_other_thresholds_load_no_network():
-    unit = together([person_at(320, 80, 360)])
-    unit._networks.load = None
-    unit.reconfigure(settings(joint_min_score=0.99))
-    assert len(unit.detect(chart(*SIZE))) == 0
 
 
 @pytest.mark.parametrize('pose_model, error', [('BODY_25', ModelError), ('none', ParameterError)],
@@ -333,14 +237,6 @@ def test_target_rate_makes_the_detector_compute_less():
     assert unit.description == 'movenet_multipose on stand-in; movenet_thunder on stand-in'
     assert len(unit.detect(chart(*SIZE))) == 1
     assert together(people, target_rate=0.001).recipe == MODES['balanced']
-
-
-@pytest.mark.parametrize('values', [{}, {'look_closer': 3}, {'pose_model': 'mobilenet_thin'}, {'num_scales': 2}])
-def test_mode_accurate_computes_all_whatever_the_rate(values):
-    wanted = settings(mode='accurate', target_rate=1000.0, **values)
-    networks = Together(mobilenet_thin=PafNetwork(), movenet_multipose=MovenetNetwork(),
-                        movenet_thunder=ThunderNetwork())
-    assert Detector(wanted, networks).recipe == recipe_of(wanted.detector)
 
 
 # --- loading --------------------------------------------------------------------------------------------------------
@@ -381,47 +277,22 @@ def test_what_is_missing_or_slower_than_asked_for_is_told(machine):
     slower, missing = created(mode='balanced').faults.split('; ')
     assert slower == 'stand-in computes mobilenet_thin: joints in a known image are off by 3 px'
     assert missing.startswith('movenet_multipose is missing, so people are found less accurately')
+    machine.there.remove('movenet_thunder')  # optional: no fault
+    assert set(created(mode='balanced').not_installed) == {'movenet_thunder'}
 
 
-def test_optional_weights_that_are_not_there_are_no_fault(machine, monkeypatch, caplog):
-    machine.there.remove('movenet_thunder')
-    with caplog.at_level(logging.WARNING):
-        unit = created(mode='balanced')
-    assert (unit.faults, set(unit.not_installed), len(caplog.records)) == ('', {'movenet_thunder'}, 1)
-    assert unit.not_installed['movenet_thunder'].startswith(
-        'movenet_thunder is not installed, so people are found less accurately, by mobilenet_thin 656x368 + movenet')
-
-    def damaged(model, folder):
-        raise ModelError(f'weights of {model.name} are damaged')
-    whole = openpose_ros_pkg.detect.detector.weights_path
-    monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'weights_path', lambda model, folder: (
-        damaged if model is MOVENET_THUNDER else whole)(model, folder))
-    unit = created(mode='balanced')
-    assert unit.faults.startswith('movenet_thunder is missing') and not unit.not_installed
-
-
-@pytest.mark.parametrize('mode', ['balanced', 'accurate'])
-@pytest.mark.parametrize('lacks', ['weights', 'runtime'])
-def test_without_the_second_network_the_first_finds_people_and_a_warning_tells(mode, lacks, machine, caplog):
-    if lacks == 'weights':
-        machine.there.remove('movenet_multipose')
-    machine.runtime = lacks != 'runtime'
+@pytest.mark.parametrize('mode, lacks, runtime', [
+    ('balanced', MOVENET_MULTIPOSE, True), ('accurate', MOVENET_MULTIPOSE, False), ('balanced', MOVENET_THUNDER, True)],
+    ids=['weights of the second', 'runtime of the second', 'weights of Thunder'])
+def test_without_one_network_the_others_find_people_and_a_warning_tells(mode, lacks, runtime, machine, caplog):
+    if runtime:
+        machine.there.remove(lacks.name)
+    machine.runtime = runtime
     with caplog.at_level(logging.WARNING):
         unit = created(mode=mode)
     (record,) = caplog.records
-    assert 'movenet_multipose is missing, so people are found less accurately, by mobilenet_thin' in record.getMessage()
-    assert unit.recipe == MODES[mode].without([MOVENET_MULTIPOSE])
-    found = unit.detect(chart(*SIZE))
-    np.testing.assert_allclose(found.xy, [person_at(320, 80, 360)], atol=1.5)
-
-
-@ALL_MODES
-def test_without_thunder_multipose_refines_and_a_warning_tells(mode, machine, caplog):
-    machine.there.remove('movenet_thunder')
-    unit = created(mode=mode)
-    assert unit.recipe == MODES[mode].without([MOVENET_THUNDER])
-    assert {one.model for one in unit.recipe.refinements} == {MOVENET_MULTIPOSE}
-    assert [record.levelname for record in caplog.records] == ['WARNING'] * (MOVENET_THUNDER in MODES[mode].models)
+    assert f'{lacks.name} is ' in record.getMessage() and 'people are found less accurately' in record.getMessage()
+    assert unit.recipe == MODES[mode].without([lacks])
     np.testing.assert_allclose(unit.detect(chart(*SIZE)).xy, [person_at(320, 80, 360)], atol=1.5)
 
 
@@ -432,51 +303,3 @@ def test_without_the_first_network_there_is_no_detector(machine):
     machine.runtime = False
     with pytest.raises(ParameterError, match="'backend' can not compute movenet"):
         created(mode='fast')
-
-
-def test_missing_weights_say_how_to_get_them(tmp_path):
-    with pytest.raises(ModelError, match='model get mobilenet_thin'):
-        created(model_folder=str(tmp_path))
-
-
-# --- the real networks ----------------------------------------------------------------------------------------------
-
-@pytest.fixture(scope='module')
-def networks():
-    """The networks that are installed, loaded once for this file."""
-    pytest.importorskip('openvino', reason='OpenVINO, which computes MoveNet, is not installed')
-    for model in (MOBILENET_THIN, MOVENET_MULTIPOSE):
-        need_weights(model)
-    return Networks(BackendParams())
-
-
-@pytest.fixture(scope='module')
-def real(networks):
-    """Detectors in all modes."""
-    return {mode: Detector(settings(mode=mode), networks) for mode in MODES}
-
-
-def mannequin(x):
-    """Return a 480 x 360 image with the self-check's drawn person, 240 x 336, at x."""
-    with np.load(str(reference_path(MOBILENET_THIN))) as reference:
-        person = cv2.resize(reference['image'], (240, 336), interpolation=cv2.INTER_CUBIC)
-    image = np.full((360, 480, 3), (150, 165, 160), np.uint8)
-    image[12:348, x:x + 240] = person
-    return image
-
-
-@ALL_MODES
-def test_real_networks_find_no_person_in_an_empty_image(real, mode):
-    assert len(real[mode].detect(np.full((360, 480, 3), 128, np.uint8))) == 0
-
-
-@pytest.mark.parametrize('mode, x', [('fast', 0), ('balanced', 0), ('balanced', 120), ('balanced', 240),
-                                     ('accurate', 240)])
-def test_real_networks_find_the_drawn_person_where_it_is(real, mode, x):
-    people = real[mode].detect(mannequin(x))
-    assert len(people) == 1
-    for joint, (u, v) in {'nose': (40, 15), 'neck': (40, 27), 'right_shoulder': (30, 29),
-                          'left_shoulder': (50, 29)}.items():
-        drawn = ((u + 0.5) * 3 - 0.5 + x, (v + 0.5) * 3 - 0.5 + 12)
-        # A drawing without joints' shapes: good to a fifteenth of its height.
-        np.testing.assert_allclose(people.xy[0, COCO_18.index[joint]], drawn, atol=22)

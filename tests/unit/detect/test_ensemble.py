@@ -6,12 +6,11 @@ from hypothesis import strategies as st
 
 from known_fields import FRONT
 from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
-from openpose_ros_pkg.ensemble import group, most_alike, sigmas, vote, vote_with_crops, without_duplicates
+from openpose_ros_pkg.ensemble import group, sigmas, vote, vote_with_crops, without_duplicates
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 SIGMAS = sigmas(COCO_18)
-NO_PEOPLE = np.zeros((0, 18, 3), np.float32)
 WRIST, NOSE = COCO_18.index['right_wrist'], COCO_18.index['nose']
 
 
@@ -35,17 +34,6 @@ def grouped(*sources):
 
 # --- who is who -----------------------------------------------------------------------------------------------------
 
-def test_one_source_keeps_all_people():
-    assert grouped([pose(300), pose(100)]) == [{0: 100}, {0: 300}]
-
-
-def test_people_of_one_source_are_not_put_together_however_alike():
-    assert grouped([pose(100), pose(101)]) == [{0: 100}, {0: 101}]
-
-
-def test_what_one_source_misses_others_add():
-    assert grouped([pose(100)], [], [pose(102), pose(300)], [pose(301)]) == [{0: 100, 2: 102}, {2: 300, 3: 301}]
-
 
 def test_the_more_alike_pose_is_the_person():
     """Both poses of the second source would do; the other one stays a person of its own."""
@@ -60,13 +48,6 @@ def test_agreement_gives_the_place_and_the_score():
     assert result.shape == (18, 3) and result.dtype == np.float32
     np.testing.assert_allclose(result[:, :2], pose(100)[:, :2], atol=1e-4)
     np.testing.assert_allclose(result[:, 2], np.sqrt(0.9), atol=1e-5)
-
-
-def test_silent_sources_lower_the_score():
-    """Weights 3 and 1: one source of three quarters of the weight, 0.9 of which it grants."""
-    result = vote({0: pose(100)}, [3.0, 1.0], SIGMAS)
-    np.testing.assert_allclose(result[:, 2], np.sqrt(0.9 * 3 / 4), atol=1e-5)
-    np.testing.assert_allclose(result[:, :2], pose(100)[:, :2], atol=1e-4)
 
 
 def test_an_outlier_is_left_out():
@@ -138,16 +119,3 @@ def test_of_people_who_are_almost_the_same_the_surest_stays():
 def test_a_copy_with_left_and_right_exchanged_is_a_duplicate():
     people = np.stack([pose(100), pose(102)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])
     assert without_duplicates(Poses(people, np.array([0.5, 0.4, 0.3])), SIGMAS, COCO_18.swap).tolist() == [0, 2]
-
-
-def test_halves_of_a_body_are_no_duplicates():
-    halves = np.stack([without(pose(100), *COCO_18.joints[8:14]),
-                       without(pose(100), *COCO_18.joints[:8], *COCO_18.joints[14:])])
-    assert len(without_duplicates(Poses(halves, np.array([0.5, 0.6])), SIGMAS, COCO_18.swap)) == 2
-
-
-def test_most_alike():
-    assert most_alike(NO_PEOPLE, pose(100), NO_PEOPLE, SIGMAS) is None
-    poses = np.stack([pose(130), pose(103), pose(100, height=80)])
-    np.testing.assert_array_equal(most_alike(poses, pose(100), NO_PEOPLE, SIGMAS), poses[1])
-    assert most_alike(poses, pose(300), NO_PEOPLE, SIGMAS) is None

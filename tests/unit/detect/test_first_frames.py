@@ -5,15 +5,14 @@ import cv2
 import numpy as np
 import pytest
 from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
-from test_head_recovery import BEHIND, FOCAL, SEEN, SIZE, the_scene
 
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
 from optional_weights import need_weights
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order
@@ -77,28 +76,6 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
         assert_same(found, full.detect(image, view))
 
 
-def test_who_is_known_by_the_depth_alone_is_among_the_first_and_is_followed():
-    networks = balanced([SEEN], SIZE)
-    networks.networks['movenet_thunder'].people = [SEEN, BEHIND]
-    stream, view = make_stream(networks), DepthView(the_scene(), FOCAL)
-    found = stream.detect(ImageFrame('camera', BEGIN, chart(*SIZE), view))
-    assert len(found) == 2
-    assert_same(found, stream.detector.detect(chart(*SIZE), view))
-    assert sorted(stream.detect(ImageFrame('camera', BEGIN + 0.03, chart(*SIZE), view)).ids) == sorted(found.ids)
-
-
-def test_a_burst_of_requests_does_not_cut_the_slow_ones_after_it():
-    scene = Scene(CROWD, pace=slower(10), target_rate=10.0)
-    assert [len(scene.frame(stamp)[0]) for stamp in (0.0, 0.05, 0.75, 0.8, 1.5, 1.55, 2.25, 2.95)] == [5] * 8
-
-
-@pytest.mark.parametrize('factor', [26])
-def test_a_machine_that_a_full_search_keeps_busy_until_the_next_request_shows_all_people(factor):
-    """A full search takes 0.7 to 0.95 s of each second."""
-    scene = Scene(CROWD, pace=slower(factor), target_rate=RATE)
-    assert [len(scene.frame(1.0 * i)[0]) for i in range(8)] == [5] * 8
-
-
 @pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.5), (80, 0.3)])
 def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
     """Full searches take 0.25, 1.0 and 2.5 s, the last longer than tracks are kept."""
@@ -108,19 +85,6 @@ def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
         found, *_, seconds = scene.frame(time)
         assert len(found) == len(CROWD)
         time += factor * seconds + pause
-
-
-@pytest.mark.parametrize('factor', [7, 40])
-def test_a_live_chain_on_a_slow_machine_shows_both_people(factor):
-    """Where there is time for one crop per frame, the other person is reported until the turn comes."""
-    scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=15.0)
-    time, counts = 0.0, []
-    for _ in range(30):
-        stamp = np.ceil(time * 15) / 15
-        found, *_, seconds = scene.frame(stamp)
-        counts.append(len(found))
-        time = stamp + max(factor * seconds, 1 / 15)
-    assert counts == [2] * 30
 
 
 @pytest.mark.parametrize('cameras, factor', [(1, 30), (3, 20)])
@@ -185,13 +149,6 @@ def test_cameras_of_one_frame_id_and_different_sizes_do_not_disturb_each_other(s
     assert all(len(found) == 2 for frame in frames for found, _ in frame)
 
 
-def test_ids_are_not_used_again_after_a_camera_was_forgotten():
-    scene = Scene([LEFT])
-    for number in range(TRACKING.most_cameras + 1):
-        assert scene.frame(1.0, camera=number)[0].ids.tolist() == [1]
-    assert scene.frame(1.02, camera=0)[0].ids.tolist() == [2]
-
-
 @pytest.mark.parametrize('size, rate', [((1, 1), 0.0), ((1, 2000), 30.0), ((2000, 1), 0.0), ((2, 3), 30.0),
                                         ((17, 1), 30.0)])
 def test_tiny_images_show_no_person_or_are_refused_as_too_thin(size, rate):
@@ -234,13 +191,3 @@ def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhi
     for _ in range(60):
         compute(prepare())
     assert all(len(network.inputs) > count for network, count in zip(networks.networks.values(), before))
-
-
-def test_new_thresholds_hold_for_the_next_frame_and_do_not_begin_anew():
-    scene = Scene([LEFT, RIGHT], target_rate=RATE)
-    scene.frame(0.0)
-    settings = {'mode': 'fast', 'target_rate': RATE}
-    scene.stream.detector.reconfigure(build(DetectorSettings, {**settings, 'person_min_score': 0.99}))
-    scene.stream.reconfigure(TrackingParams())
-    found, searches, looks, _ = scene.frame(0.02)
-    assert (len(found), searches, looks) == (0, 0, 2)

@@ -1,5 +1,4 @@
 """Life stories of people who are followed: networks look where they are expected, and search the rest now and then."""
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,17 +7,11 @@ from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import (
-    FOLLOWING,
-    FollowedPerson,
     FollowingParams,
-    Opinion,
-    PersonMemory,
-    disagreement,
 )
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import MODES
 from openpose_ros_pkg.detect.schedule import SCHEDULE
-from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -64,12 +57,6 @@ def right_of(person, pixels):
 
 def near(found, person):
     return np.abs(found - person)[:14].max() < 4
-
-
-def test_no_person_is_found_by_searches_now_and_then():
-    scene = Scene([])
-    counts = [scene.frame(0.1 * i)[1:3] for i in range(2 * PERIOD)]
-    assert counts == ([(1, 0)] + [(0, 0)] * (PERIOD - 1)) * 2
 
 
 def test_between_searches_people_are_followed_on_crops():
@@ -122,38 +109,6 @@ def test_a_crop_that_slid_to_another_person_is_refused():
     assert len(found) == 1 and near(found.xy[0], LEFT)
 
 
-def test_a_pose_that_is_not_where_a_person_was_expected_is_not_believed():
-    pose = np.concatenate([LEFT, np.ones((18, 1))], axis=1)
-    memory = PersonMemory(np.ones(18), 0.0, 0.0, {})
-    person, size = FollowedPerson(pose, memory, 0.0), np.linalg.norm(np.ptp(LEFT, axis=0)) / 2
-    away = right_of(pose, 1.2 * FOLLOWING.agreement * size)
-    assert disagreement(away, pose) == pytest.approx(1.2 * FOLLOWING.agreement)
-    assert person.accepts(pose) and not person.accepts(away)
-    assert replace(person, unseen=0.3).accepts(away)
-    assert not person.accepts(pose * (1, 1, 0.5 * FOLLOWING.crop_score))
-
-
-def test_an_earlier_opinion_moves_with_the_person_and_fades():
-    """A search doubted a joint: the doubt holds for a while, wherever the person has gone."""
-    recipe = MODES['fast']
-    sure = np.concatenate([LEFT, np.ones((18, 1))], axis=1).astype(np.float32)
-    doubting = sure.copy()
-    doubting[4, :2] += 150
-
-    def score(age):
-        memory = PersonMemory(np.ones(18), 0.0, 0.0, {0: Opinion(doubting, LEFT, 0.0)})
-        moved = sure + np.float32([40, 10, 0])
-        person = FollowedPerson(moved, memory, 0.1, moved, {1: moved})
-        keypoints = person.voted(recipe, age)
-        np.testing.assert_allclose(keypoints[:, :2], moved[:, :2], atol=1)
-        np.testing.assert_allclose(np.delete(keypoints[:, 2], 4), 1, atol=1e-3)
-        return keypoints[4, 2]
-
-    scores = [score(age) for age in (0.0, 0.2, 0.4, 5.0)]
-    assert scores[0] == pytest.approx(np.sqrt(0.5), abs=0.01)
-    assert scores == sorted(scores) and scores[-1] == pytest.approx(1)
-
-
 @pytest.mark.parametrize('after', [-1.0, 5.0], ids=['back', 'gap'])
 def test_stamps_that_jump_begin_anew(after):
     scene = Scene([LEFT])
@@ -161,13 +116,6 @@ def test_stamps_that_jump_begin_anew(after):
         scene.frame(10 + 0.1 * i)
     found, searches, _, _ = scene.frame(10.2 + after, [RIGHT])
     assert searches == 1 and len(found) == 1 and near(found.xy[0], RIGHT)
-
-
-def test_an_image_that_is_not_to_be_followed_is_searched():
-    scene = Scene([LEFT])
-    scene.frame(0.0)
-    found = scene.stream.detect(ImageFrame('camera', BEGIN + 0.1, IMAGE, follow=False))
-    np.testing.assert_array_equal(found.xy, scene.stream.detector.detect(IMAGE).xy)
 
 
 def test_the_budget_is_kept_and_all_people_are_reported():
@@ -193,61 +141,7 @@ def test_a_newcomer_is_found_within_a_third_of_a_second():
     assert found[-1] == 2 and found == sorted(found)
 
 
-def time_of_frames(intervals, people, begin=0.5, silent_from=None):
-    """Return the mean time of a frame of each camera in the half second after `begin`, and that of all per second.
-
-    Args:
-        intervals: between the images of each camera [s].
-        people: before each camera.
-        silent_from: when all but the first camera fall silent [s].
-    """
-    scene, spent = Scene([], target_rate=RATE * len(intervals)), [[] for _ in intervals]
-    stamps = sorted((1.0 + interval * i, number) for number, interval in enumerate(intervals)
-                    for i in range(round((begin + 0.5) / interval)))
-    for stamp, number in stamps:
-        if number == 0 or silent_from is None or stamp < 1.0 + silent_from:
-            seconds = scene.frame(stamp, people[number], camera=number)[3]
-            spent[number] += [seconds] if stamp >= 1.0 + begin else []
-    return [np.mean(each) if each else 0.0 for each in spent], 2 * sum(map(sum, spent))
-
-
 CROWD = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
-
-
-def test_time_goes_where_people_are_and_empty_rooms_are_still_searched():
-    """Five crops take 15 ms, a search 10 ms; the cameras have 35 ms together for an image of each."""
-    alike, _ = time_of_frames([0.05] * 4, [CROWD] * 4)
-    times, in_all = time_of_frames([0.05] * 4, [CROWD, [], [], []])
-    assert times[0] >= 1.5 * alike[0]
-    assert min(times[1:]) >= 0.2 * 0.010 and in_all <= 1.1 * SCHEDULE.followed_share
-
-
-def test_the_time_of_cameras_that_fall_silent_goes_to_the_others():
-    before, _ = time_of_frames([0.05] * 3, [CROWD] * 3)
-    left, in_all = time_of_frames([0.05] * 3, [CROWD] * 3, 1.5, silent_from=0.4)
-    assert left[0] >= 1.8 * before[0] and left[1:] == [0.0, 0.0]
-    assert in_all <= 1.1 * SCHEDULE.followed_share
-
-
-def test_beside_other_cameras_people_are_the_same_as_alone():
-    """Without a rate that is wanted: there is time for everything."""
-    def found(others):
-        scene = Scene([])
-        for i in range(3 * PERIOD):
-            yield scene.frame(1.0 + 0.1 * i, [right_of(LEFT, 3.0 * i), RIGHT])[0]
-            for number in range(others):
-                scene.frame(1.0 + 0.1 * i, CROWD[number:], camera=number)
-
-    for alone, beside in zip(found(0), found(3)):
-        np.testing.assert_array_equal(beside.keypoints, alone.keypoints)
-        np.testing.assert_array_equal(beside.ids, alone.ids)
-
-
-def test_of_many_cameras_and_sizes_the_newest_are_remembered():
-    scene = Scene([])
-    for number in range(2 * TRACKING.most_cameras):
-        scene.frame(0.1, image=np.zeros((60 + number, 80, 3), np.uint8), camera=number)
-    assert len(scene.stream._memories.all()) == TRACKING.most_cameras
 
 
 def test_people_far_beyond_a_thin_image_get_a_crop_that_fits_into_memory():

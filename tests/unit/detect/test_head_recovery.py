@@ -77,19 +77,6 @@ def test_what_is_no_head(scene):
     assert len(found(scene)) == 0
 
 
-def test_a_person_right_behind_a_sitting_one():
-    scene = draw_person(draw_person(room(), 0.0, 3.0), 0.05, 2.5, head=1.15)
-    assert found(scene) == pytest.approx(np.array([[0.0, HEAD, 3.0], [0.05, 1.15, 2.5]]), abs=0.07)
-
-
-def test_half_of_a_head_behind_a_shoulder_and_noise():
-    scene = draw_person(draw_person(room(), 0.0, 3.5), -0.28, 2.2, head=1.7)
-    noise = np.random.default_rng(0).normal(0, 1, scene.shape)
-    scene = np.where(np.random.default_rng(1).uniform(size=scene.shape) < 0.02, np.nan, scene + 0.0015 * noise * scene)
-    places = found(scene.astype(np.float32))
-    assert np.abs(places - [0.03, HEAD, 3.5]).max(axis=1).min() < 0.08
-
-
 # The person in the image who stands at x = 0, 3 m away: its height there from nose to ankle [px].
 BEHIND = person_at(SIZE[0] / 2, 2 * pixel(0, HEAD - 0.02, 3.0)[1], 1.45 * 2 * FOCAL / 3.0)
 SEEN = person_at(180, 200, 240)
@@ -125,16 +112,6 @@ def test_who_was_missed_is_found_by_depth(detector):
     assert person[[nose, hip]] == pytest.approx(BEHIND[[nose, hip]], abs=6)
 
 
-def test_heads_of_those_who_were_found_get_no_crop(detector, networks):
-    networks.networks['mobilenet_thin'].people = networks.networks['movenet_multipose'].people = [SEEN, BEHIND]
-    thunder = networks.networks['movenet_thunder']
-    detector.detect(image())
-    crops = len(thunder.inputs)
-    assert crops == 2
-    people = detector.detect(image(), DepthView(the_scene(), FOCAL))
-    assert len(people) == 2 and len(thunder.inputs) == 2 * crops
-
-
 @pytest.mark.parametrize('change', [
     lambda networks, scene: (networks['movenet_thunder'], 'people', [SEEN]),
     lambda networks, scene: (networks['movenet_thunder'], 'confidence', 0.2),
@@ -153,22 +130,3 @@ def test_who_was_missed_is_followed(detector):
     assert len({tuple(sorted(people.ids)) for people in frames}) == 1
     neck = COCO_18.index['neck']
     assert in_order(frames[-1])[:, neck] == pytest.approx(in_order(frames[0])[:, neck], abs=4)
-
-
-def most_alike(picture):
-    """Return the share of the pixels that have the commonest colour."""
-    return np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)[1].max() / picture[..., 0].size
-
-
-def test_nearer_people_are_covered_in_the_crop(detector, networks):
-    shown = networks.networks['movenet_thunder'].inputs
-    detector.detect(image(), DepthView(the_scene(), FOCAL))
-    assert len(shown) == 2 and most_alike(shown[-1]) < 0.005
-    # a box from 0.06 m to 0.66 m, 0.4 m high and 1.5 m away, before a crop of 1.5 m x 1.5 m at 3 m
-    detector.detect(image(), DepthView(draw(the_scene(), 1.5, (0.36, 1.2, -0.3, 0.2)), FOCAL))
-    assert len(shown) == 4 and most_alike(shown[-1]) == pytest.approx((0.75 - 0.12) * 0.8 / 1.5 ** 2, abs=0.03)
-
-
-@pytest.mark.parametrize('shape', [(1, 1), (1, 321), (321, 1), (1, 65000), (2, 3)])
-def test_tiny_and_thin_depth_shows_no_head(shape):
-    assert len(heads(DepthView(np.full(shape, 2.0, np.float32), FOCAL))) == 0

@@ -6,7 +6,6 @@ from openpose_ros_pkg.detect.schedule import (
     NO_GREY,
     SCHEDULE,
     Budget,
-    Costs,
     Part,
     Schedule,
     changed_columns,
@@ -26,21 +25,6 @@ def test_strips_cover_the_image_and_overlap(count):
     assert len({right - left for left, right in cut}) == 1
     for (_, end), (begin, _) in zip(cut, cut[1:]):
         assert end - begin == pytest.approx(SCHEDULE.overlap * WIDTH, abs=2)
-
-
-def test_a_part_holds_who_its_inner_borders_do_not_cut():
-    assert LEFT.contains(-5, LEFT.right - 10) and not LEFT.contains(100, LEFT.right)
-    assert RIGHT.contains(RIGHT.left + 10, WIDTH + 5) and not RIGHT.contains(RIGHT.left - 1, 700)
-    assert LEFT.meets(LEFT.right - 1, WIDTH) and not LEFT.meets(LEFT.right, WIDTH)
-
-
-def test_parts_are_searched_in_turn():
-    schedule = Schedule((LEFT, MIDDLE, RIGHT))
-    searched = []
-    for frame in range(6):
-        searched.append(schedule.order(0.1 * frame)[0])
-        schedule = schedule.done([searched[-1]], 0.1 * frame)
-    assert searched == [LEFT, MIDDLE, RIGHT] * 2
 
 
 def done_at(*stamps):
@@ -84,14 +68,6 @@ def test_changes_are_those_outside_of_people_and_of_the_light():
     assert len(columns) >= SCHEDULE.grey_pixels and columns.min() > 690 and columns.max() < 770
 
 
-def test_without_a_rate_there_is_any_time():
-    budget = Budget(0.0)
-    budget = budget.begun(0.1)
-    assert budget.crops(1.0) > 1000
-    budget = budget.after_crops(100.0)
-    assert budget.affords(1e6)
-
-
 def test_what_is_saved_pays_for_a_part_that_does_not_fit_into_a_frame():
     budget = Budget.of_rate(10.0)
     frame = SCHEDULE.followed_share / 10
@@ -104,17 +80,6 @@ def test_what_is_saved_pays_for_a_part_that_does_not_fit_into_a_frame():
     assert not budget.affords(0.2 * frame)
 
 
-def test_on_a_slow_machine_the_search_goes_on():
-    budget, frame, searched = Budget.of_rate(10.0), SCHEDULE.followed_share / 10, 0
-    for _ in range(100):
-        budget = budget.begun(0.1)
-        budget = budget.after_crops(3 * frame)  # of one crop
-        if budget.affords(10 * frame):
-            budget = budget.after(10 * frame)
-            searched += 1
-    assert 5 <= searched <= 20
-
-
 def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
     slow, losing = Budget.of_rate(30.0), Budget.of_rate(30.0)
     for interval in (0.1, 0.1, 0.1):
@@ -123,21 +88,6 @@ def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
         losing = losing.begun(interval)
     assert slow.crops(0.01) == int((1 - SCHEDULE.search_share) * SCHEDULE.followed_share * 10)
     assert losing.crops(0.01) == 1
-
-
-def test_a_frame_has_the_least_time_whatever_rate_is_wanted():
-    budget = Budget.of_rate(30.0)
-    budget = budget.begun(1 / 30, Costs(least=0.1))
-    assert budget.crops(0.01) == int((1 - SCHEDULE.search_share) * 10)
-
-
-def test_long_thin_images_take_no_more_memory():
-    for height, width in ((65500, 1), (1, 65500), (5000, 40)):
-        image = np.zeros((height, width, 3), np.uint8)
-        last = small_grey(image)
-        assert last.size <= SCHEDULE.grey_aspect * SCHEDULE.grey_width ** 2
-        image[height // 2:] = 200
-        assert len(changed_columns(small_grey(image), last, (width, height), [])) >= (height > 1)
 
 
 # --- several cameras ------------------------------------------------------------------------------------------------

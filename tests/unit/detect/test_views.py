@@ -5,28 +5,17 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.crops import CrowdImage, decode_crop, prepare_crop, quarter_turns
-from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, DetectorSettings, NetworkPass
-from openpose_ros_pkg.detect.views import Setup, decode_views, prepare_views
+from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
+from openpose_ros_pkg.detect.views import prepare_views
 from openpose_ros_pkg.ensemble import most_alike, sigmas
-from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
-from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
-from stand_in_networks import MovenetNetwork, PafNetwork, chart, person_at
+from stand_in_networks import MovenetNetwork, chart, person_at
 
 SIGMAS = sigmas(COCO_18)
 SIZE = (641, 479)
-SETUP = Setup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams(), build(DetectorSettings, {}))
-
-
-def people_by(network, network_pass, size=SIZE):
-    """Return the opinions, (P, 18, 3) each, of a network that sees the chart."""
-    views = [view.compute(network) for view in prepare_views(chart(*size), network_pass)]
-    assert all(view.seconds > 0 for view in views)
-    return [poses.keypoints for poses in decode_views(network_pass, views, SETUP)]
 
 
 # --- views ----------------------------------------------------------------------------------------------------------
@@ -41,41 +30,6 @@ def test_each_scale_is_seen_with_its_mirror_image():
     np.testing.assert_allclose(mirror.input[:, :width][:, ::-1].astype(int), plain.input[:, :width], atol=1)
     for image in (plain.input, mirror.input):  # the padding is at the right of both
         np.testing.assert_array_equal(image[:, width:], np.repeat(image[:, width - 1:width], 496 - width, axis=1))
-
-
-@pytest.mark.parametrize('size', [(640, 480), (480, 640), (1280, 400)])
-def test_network_of_one_size_gets_it_whatever_the_box(size):
-    (view,) = prepare_views(chart(*size), NetworkPass(MODELS['rtmo_s'], (656, 368)))
-    width, height = view.view.plan.scaled_size
-    assert view.input.shape == (640, 640, 3) and max(width, height) == 640
-    beyond = view.input[height:] if size[0] > size[1] else view.input[:, width:]
-    assert beyond.size and (beyond == 114).all()
-
-
-def test_free_side_of_a_long_thin_image_is_refused():
-    with pytest.raises(BadInputError, match='at most 4096'):
-        prepare_views(np.zeros((10, 10000, 3), np.uint8), NetworkPass(MOBILENET_THIN, (-1, 368)))
-
-
-# --- what a network says --------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('zooms, mirror', [((1.0,), False), ((1.0, 0.6), False), ((1.0,), True), ((1.0, 0.6), True)])
-def test_fields_of_all_views_are_one_opinion(zooms, mirror):
-    person = person_at(250, 60, 380)
-    (people,) = people_by(PafNetwork([person], SIZE), NetworkPass(MOBILENET_THIN, (656, 368), zooms, mirror))
-    assert len(people) == 1
-    np.testing.assert_allclose(people[0, :, :2], person, atol=1.5)
-
-
-def test_each_view_of_a_network_that_finds_people_itself_is_an_opinion():
-    person = person_at(250, 60, 380)
-    network = MovenetNetwork([person], SIZE)
-    opinions = people_by(network, NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5)))
-    assert [image.shape for image in network.inputs] == [(384, 512, 3), (192, 256, 3)]
-    assert len(opinions) == 2
-    for people in opinions:
-        assert len(people) == 1
-        np.testing.assert_allclose(people[0, :, :2], person, atol=0.5)
 
 
 # --- crop refinement ------------------------------------------------------------------------------------------------
@@ -113,14 +67,6 @@ def test_joints_come_back_to_their_place_under_their_names(x, y, height, mirror,
     assert np.isnan(pose[~inside, :2]).all() and (pose[~inside, 2] == 0).all()
 
 
-def test_the_crop_of_multipose_ends_at_the_border():
-    person = person_at(20, 20, 150)
-    network = MovenetNetwork([person], SIZE)
-    refined(network, scored(person))
-    left, top, right, bottom = network.parts[0]
-    assert (left, top) == pytest.approx((-0.5, -0.5), abs=0.5) and right < 200 and bottom < 250
-
-
 @pytest.mark.parametrize('x, y', [(20, 20), (620, 20), (320, 460)])
 def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
     """Beyond the image its border is repeated, where the refinement wants it."""
@@ -138,32 +84,12 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
         assert (crop.input[:, 0] == crop.input[:, column - 3]).mean() > 0.9
 
 
-def test_unsure_joints_do_not_widen_the_crop():
-    """A guess of a joint out of sight; where there are only guesses, they must do."""
-    person = person_at(320, 150, 150)
-    ankles = [COCO_18.index['left_ankle'], COCO_18.index['right_ankle']]
-    known = scored(person)
-    known[ankles] = (20, 470, 0.1)
-    network = MovenetNetwork([person], SIZE)
-    refined(network, known, margin=2.0)
-    left, _, _, bottom = network.parts[0]
-    assert left > 150 and bottom < 400
-    known[:, 2] = 0.1
-    refined(network, known, margin=2.0)
-    assert network.parts[1][0] < 20 and network.parts[1][3] > 470
-
-
 @pytest.mark.parametrize('order', [1, -1])
 def test_of_several_in_the_crop_the_person_itself_is_taken(order):
     people = [person_at(320, 150, 200), person_at(380, 155, 190)]
     for person in people:
         pose = refined(MovenetNetwork(people[::order], SIZE), scored(person, noise=3.0))
         np.testing.assert_allclose(pose[:, :2], person, atol=0.5)
-
-
-def test_another_person_in_the_crop_is_no_opinion():
-    known = scored(person_at(320, 150, 200))
-    assert refined(MovenetNetwork([person_at(430, 150, 200)], SIZE), known) is None
 
 
 # --- people who lie ---------------------------------------------------------------------------------------------------
@@ -190,16 +116,6 @@ def test_who_lies_is_turned_upright(degrees, turns):
         seen = np.column_stack([seen[:, 1], crop.view.plan.image_size[0] - 1 - seen[:, 0]])
     up = seen[COCO_18.index['neck']] - seen[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]].mean(axis=0)
     assert -up[1] > 0.6 * np.linalg.norm(up)
-
-
-def test_who_bends_down_is_upright_as_the_legs_tell():
-    person = scored(person_at(320, 100, 250))
-    middle = person[[COCO_18.index['left_hip'], COCO_18.index['right_hip']], :2].mean(axis=0)
-    lower = [COCO_18.index[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('knee', 'ankle')]
-    bent = scored(rotated(person[:, :2] - middle + np.divide(SIZE, 2), 90))
-    assert quarter_turns(bent, COCO_18) == 1
-    bent[lower, :2] = person[lower, :2] - middle + np.divide(SIZE, 2)
-    assert quarter_turns(bent, COCO_18) == 0
 
 
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])

@@ -92,11 +92,6 @@ def detector(reader):
     return LandmarkDetector(BOTH, lambda kind: reader if kind is HAND else FaceTemplate())
 
 
-def test_no_person_has_no_hands(detector):
-    found = detector.detect(scene()[0], People2D.empty(COCO_18), None, 'c', 1.0)
-    assert len(found.hands) == len(found.faces) == 0
-
-
 def test_both_hands_are_where_they_are_and_whose_they_are(detector):
     image, hands = scene()
     found = detector.detect(image, people(body(), ids=[7]), None, 'c', 1.0).hands
@@ -104,13 +99,6 @@ def test_both_hands_are_where_they_are_and_whose_they_are(detector):
     for keypoints, is_left, score in zip(found.keypoints, found.left, found.scores):
         np.testing.assert_allclose(keypoints[:, :2], hands[bool(is_left)], atol=1.0)
         assert (keypoints[:, 2] == score).all() and score == pytest.approx(0.95)
-
-
-def test_hand_that_does_not_prolong_the_forearm_is_found_above_the_wrist(detector, reader):
-    image, hands = scene()
-    found = detector.detect(image, people(body(up=False)), None, 'c', 1.0).hands
-    assert len(found) == 2
-    np.testing.assert_allclose(found.keypoints[0, :, :2], hands[True], atol=1.0)
 
 
 def test_hidden_missing_and_small_hands_are_not_looked_at(detector, reader):
@@ -165,13 +153,6 @@ def test_one_hand_for_two_wrists_is_the_one_whose_side_it_shows(detector):
     np.testing.assert_allclose(found.keypoints[0, :, :2], hands[False], atol=1.0)
 
 
-def test_hand_of_another_person_belongs_to_the_nearer_wrist(detector):
-    image, _ = scene()
-    near, far = body(), body(left=(30, 30), right=(450, 240))
-    found = detector.detect(image, people(far, near, ids=[3, 4]), None, 'c', 1.0).hands
-    assert list(zip(found.people, found.left)) == [(4, True), (4, False)]
-
-
 def test_hand_behind_another_one_is_carried_along_with_its_wrist(detector):
     image, hands = scene()
     detector.detect(image, people(body()), None, 'c', 1.0)
@@ -183,16 +164,6 @@ def test_hand_behind_another_one_is_carried_along_with_its_wrist(detector):
     assert found.scores[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.carry_time)) and found.scores[1] > 0.9
     later = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1 + LANDMARKS.carry_time).hands
     assert later.left.tolist() == [False]
-
-
-def test_hand_that_is_lost_behind_another_one_is_carried_too(detector):
-    image, _ = scene(left=(310, 220))
-    detector.detect(image, people(body(left=(310, 220))), None, 'c', 1.0)
-    cv2.rectangle(image, (250, 90), (385, 240), (90, 90, 90), -1)  # the left hand is gone; only the right one is seen
-    found = detector.detect(image, people(body(left=(430, 220))), None, 'c', 1.1).hands
-    assert found.left.tolist() == [True, False] and found.scores[0] < found.scores[1]
-    far = detector.detect(image, people(body(left=(150, 220))), None, 'c', 1.2).hands
-    assert far.left.tolist() == [False]  # nothing hides it there
 
 
 def test_within_a_budget_those_looked_at_longest_ago_come_first(detector, reader):
@@ -210,17 +181,6 @@ def test_within_a_budget_those_looked_at_longest_ago_come_first(detector, reader
     assert len(detector.detect(image, people(body()), None, 'c', 1.3, seconds=10.0).hands) == 2
 
 
-def test_where_nothing_was_found_there_is_no_look_for_a_moment(detector, reader):
-    detector.reconfigure(HANDS)
-    nothing = np.zeros_like(scene()[0])
-    assert len(detector.detect(nothing, people(body()), None, 'c', 1.0).hands) == 0
-    reader.passes = 0
-    image, _ = scene()
-    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 0.9 * LANDMARKS.retry_time).hands) == 0
-    assert reader.passes == 0
-    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 1.1 * LANDMARKS.retry_time).hands) == 2
-
-
 @pytest.mark.parametrize('stamp', [0.0, -1.0])
 def test_without_a_stamp_nothing_is_remembered(detector, reader, stamp):
     """A hand that is gone is not carried along, and one that appears is looked for at once."""
@@ -232,20 +192,6 @@ def test_without_a_stamp_nothing_is_remembered(detector, reader, stamp):
     only_right, _ = scene(left=(450, 200))
     draw(only_right, hands[False], True)
     assert len(detector.detect(only_right, people(body(left=(440, 215))), None, 'c', stamp).hands) == 1
-
-
-def test_places_in_images_of_another_size_are_not_used(detector, reader):
-    """It is looked for by the body, as in the first image of a camera."""
-    detector.reconfigure(HANDS)
-    detector.detect(scene()[0], people(body()), None, 'c', 1.0)
-    image, _ = scene()
-    small = cv2.resize(image, (320, 240), interpolation=cv2.INTER_AREA)
-    reader.passes = 0
-    detector.detect(small, people(body() * np.float32((0.5, 0.5, 1))), None, 'c', 1.1)
-    fresh = reader.passes
-    reader.passes = 0
-    detector.detect(small, people(body() * np.float32((0.5, 0.5, 1))), None, 'another', 1.1)
-    assert fresh == reader.passes
 
 
 def test_face_is_where_the_network_sees_it(detector):
@@ -267,14 +213,3 @@ def test_missing_network_is_a_fault_and_the_other_one_works(reader):
                                'weights of face_landmark not found')
     found = detector.detect(scene()[0], people(body()), None, 'c', 1.0)
     assert len(found.hands) == 2 and len(found.faces) == 0
-
-
-def test_network_is_loaded_when_it_is_first_wanted(reader):
-    loaded = []
-    detector = LandmarkDetector(HANDS, lambda kind: loaded.append(kind) or (reader if kind is HAND else FaceTemplate()))
-    assert loaded == [HAND] and detector.faults == ''
-    detector.reconfigure(BOTH)
-    detector.reconfigure(HANDS)
-    assert loaded == [HAND, FACE]
-    detector.warm_up()
-    assert len(detector.detect(scene()[0], people(body()), None, 'c', 1.0).faces) == 0

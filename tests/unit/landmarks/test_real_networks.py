@@ -6,7 +6,7 @@ from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
+from openpose_ros_pkg.networks.model_registry import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from optional_weights import need_weights
@@ -52,9 +52,3 @@ def test_hand_and_face_of_a_rendered_person(detector, scene):
     assert (hand[[8, 12, 16, 20], 1] < 90).all()  # fingertips are up
     assert face[8, 1] > face[57, 1] > face[30, 1] > face[69, 1]  # chin, lip, nose, eye: upwards
     assert face[68, 0] < face[30, 0] < face[69, 0]  # the right eye is at the left
-
-
-def test_grey_image_has_neither(detector, scene):
-    image, keypoints = scene
-    found = detector.detect(np.full_like(image, 120), people(keypoints), None, 'grey', 1.0)
-    assert len(found.hands) == len(found.faces) == 0

@@ -3,10 +3,8 @@
 What a network takes and gives is in test_backends_networks.py, the self-check in test_backends_self_check.py. Tests on
 real networks are skipped where their weights or the runtime are not there.
 """
-import builtins
 import importlib.util
 import logging
-import sys
 
 import cv2
 import numpy as np
@@ -17,7 +15,7 @@ from openpose_ros_pkg.networks import backends
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.backends.opencv_dnn import has_cuda
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from optional_weights import need_weights
 
 NAMES = ('openvino', 'opencv_dnn')
@@ -33,20 +31,6 @@ def need(name):
 @pytest.fixture(scope='module')
 def weights():
     return need_weights(MOBILENET_THIN)
-
-
-@pytest.fixture
-def without_openvino(monkeypatch):
-    """Make `import openvino` fail, as on a machine without it."""
-    real = builtins.__import__
-
-    def fake(name, *args, **kwargs):
-        if name == 'openvino' or name.startswith('openvino.'):
-            raise ImportError("No module named 'openvino'")
-        return real(name, *args, **kwargs)
-
-    monkeypatch.delitem(sys.modules, 'openpose_ros_pkg.networks.backends.openvino', raising=False)
-    monkeypatch.setattr(builtins, '__import__', fake)
 
 
 class FakeBackend:
@@ -131,12 +115,6 @@ def test_auto_without_any_that_works_names_all_reasons(monkeypatch, tmp_path):
         create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams())
 
 
-def test_demanded_backend_that_is_wrong_is_an_error_not_a_fallback(monkeypatch, tmp_path):
-    with_loaders(monkeypatch, openvino=lambda: FakeBackend(np.zeros_like), opencv_dnn=FakeBackend)
-    with pytest.raises(ModelError, match='wrongly'):
-        create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams(backend='openvino'))
-
-
 @pytest.mark.parametrize('model, backend, text', [
     (MOVENET_MULTIPOSE, 'opencv_dnn', r'not movenet\.tflite; set backend to auto or one of openvino$'),
     (MOBILENET_THIN, 'onnxruntime', r'it reads \.onnx, not graph_opt\.pb; set .* one of openvino, opencv_dnn$'),
@@ -145,12 +123,6 @@ def test_demanded_backend_that_is_wrong_is_an_error_not_a_fallback(monkeypatch, 
 def test_demanded_backend_that_does_not_read_the_file(model, backend, text, tmp_path):
     with pytest.raises(ParameterError, match=f"'backend' = '{backend}' can not compute {model.name}.*{text}"):
         create_backend(model, tmp_path / model.files[0].name, BackendParams(backend=backend))
-
-
-def test_auto_without_openvino_takes_opencv(without_openvino, weights, caplog):
-    with caplog.at_level(logging.INFO):
-        assert create_backend(MOBILENET_THIN, weights, params()).name == 'opencv_dnn'
-    assert "openvino is not importable: No module named 'openvino'" in caplog.text
 
 
 # --- GPUs: this machine may have none, and must say so --------------------------------------------------------------
@@ -167,14 +139,6 @@ def test_device_that_is_not_there_is_refused_not_replaced(name, device, tmp_path
             pytest.skip('this onnxruntime has a GPU')
     with pytest.raises(ParameterError, match=f"'device' = '{device}'.*cpu"):
         create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(backend=name, device=device))
-
-
-def test_auto_does_not_fall_back_from_a_gpu_to_the_processor(monkeypatch, tmp_path):
-    def refuse():
-        raise ParameterError("parameter 'device' = 'cuda' is not available")
-    with_loaders(monkeypatch, openvino=refuse, onnxruntime=refuse, opencv_dnn=refuse)
-    with pytest.raises(ModelError, match='no backend can compute mobilenet_thin on cuda: openvino is not able to'):
-        create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(device='cuda'))
 
 
 # --- the real networks ----------------------------------------------------------------------------------------------

@@ -7,18 +7,9 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
-from openpose_ros_pkg.networks.models import (
-    ALIASES,
-    LANDMARK_MODELS,
-    MOBILENET_THIN,
-    MODELS,
-    Archive,
-    UserFiles,
-    WeightsFile,
-    file_fault,
-    find_model,
-    weights_path,
-)
+from openpose_ros_pkg.networks.model_registry import ALIASES, LANDMARK_MODELS, MOBILENET_THIN, MODELS
+from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.models import file_fault, find_model, weights_path
 
 CONTENT = b'weights'
 

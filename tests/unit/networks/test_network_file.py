@@ -96,12 +96,6 @@ def test_another_network_is_refused_with_what_was_found_and_the_way_by_yaml(tmp_
     assert str(tmp_path / 'mine.onnx') in str(caught.value) and '.yaml' in str(caught.value)
 
 
-def test_a_file_that_is_no_network_is_refused(tmp_path, reader):
-    (tmp_path / 'mine.onnx').write_bytes(b'no network')
-    with pytest.raises(ModelError, match=r'can not read .*mine.onnx'):
-        find_model(str(tmp_path / 'mine.onnx'))
-
-
 @FORMS
 def test_its_people_lie_where_the_network_saw_them(tmp_path, people):
     """An image of 100 x 128 in an input of 128 x 128: 14 columns of padding at the left, 14 at the right.

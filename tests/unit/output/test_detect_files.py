@@ -1,6 +1,5 @@
 """The command detect_files works through pictures, folders and videos, whatever is wrong with some of them."""
 import os
-import re
 import signal
 
 import cv2
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 
 from disk_limits import file_size_limit
-from openpose_ros_pkg.detect_files import find_inputs, main
+from openpose_ros_pkg.detect_files import main
 from openpose_ros_pkg.output.keypoint_file import read_keypoint
 from openpose_ros_pkg.output.openpose_json import read_json
 from openpose_ros_pkg.people import People2D
@@ -120,21 +119,6 @@ def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, ca
     assert detector.levels[6:] == [10, 30, 20, 20]
 
 
-def test_a_video_that_is_there_is_not_written_over_unless_asked(run, tmp_path, capsys):
-    source = picture(tmp_path / 'a.png', 10)
-    command = (source, '--write-video', tmp_path / 'v.avi')
-    assert run(*command) == 0
-    assert run(*command) == 2
-    assert 'is there already' in capsys.readouterr().err
-    assert run(*command, '--overwrite') == 0
-
-
-def test_an_input_is_never_written_over(run, tmp_path, capsys):
-    source = video(tmp_path / 'v.avi', [10])
-    assert run(source, '--write-video', source, '--overwrite') == 2
-    assert 'is an input' in capsys.readouterr().err
-
-
 def test_results_in_the_folder_of_the_inputs_are_no_inputs(run, detector, tmp_path):
     picture(tmp_path / 'a.png', 10)
     command = (tmp_path, '--write-images', tmp_path, '--write-video', tmp_path / 'v.avi', '--overwrite')
@@ -172,23 +156,6 @@ def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, num
     assert '4 frames with 4 people' in capsys.readouterr().out
 
 
-def test_files_that_can_not_be_written_are_reported(run, detector, tmp_path, capsys):
-    source = video(tmp_path / 'v.avi', [10] * 3)
-    detect = detector.detect
-
-    def without_folder(bgr):
-        if not detector.levels:
-            (tmp_path / 'j').rmdir()
-        return detect(bgr)
-
-    detector.detect = without_folder
-    assert run(source, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i') == 1
-    output = capsys.readouterr()
-    assert re.search(r'not saved: .*j/v_0+_keypoints.json: No such file', output.err)
-    assert '3 files and video frames could not be written' in output.out
-    assert len(names(tmp_path / 'i')) == 3
-
-
 @pytest.mark.parametrize('suffix', ['mp4', 'avi'])
 def test_a_video_on_a_full_disk_is_not_reported_as_written(run, tmp_path, capsys, suffix):
     source = video(tmp_path / 'v.avi', [10] * 40)
@@ -209,13 +176,6 @@ def test_a_folder_is_worked_through_in_natural_order(run, detector, tmp_path):
     assert detector.levels == [10, 20, 30]
 
 
-def test_ids_begin_anew_in_each_video(run, tmp_path):
-    for name in ('a', 'b'):
-        video(tmp_path / f'{name}.avi', [10])
-    assert run(tmp_path, '--write-json', tmp_path / 'j') == 0
-    assert [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())] == [[1], [1]]
-
-
 def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
     """One of them, which another program made; the missing one is written."""
     command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-keypoint', tmp_path / 'k')
@@ -226,15 +186,3 @@ def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
     assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
     assert run(*command, '--overwrite') == 0
     assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'
-
-
-def test_no_network_is_loaded_when_all_is_there(run, tmp_path):
-    command = (str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j'))
-    assert run(*command) == 0
-    assert main(command, create=lambda *_: pytest.fail('not needed')) == 0
-
-
-def test_a_file_named_twice_is_done_once(tmp_path):
-    path = picture(tmp_path / 'a.png', 10)
-    inputs, bad = find_inputs([path, tmp_path], lambda _: False)
-    assert ([item.path for item in inputs], bad) == ([path], [])

@@ -115,26 +115,6 @@ def test_two_do_not_write_the_same_video(tmp_path):
     assert readable(tmp_path / 'v.avi') == 2
 
 
-def test_what_is_no_file_is_refused(tmp_path):
-    os.mkfifo(str(tmp_path / 'pipe.avi'))
-    (tmp_path / 'folder.avi').mkdir()
-    (tmp_path / 'loop.avi').symlink_to('loop.avi')
-    for name in ('pipe', 'folder', 'loop', 'long' * 100):
-        with VideoFile(tmp_path / f'{name}.avi', 30.0) as video, pytest.raises(OSError, match=name):
-            video.write(NOISE)
-
-
-def test_of_two_that_keep_what_is_there_each_has_a_video_of_its_own(tmp_path):
-    """Their names are free when both begin."""
-    params = SaveParams(write_video=str(tmp_path / 'v.avi'))
-    writers = [FrameWriter(params, existing=REFUSE) for _ in range(2)]
-    for count, writer in enumerate(writers, 1):
-        for number in range(count):
-            writer.write(number, NOISE, EMPTY)
-        assert writer.close() == ''
-    assert [readable(tmp_path / name) for name in ('v.avi', 'v_2.avi')] == [1, 2]
-
-
 # --- all files of a frame
 
 def test_files_of_an_earlier_run_stay_and_the_numbers_go_on_after_them(tmp_path):

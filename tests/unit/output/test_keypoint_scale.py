@@ -25,10 +25,6 @@ def test_corners_of_the_image(scale, first, last):
     result = scaled(keypoint_scale=scale)
     np.testing.assert_allclose(result[0, 0, :2], first, atol=1e-4)
     np.testing.assert_allclose(result[0, 1, :2], last, rtol=1e-6)
-
-
-def test_missing_joints_stay_missing_and_scores_stay():
-    result = scaled(keypoint_scale=4)
     assert np.isnan(result[0, 2, :2]).all()
     np.testing.assert_array_equal(result[..., 2], CORNERS[..., 2])
 

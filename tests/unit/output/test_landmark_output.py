@@ -39,11 +39,6 @@ def entries(text):
     return json.loads(text)['people']
 
 
-def test_without_hands_and_faces_the_fields_are_empty():
-    first, = entries(people_to_json(people(3), more=landmark_fields(Landmarks2D.empty())))
-    assert first['hand_left_keypoints_2d'] == first['hand_right_keypoints_2d'] == first['face_keypoints_2d'] == []
-
-
 def test_each_person_has_the_own_hands_and_face():
     found = Landmarks2D(hand(4, left=False), face(3))
     text = people_to_json(people(3, 4), more=landmark_fields(found))

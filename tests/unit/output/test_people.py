@@ -22,12 +22,6 @@ def people_3d(**changes):
     return People3D(COCO_18, **{**values, **changes})
 
 
-def test_no_person():
-    people = People2D.empty(COCO_18)
-    assert (len(people), people.xy.shape, people.present.shape) == (0, (0, K, 2), (0, K))
-    assert len(People3D.empty(COCO_18)) == 0
-
-
 def test_people_hold_float32_and_int64():
     people = People2D(COCO_18, keypoints(), [0.5], [7])
     assert (people.keypoints.dtype, people.ids.dtype) == (np.float32, np.int64)

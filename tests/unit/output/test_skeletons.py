@@ -3,21 +3,17 @@ import re
 
 import pytest
 
-from openpose_ros_pkg.networks.models import MODELS
 from openpose_ros_pkg.skeletons import (
     BODY_25,
     COCO_17,
     COCO_18,
-    COLOURS,
-    MESSAGE_JOINTS,
     MPI_15,
-    SKELETONS,
     Limb,
     SkeletonModel,
 )
 
 # OpenPose, src/openpose/pose/poseParameters.cpp and include/openpose/pose/poseParametersRender.hpp, in its own words:
-# POSE_*_BODY_PARTS, POSE_BODY_PART_PAIRS, POSE_MAP_INDEX, POSE_*_PAIRS_RENDER_GPU.
+# POSE_*_BODY_PARTS, POSE_BODY_PART_PAIRS, POSE_MAP_INDEX.
 UPPER_BODY = 'Neck RShoulder RElbow RWrist LShoulder LElbow LWrist'
 LEGS = 'RHip RKnee RAnkle LHip LKnee LAnkle'
 FACE = 'REye LEye REar LEar'
@@ -28,7 +24,6 @@ PUBLISHED = {
                  '2,16, 5,17',
         'map': '12,13, 20,21, 14,15, 16,17, 22,23, 24,25, 0,1, 2,3, 4,5, 6,7, 8,9, 10,11, 28,29, 30,31, 34,35, 32,33, '
                '36,37, 18,19, 26,27',
-        'render': '1,2, 1,5, 2,3, 3,4, 5,6, 6,7, 1,8, 8,9, 9,10, 1,11, 11,12, 12,13, 1,0, 0,14, 14,16, 0,15, 15,17',
     },
     'BODY_25': {
         'parts': f'Nose {UPPER_BODY} MidHip {LEGS} {FACE} LBigToe LSmallToe LHeel RBigToe RSmallToe RHeel',
@@ -36,18 +31,14 @@ PUBLISHED = {
                  '16,18, 2,17, 5,18, 14,19, 19,20, 14,21, 11,22, 22,23, 11,24',
         'map': '0,1, 14,15, 22,23, 16,17, 18,19, 24,25, 26,27, 6,7, 2,3, 4,5, 8,9, 10,11, 12,13, 30,31, 32,33, 36,37, '
                '34,35, 38,39, 20,21, 28,29, 40,41, 42,43, 44,45, 46,47, 48,49, 50,51',
-        'render': '1,8, 1,2, 1,5, 2,3, 3,4, 5,6, 6,7, 8,9, 9,10, 10,11, 8,12, 12,13, 13,14, 1,0, 0,15, 15,17, 0,16, '
-                  '16,18, 14,19, 19,20, 14,21, 11,22, 22,23, 11,24',
     },
     'MPI_15': {
         'parts': f'Head {UPPER_BODY} {LEGS} Chest',
         'pairs': '0,1, 1,2, 2,3, 3,4, 1,5, 5,6, 6,7, 1,14, 14,8, 8,9, 9,10, 14,11, 11,12, 12,13',
         'map': '0,1, 2,3, 4,5, 6,7, 8,9, 10,11, 12,13, 14,15, 16,17, 18,19, 20,21, 22,23, 24,25, 26,27',
-        'render': '0,1, 1,2, 2,3, 3,4, 1,5, 5,6, 6,7, 1,14, 14,8, 8,9, 9,10, 14,11, 11,12, 12,13',
     },
 }
 WITH_PAF = [COCO_18, BODY_25, MPI_15]
-ALL = list(SKELETONS.values())
 def by_name(skeleton):
     return skeleton.name
 
@@ -72,7 +63,6 @@ def test_joints_limbs_and_channels_are_the_published_ones(skeleton):
     assert list(skeleton.joints) == [field_name(part) for part in table['parts'].split()]
     assert [(index[limb.start], index[limb.end]) for limb in skeleton.limbs] == pairs(table['pairs'])
     assert [limb.paf for limb in skeleton.limbs] == pairs(table['map'])
-    assert [(index[start], index[end]) for start, end in skeleton.drawn_limbs] == pairs(table['render'])
 
 
 @pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
@@ -90,36 +80,6 @@ def test_coco_17_is_the_data_sets_order_and_skeleton():
     sides = [f'{side}_{joint}' for joint in ('eye', 'ear', 'shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')
              for side in ('left', 'right')]
     assert list(COCO_17.joints) == ['nose', *sides]
-
-
-@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
-def test_swap_is_its_own_inverse_and_names_the_other_side(skeleton):
-    for joint, partner in enumerate(skeleton.swap):
-        assert skeleton.swap[partner] == joint
-        name, other = skeleton.joints[joint], skeleton.joints[partner]
-        if name.startswith(('left_', 'right_')):
-            assert name.split('_', 1)[1] == other.split('_', 1)[1] and name != other
-        else:
-            assert name == other
-    assert skeleton.swap[skeleton.index['left_knee']] == skeleton.index['right_knee']
-
-
-@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
-def test_joints_are_parts_of_the_messages(skeleton):
-    assert set(skeleton.joints) <= set(MESSAGE_JOINTS)
-
-
-def test_every_part_has_a_colour():
-    assert set(COLOURS) == set(MESSAGE_JOINTS)
-    assert COLOURS['right_big_toe'] == (0, 255, 255) and COLOURS['head_top'] == (255, 0, 85)
-
-
-@pytest.mark.parametrize('name, channels', [
-    ('mobilenet_thin', 57), ('openpose_coco', 57), ('body_25', 78), ('mpi', 44), ('mpi_4_layers', 44),
-    ('lightweight_openpose', 57), ('human-pose-estimation-0001', 57)])
-def test_networks_have_the_published_number_of_channels(name, channels):
-    assert MODELS[name].channels == channels
-    assert MODELS[name].heatmaps == len(MODELS[name].skeleton.joints) + 1
 
 
 # --- faults ---------------------------------------------------------------------------------------------------------

@@ -3,7 +3,6 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -52,11 +51,6 @@ def test_one_interrupt_is_enough_and_others_do_not_disturb_cleaning_up(capsys):
         signal.signal(signal.SIGINT, before)
     assert len(cleaned_up) == 3
     assert capsys.readouterr().err == 'tool: interrupted\n'
-
-
-def test_an_error_of_a_file_names_it(capsys):
-    assert run_command('tool', lambda: Path('/no/such').write_text('')) == REFUSED
-    assert capsys.readouterr().err == 'tool: /no/such: No such file or directory\n'
 
 
 @pytest.mark.parametrize('lines, stdout, status, told', [

@@ -33,12 +33,6 @@ def test_documented_words_need_no_quotes_in_a_file(path, kind, tmp_path):
             assert flat_values(build(kind, yaml.safe_load(file.read_text())))[field.name] == word
 
 
-@pytest.mark.parametrize('path, kind', FILES, ids=IDS)
-def test_no_key_is_in_two_classes_of_a_node(path, kind):
-    keys = [field.name for field in parameter_fields(kind)]
-    assert len(keys) == len(set(keys))
-
-
 def test_every_file_in_config_belongs_to_a_node():
     there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion',
                                         'openpose_ros_signals', 'openpose_ros_bridges')

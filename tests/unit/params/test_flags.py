@@ -46,11 +46,6 @@ def test_bools():
     assert flags('--nonotify') == {'notify': False}
 
 
-def test_a_flag_of_the_original_that_this_node_has_not_is_named():
-    assert read_flags(Client, ['--num_scales', '3', '--logging_level=4', '--display']) == (
-        {'display': True}, ['num_scales', 'logging_level'])
-
-
 @pytest.mark.parametrize(('arguments', 'words'), [
     (['--camera_topics=/x'], ["'--camera_topics'", 'camera_topic', '--help']),
     (['picture.png'], ["'picture.png'", '--NAME=VALUE']),

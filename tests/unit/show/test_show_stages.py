@@ -7,7 +7,7 @@ import pytest
 
 from openpose_ros_pkg import show_stages
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from optional_weights import need_weights

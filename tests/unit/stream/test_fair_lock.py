@@ -17,24 +17,6 @@ def waiting(lock, number):
         time.sleep(0.001)
 
 
-def test_threads_get_it_in_the_order_in_which_they_asked():
-    lock, order, threads = FairLock(), [], []
-
-    def use(name):
-        with lock:
-            order.append(name)
-
-    with lock:
-        for number, name in enumerate('abcde', 1):
-            threads.append(threading.Thread(target=use, args=(name,)))
-            threads[-1].start()
-            waiting(lock, number)
-        assert order == []
-    for thread in threads:
-        thread.join(TIMEOUT)
-    assert order == list('abcde')
-
-
 def test_threads_that_ask_again_at_once_take_turns_one_at_a_time():
     lock, turns, inside, rounds, users = FairLock(), [], [], 20, 3
 

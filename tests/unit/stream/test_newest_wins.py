@@ -6,14 +6,6 @@ from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 TIMEOUT = 30.0
 
 
-def test_stop_ends_the_thread_without_working_on_what_waits():
-    seen = []
-    worker = NewestWinsWorker(seen.append, on_error=seen.append, name='test')
-    worker.stop()
-    worker.submit('late')
-    assert seen == []
-
-
 def test_older_items_are_replaced_while_the_worker_is_busy():
     started, go, done = threading.Event(), threading.Event(), threading.Event()
     seen = []

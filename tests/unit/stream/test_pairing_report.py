@@ -22,11 +22,6 @@ def by_arrival(count, period, offset=0.0, delay=0.0):
     return [(stream, stamp) for time, stream, stamp in sorted(sent) if time < count * period]
 
 
-def test_one_stream_alone_has_no_report():
-    assert pairing_report(StampMatcher(PairingParams())) is None
-    assert pairing_report(played([(IMAGE, 0.0), (IMAGE, 0.1)])[0]) is None
-
-
 @pytest.mark.parametrize('arrivals, params, words, settings', [
     # one frame, as in recordings of single frames
     (by_arrival(1, 1.0, 0.21), {}, 'differ by 0.21 s, allowed are 0.005 s; slop:=0.3 pairs them', {'slop': 0.3}),
@@ -62,9 +57,3 @@ def test_clocks_that_differ_are_named_and_no_parameter_is_suggested():
     report = pairing_report(matcher)
     assert report.settings == {}
     assert '/image is 1e+03 s behind /points: does its clock differ?' in report.text(NAMES, '{}:={}')
-
-
-def test_where_no_parameter_can_be_set_none_is_named():
-    matcher, _ = played([(IMAGE, 0.0), (CLOUD, 0.21)])
-    assert pairing_report(matcher).text(NAMES, '') == ('the nearest stamps of /image and /points differ by 0.21 s, '
-                                                       'allowed are 0.005 s')

@@ -41,10 +41,6 @@ def test_why_a_published_topic_is_silent(kind, is_connected, words):
     assert why({TOPIC: (kind, ['/d', '/b', '/a', '/c'])}, is_connected).startswith(words)
 
 
-def test_names_do_not_control_the_terminal():
-    assert why({'/a\x1b[2J': (IMAGE, ['/driver'])}).endswith('/a?[2J')
-
-
 def test_why_simulated_time_stands_still():
     assert 'nothing comes on /clock' in why_clock_stands(0.0)
     assert 'stands still at 12.500 s' in why_clock_stands(12.5)

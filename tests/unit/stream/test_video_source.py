@@ -19,11 +19,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_an_empty_folder_is_refused(tmp_path):
-    with pytest.raises(BadInputError, match='no images'):
-        VideoSource(str(tmp_path))
-
-
 def test_pictures_of_a_folder_come_in_the_order_of_their_names(folder):
     assert [frame[0, 0, 0] for frame in VideoSource(str(folder)).frames()] == [10, 20, 30]
 
@@ -72,12 +67,3 @@ def test_a_file_that_is_no_picture_is_named(folder):
     frames = VideoSource(str(folder)).frames(skip=skipped.append)
     assert [frame[0, 0, 0] for frame in frames] == [10, 30]
     assert [path for error in skipped for path in ('a.png', 'b.png', 'c.png') if path in str(error)] == ['b.png']
-
-
-def test_a_folder_without_a_readable_picture_ends_a_loop(folder):
-    for path in folder.iterdir():
-        path.write_text('broken')
-    skipped = []
-    with pytest.raises(BadInputError, match='not a single frame'):
-        next(VideoSource(str(folder)).frames(loop=True, skip=skipped.append))
-    assert len(skipped) == 3

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.ensemble import sigmas, similarity, surest
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses, keypoints_in

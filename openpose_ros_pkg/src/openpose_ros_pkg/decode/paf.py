@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 import openpose_ros_decode
 
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses

@@ -11,7 +11,7 @@ from openpose_ros_pkg.detect.recipes import CropRefinement
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View
 from openpose_ros_pkg.ensemble import ENSEMBLE, extent, sigmas, similarity
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses, keypoints_in

@@ -20,7 +20,9 @@ from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, Setup, de
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.models import OPTIONAL, Model, weights_path
+from openpose_ros_pkg.networks.model_registry import OPTIONAL
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel

@@ -9,14 +9,9 @@ from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
-from openpose_ros_pkg.networks.models import (
-    AUTO,
-    MOBILENET_THIN,
-    MOVENET_MULTIPOSE,
-    MOVENET_THUNDER,
-    Model,
-    find_model,
-)
+from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel

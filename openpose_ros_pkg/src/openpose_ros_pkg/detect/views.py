@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel

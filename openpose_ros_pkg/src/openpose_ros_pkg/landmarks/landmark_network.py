@@ -8,7 +8,8 @@ import numpy as np
 from openpose_ros_pkg.landmarks.records import HAND_POINTS, MESH_POINTS
 from openpose_ros_pkg.landmarks.regions import Region, region_of_face, region_of_hand
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK, Model
+from openpose_ros_pkg.networks.model_registry import FACE_LANDMARK, HAND_LANDMARK
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.constants import constant
 
 

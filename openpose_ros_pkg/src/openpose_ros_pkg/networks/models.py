@@ -1,4 +1,4 @@
-"""Find pose networks by name, and their weights: the interface of the model registry."""
+"""Find pose networks by name, and their weights."""
 import hashlib
 from pathlib import Path
 from typing import List, Optional
@@ -6,35 +6,9 @@ from typing import List, Optional
 from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_registry import (
-    ALIASES,
-    AUTO,
-    FACE_LANDMARK,
-    FETCHED,
-    HAND_LANDMARK,
-    LANDMARK_MODELS,
-    MOBILENET_THIN,
-    MODELS,
-    MOVENET_MULTIPOSE,
-    MOVENET_THUNDER,
-    OPTIONAL,
-)
-from openpose_ros_pkg.networks.model_types import (
-    Archive,
-    InputRecipe,
-    Model,
-    NpmArchive,
-    PypiArchive,
-    UserFiles,
-    WeightsFile,
-)
+from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
+from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
-
-__all__ = [
-    'ALIASES', 'AUTO', 'FACE_LANDMARK', 'FETCHED', 'HAND_LANDMARK', 'LANDMARK_MODELS', 'MOBILENET_THIN', 'MODELS',
-    'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'OPTIONAL', 'Archive', 'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive',
-    'UserFiles', 'WeightsFile', 'described_models', 'file_digest', 'file_fault', 'find_model', 'find_weights',
-    'how_to_get', 'weights_path']
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:

@@ -7,18 +7,9 @@ from typing import Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.models import (
-    ALIASES,
-    FETCHED,
-    LANDMARK_MODELS,
-    MODELS,
-    Archive,
-    Model,
-    described_models,
-    find_model,
-    find_weights,
-    weights_path,
-)
+from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, LANDMARK_MODELS, MODELS
+from openpose_ros_pkg.networks.model_types import Archive, Model
+from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, weights_path
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
 

@@ -17,17 +17,8 @@ from typing import Callable, Dict, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.models import (
-    Archive,
-    Model,
-    NpmArchive,
-    PypiArchive,
-    WeightsFile,
-    file_digest,
-    file_fault,
-    how_to_get,
-    weights_path,
-)
+from openpose_ros_pkg.networks.model_types import Archive, Model, NpmArchive, PypiArchive, WeightsFile
+from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, weights_path
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
 
