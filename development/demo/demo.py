@@ -182,7 +182,8 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
         publish_slow_clock(SLOW_MOTION)
         command = [*command, f'rate:={SEQUENCE_RATE * SLOW_MOTION}']
     nodes = session.start('nodes_with_rviz', command)
-    session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(rviz_configuration(arguments.view, folder)), '-f', 'world'])
+    config = rviz_configuration(arguments.view, folder)
+    session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(config), '-f', 'world'])
     if arguments.bag:
         play_bag(session, arguments, SLOW_MOTION)
     results = ResultWatch(*RESULTS['3d'])

@@ -134,8 +134,15 @@ private:
     Eigen::Isometry3f transform = Eigen::Isometry3f::Identity();
     if (frame == cloud.frame_id)
       return transform;
-    const geometry_msgs::Transform found =
-        transforms_->lookup(cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
+    geometry_msgs::Transform found;
+    try
+    {
+      found = transforms_->lookup(cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
+    }
+    catch (const tf2::TransformException& error)
+    {
+      throw tf2::TransformException("from '" + frame + "' to '" + cloud.frame_id + "': " + error.what());
+    }
     transform.translate(Eigen::Vector3f(found.translation.x, found.translation.y, found.translation.z));
     transform.rotate(Eigen::Quaternionf(found.rotation.w, found.rotation.x, found.rotation.y, found.rotation.z));
     return transform;
