@@ -115,10 +115,9 @@ class CloudToDepthTest(unittest.TestCase):
     def test_3_metres_and_given_camera_alone(self):
         depths, infos = self.listen('alone')
         xyz = surface()
-        me = rospy.get_name()
         self.diagnostics.await_text('alone/cloud_to_depth', *(
-            f'no message on /alone/{topic}: published by {me}, which sends nothing; other topics of type '
-            f'{kind._type}: /managed/' for topic, kind in (('points', PointCloud2), ('camera_info', CameraInfo))))
+            f'no message on /alone/{topic}: published by 1 nodes, which send nothing' for topic in ('points',
+                                                                                                   'camera_info')))
         self.assertEqual(self.diagnostics.reports('alone/cloud_to_depth')[-1].level, 'WARN')
         self.send('alone', cloud(xyz, rospy.Time()))
         await_true(lambda: '/alone/points' not in self.diagnostics.texts('alone/cloud_to_depth')[-1], 'clouds came')

@@ -8,7 +8,6 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-#include "common/depth_check.h"
 #include "common/organized_cloud.h"
 
 using openpose_ros_nodelets::BadInputError;

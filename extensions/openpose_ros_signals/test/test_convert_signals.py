@@ -3,12 +3,12 @@ import numpy as np
 import pytest
 import rospy
 from openpose_ros_msgs.msg import PersonGesture, PersonSignals
+from openpose_ros_signals.show.presence import Present
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
 from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array, summary_to_message
-from openpose_ros_signals.show.presence import Present
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])

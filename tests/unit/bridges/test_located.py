@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from animated_skeleton import SIGMA, STANDING, people_of, without
-from openpose_ros_bridges.boxes import box_round
-from openpose_ros_bridges.located import Ages, located
+from openpose_ros_bridges.located import Ages, box_round, located
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, PersonSignals, Posture, Walk
 from skeleton_extract_3d.people import INFERRED, People3D

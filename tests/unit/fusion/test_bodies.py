@@ -1,8 +1,8 @@
 """What is known of bodies: axes, where keypoints lie beside joints, and lengths of bones."""
 import numpy as np
 
-from openpose_ros_fusion.bones import with_bones
 from openpose_ros_fusion.constants import FUSION
+from openpose_ros_fusion.correction import with_bones
 from openpose_ros_fusion.estimate import Joints
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import KeypointOffsets, body_axes

@@ -43,14 +43,14 @@ def test_a_camera_or_a_file_that_is_not_there(tmp_path):
 
 
 @pytest.mark.parametrize('text, told', [
-    ('', 'the file has no keys, expected fixed_frame, cameras'),
-    ('fixed_frame: world', "no key 'cameras'"),
+    ('', 'expected fixed_frame: TEXT, cameras: a list'),
+    ('fixed_frame: world', 'expected fixed_frame: TEXT'),
     ('{fixed_frame: world, cameras: []}', 'it has no cameras'),
-    ('{fixed_frame: world, cameras: 3}', 'cameras is 3, expected a list'),
+    ('{fixed_frame: world, cameras: 3}', 'cameras: a list'),
     ('{fixed_frame: 3, cameras: [CAMERA]}', 'fixed_frame is 3, expected a text'),
-    ('{fixed_frame: world, cameras: [CAMERA], speed: 1}', "key 'speed', expected fixed_frame, cameras"),
+    ('{fixed_frame: world, cameras: [CAMERA], speed: 1}', 'no other key'),
     ('{fixed_frame: world, cameras: [CAMERA, CAMERA]}', "two cameras of the name 'a'"),
-    ('{fixed_frame: world, cameras: [{name: a}]}', "a camera has no key 'frame_id'"),
+    ('{fixed_frame: world, cameras: [{name: a}]}', "'frame_id'"),
     ('{fixed_frame: world, cameras: [CAMERA', 'rig.yaml'),
     ('\0', 'rig.yaml'),
 ])
@@ -62,12 +62,11 @@ def test_what_is_wrong_is_named(tmp_path, text, told):
     assert told in str(error.value)
 
 
-@pytest.mark.parametrize('wrong, told', [
-    ({'name': ''}, 'name is'), ({'frame_id': 4}, 'frame_id is 4'),
-    ({'rotation': [0, 0, 0, 2]}, 'length 2, expected'), ({'rotation': [0, 0, 1]}, '4 finite numbers'),
-    ({'translation': [0, 0, 'x']}, '3 finite numbers'), ({'translation': [0, 0, np.nan]}, '3 finite numbers'),
-    ({'clock_offset': np.inf}, 'a finite number'), ({'clock_offset': [0.1]}, 'a finite number'),
-])
-def test_wrong_values_of_a_camera(wrong, told):
-    with pytest.raises(ValueError, match=told):
-        RigCamera(**{'name': 'a', 'frame_id': 'a', **wrong})
+@pytest.mark.parametrize('wrong', [
+    {'name': ''}, {'frame_id': 4}, {'rotation': [0, 0, 0, 2]}, {'rotation': [0, 0, 1]}, {'translation': [0, 0, 'x']},
+    {'translation': [0, 0, np.nan]}, {'clock_offset': np.inf}, {'clock_offset': [0.1]}])
+def test_wrong_values_of_a_camera(wrong):
+    values = {'name': 'a', 'frame_id': 'a', 'rotation': [0, 0, 0, 1], 'translation': [0, 0, 0]}
+    RigCamera(**values)
+    with pytest.raises(ValueError, match='is no camera of a rig; expected name and frame_id'):
+        RigCamera(**{**values, **wrong})

@@ -4,13 +4,12 @@ import pytest
 
 from animated_skeleton import UP, Pose, people_of
 from openpose_ros_signals.reader import SignalReader
-from openpose_ros_signals.show.presence import presence
 
 PLACES = {1: (0.0, 1.5), 2: (0.0, -1.5), 3: (0.0, 1.5)}
 
 
 def test_no_person():
-    assert presence({}, [], 0.0, {}) == {}
+    assert SignalReader().present == ()
 
 
 @pytest.mark.parametrize('frames, there', [
@@ -21,9 +20,7 @@ def test_no_person():
     ([(100.0, [1, 2]), (99.9, [1])], [(1, 99.9, 99.9)])],
     ids=['missed for a second', 'missed for longer', 'comes anew', 'a new id of the same person', 'time jumps back'])
 def test_people_by_id_since_when_and_seen_last(frames, there):
-    reader, random, found = SignalReader(), np.random.RandomState(0), {}
+    reader, random = SignalReader(), np.random.RandomState(0)
     for stamp, ids in frames:
-        persons = reader.update(people_of([Pose(place=PLACES[name]) for name in ids], ids, random), stamp, UP)
-        found = presence(found, persons, stamp, reader.known)
-    assert [(name, present.since, present.seen) for name, present in found.items()] == there
-    assert all(present.signals.id == name for name, present in found.items())
+        reader.update(people_of([Pose(place=PLACES[name]) for name in ids], ids, random), stamp, UP)
+    assert [(present.signals.id, present.since, present.seen) for present in reader.present] == there

@@ -1,7 +1,7 @@
-"""Where people are, how they move and how sure that is: what other packages ask for."""
+"""Where people are, how they move and how sure that is, and boxes round them: what other packages ask for."""
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -12,6 +12,15 @@ from skeleton_extract_3d.people import MEASURED, People3D
 _TRUNK = frozenset(JOINTS[joint] for joint in TRUNK)
 # Number of people whose ages are remembered.
 _MOST_AGES = 1000
+# Variance of what is not known, [m^2], [(m/s)^2] or [rad^2]: spencer_tracking_msgs has more than 99999 for it.
+UNKNOWN_VARIANCE = 999999.0
+
+
+class Box(NamedTuple):
+    """A box along the axes: centre and size, (D,) each, in the unit of the points."""
+
+    centre: np.ndarray
+    size: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -62,6 +71,24 @@ def reliability_of(confidence: np.ndarray) -> float:
     """Return the mean of the confidences (K,) of joints that were seen, which is above 0; 0 if none was."""
     seen = confidence[confidence > 0]
     return float(min(seen.mean(dtype=np.float64), 1.0)) if len(seen) else 0.0
+
+
+def box_round(points: np.ndarray, margin: float) -> Box:
+    """Return the box round the points (K, D) that are not NaN, one at least, wider by a margin on each side."""
+    known = points[np.isfinite(points).all(axis=1)].astype(np.float64)
+    least, most = known.min(axis=0), known.max(axis=0)
+    return Box((least + most) / 2, most - least + 2 * margin)
+
+
+def covariance(sigma: float, turn_sigma: float) -> List[float]:
+    """Return a 6 x 6 covariance, row by row: of x, y, z, and turns about x, y, z.
+
+    Args:
+        sigma: root mean square length of the error in space, the same in all directions; NaN: not known.
+        turn_sigma: that of the turn about z; NaN: not known. The others are not known.
+    """
+    variances = np.array([sigma ** 2 / 3] * 3 + [np.nan, np.nan, turn_sigma ** 2])
+    return np.diag(np.where(np.isfinite(variances), variances, UNKNOWN_VARIANCE)).ravel().tolist()
 
 
 def _located(people: People3D, row: int, person: PersonSignals, floor: FloorPose) -> Located:

@@ -5,12 +5,13 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from openpose_ros_fusion.association import Matches
-from openpose_ros_fusion.bones import with_bones
 from openpose_ros_fusion.constants import FusionConstants
-from openpose_ros_fusion.estimate import Measurements, Prediction, estimate_joints, joint_errors
+from openpose_ros_fusion.estimate import Joints, Measurements, Prediction, estimate_joints, joint_errors
 from openpose_ros_fusion.observations import KeypointOffsets
 from openpose_ros_fusion.tracks import Tracks
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
+from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn, length_spreads
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 _JOINTS = len(COCO_18.joints)
@@ -92,6 +93,23 @@ class Correction:
             information = sighting.information(assumed[owner], people, factor * spread)
             parts.append(Measurements(owner, points, factor[..., np.newaxis, np.newaxis] * information))
         return Measurements.joined(parts)
+
+
+def with_bones(sizes: Sizes, joints: Joints, measured: np.ndarray, confidence: np.ndarray
+               ) -> Tuple[Sizes, np.ndarray]:
+    """Return what is known of the sizes of people after a frame, and joints with bones nearer to their lengths.
+
+    Args:
+        measured: (P, 18) bool, joints by which lengths are learnt.
+        confidence: (P, 18) of the keypoints.
+    """
+    known = np.isfinite(joints.positions).all(axis=2)
+    safe = np.where(known[..., np.newaxis], joints.positions, 0.0)
+    noise = np.where(known[..., np.newaxis, np.newaxis], joints.covariance, 0.0)
+    sizes = learn(sizes, safe, measured & known, confidence)
+    lengths, spreads = expected_lengths(sizes), length_spreads(sizes)
+    moved = satisfy_lengths(safe, noise, lengths, spreads, known)
+    return sizes, np.where(known[..., np.newaxis], moved, np.nan)
 
 
 def _views(matches: Matches) -> _Views:

@@ -8,9 +8,9 @@
       translation: [0.0, 0.0, 1.4]
       clock_offset: 0.07
 """
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Mapping, Tuple
+from typing import Any, Tuple
 
 import numpy as np
 import yaml
@@ -23,7 +23,9 @@ from skeleton_extract_3d.points.transform import Transform, quaternions
 
 # Quaternions may differ from length 1 by this, as those do that were rounded to few digits.
 _LENGTH_ERROR = 0.01
-_CAMERA_KEYS = ('name', 'frame_id', 'rotation', 'translation', 'clock_offset')
+_SHAPES = {'rotation': (4,), 'translation': (3,), 'clock_offset': ()}
+_EXPECTED = ('expected name and frame_id: texts, rotation: x, y, z, w of a unit quaternion, translation: x, y, z [m], '
+             'and clock_offset: seconds, which may be left out')
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,27 +45,23 @@ class RigCamera:
 
     name: str
     frame_id: str
-    rotation: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 0.0, 1.0]))
-    translation: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rotation: np.ndarray
+    translation: np.ndarray
     clock_offset: float = 0.0
 
     def __post_init__(self) -> None:
-        for key in ('name', 'frame_id'):
-            if not isinstance(getattr(self, key), str) or not getattr(self, key):
-                raise ValueError(f'{key} is {getattr(self, key)!r}, expected a text')
-        for key, count in (('rotation', 4), ('translation', 3), ('clock_offset', None)):
-            expected = 'a finite number' if count is None else f'{count} finite numbers'
-            try:
-                value = np.asarray(getattr(self, key), np.float64)
-            except (TypeError, ValueError, OverflowError):
-                value = np.full(1, np.nan)
-            if value.shape != (() if count is None else (count,)) or not np.isfinite(value).all():
-                raise ValueError(f'{key} of {self.name} is {getattr(self, key)!r}, expected {expected}')
-            object.__setattr__(self, key, float(value) if count is None else value)
-        length = float(np.linalg.norm(self.rotation))
-        if abs(length - 1) > _LENGTH_ERROR:
-            raise ValueError(f'rotation of {self.name} has the length {length:g}, expected that of a unit quaternion')
-        object.__setattr__(self, 'rotation', self.rotation / length)
+        try:
+            values = {key: np.asarray(getattr(self, key), np.float64) for key in _SHAPES}
+        except (TypeError, ValueError, OverflowError):
+            values = {}
+        if (not all(isinstance(text, str) and text for text in (self.name, self.frame_id))
+                or {key: value.shape for key, value in values.items()} != _SHAPES
+                or not all(np.isfinite(value).all() for value in values.values())
+                or abs(float(np.linalg.norm(values['rotation'])) - 1) > _LENGTH_ERROR):
+            raise ValueError(f'{self} is no camera of a rig; {_EXPECTED}')
+        object.__setattr__(self, 'rotation', values['rotation'] / float(np.linalg.norm(values['rotation'])))
+        object.__setattr__(self, 'translation', values['translation'])
+        object.__setattr__(self, 'clock_offset', float(values['clock_offset']))
 
     @property
     def pose(self) -> Transform:
@@ -148,19 +146,10 @@ def rig_text(rig: Rig) -> str:
 
 def _rig_of(values: Any) -> Rig:
     """Return the rig in the values of a file; raises ValueError."""
-    _check_keys(values, 'the file', ('fixed_frame', 'cameras'), ())
-    if not isinstance(values['cameras'], list):
-        raise ValueError(f"cameras is {values['cameras']!r}, expected a list")
-    for camera in values['cameras']:
-        _check_keys(camera, 'a camera', _CAMERA_KEYS, ('clock_offset',))
-    return Rig(values['fixed_frame'], tuple(RigCamera(**camera) for camera in values['cameras']))
-
-
-def _check_keys(values: Any, what: str, keys: Tuple[str, ...], optional: Tuple[str, ...]) -> None:
-    if not isinstance(values, Mapping):
-        raise ValueError(f'{what} has no keys, expected {", ".join(keys)}')
-    missing = [key for key in keys if key not in values and key not in optional]
-    unknown = [str(key) for key in values if key not in keys]
-    if missing or unknown:
-        raise ValueError(f"{what} has no key '{missing[0]}'" if missing else
-                         f"{what} has the key '{unknown[0]}', expected {', '.join(keys)}")
+    if not isinstance(values, dict) or set(values) != {'fixed_frame', 'cameras'} or not isinstance(
+            values['cameras'], list):
+        raise ValueError('expected fixed_frame: TEXT, cameras: a list, and no other key')
+    try:
+        return Rig(values['fixed_frame'], tuple(RigCamera(**camera) for camera in values['cameras']))
+    except TypeError as error:  # keys that are no attributes
+        raise ValueError(f'{error}; of each camera {_EXPECTED}') from error

@@ -10,7 +10,6 @@
 
 #include "cloud_to_depth/cloud_camera.h"
 #include "cloud_to_depth/depth_image.h"
-#include "common/depth_check.h"
 #include "common/stream_nodelet.h"
 
 namespace openpose_ros_nodelets
@@ -65,20 +64,14 @@ private:
 
   void convert(const sensor_msgs::PointCloud2ConstPtr& message)
   {
-    try
-    {
+    convertFrame(message->header.stamp, [&] {
       const OrganizedCloud cloud(*message);
       requireDepth(cloud);
       const sensor_msgs::ImagePtr image = make_image_(cloud);
       const auto info = boost::make_shared<sensor_msgs::CameraInfo>(cameraOf(cloud, message->header.frame_id));
       image->header = info->header = message->header;
       publisher_.publish(image, info);
-      health().frameDone(message->header.stamp);
-    }
-    catch (const BadInputError& error)
-    {
-      health().warn("bad clouds", error.what());
-    }
+    });
   }
 
   /// Return the camera that was given, or the one that fits the points.

@@ -27,8 +27,13 @@ std::string shown(const std::string& text)
 
 }  // namespace
 
-Health::Health(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle, const std::string& name)
-  : last_report_(ros::WallTime::now()), name_(name), updater_(handle, private_handle, name)
+Health::Health(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle, const std::string& name,
+               Text why_resting, Text lasting_fault)
+  : why_resting_(std::move(why_resting))
+  , lasting_fault_(std::move(lasting_fault))
+  , last_report_(ros::WallTime::now())
+  , name_(name)
+  , updater_(handle, private_handle, name)
 {
   updater_.setHardwareID("none");
   updater_.add(name.substr(name.find_first_not_of('/')), this, &Health::report);
@@ -54,10 +59,10 @@ void Health::update()
   }
 }
 
-void Health::count(const std::string& event, std::size_t number)
+void Health::count(const std::string& event)
 {
   std::lock_guard<std::mutex> lock(mutex_);
-  counts_[event] += number;
+  ++counts_[event];
 }
 
 void Health::frameDone(const ros::Time& stamp)
@@ -85,19 +90,7 @@ void Health::warn(const std::string& event, const std::string& text)
   ROS_WARN_NAMED(name_, "%s: %s (number %zu of this kind)", name_.c_str(), said.c_str(), number);
 }
 
-void Health::explainRest(std::function<std::string()> why)
-{
-  std::lock_guard<std::mutex> lock(mutex_);
-  why_resting_ = std::move(why);
-}
-
-void Health::showLasting(std::function<std::string()> fault)
-{
-  std::lock_guard<std::mutex> lock(mutex_);
-  lasting_fault_ = std::move(fault);
-}
-
-void Health::show(const std::string& key, std::function<std::string()> value)
+void Health::show(const std::string& key, Text value)
 {
   std::lock_guard<std::mutex> lock(mutex_);
   values_.emplace_back(key, std::move(value));

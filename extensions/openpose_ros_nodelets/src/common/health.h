@@ -17,11 +17,15 @@ namespace openpose_ros_nodelets
 class Health
 {
 public:
-  /// `name`: of the nodelet, for the log.
-  Health(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle, const std::string& name);
+  using Text = std::function<std::string()>;
+
+  /// `name`: of the nodelet, for the log. `why_resting`: why there are no frames; empty: there should be some.
+  /// `lasting_fault`: keeps the status at WARN while it returns a text.
+  Health(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle, const std::string& name,
+         Text why_resting, Text lasting_fault);
 
   /// Count something that is no fault.
-  void count(const std::string& event, std::size_t number = 1);
+  void count(const std::string& event);
 
   /// Count a finished frame and its latency, from the stamp of the camera to now.
   void frameDone(const ros::Time& stamp);
@@ -29,15 +33,8 @@ public:
   /// Count a fault and log it, throttled by its kind. Events are a fixed set; the text may quote what others sent.
   void warn(const std::string& event, const std::string& text);
 
-  /// Say in the status why there are no frames, where `why` returns a text; empty: there should be some. Call it before
-  /// the nodelet spins.
-  void explainRest(std::function<std::string()> why);
-
-  /// Keep the status at WARN while `fault` returns a text. Call it before the nodelet spins.
-  void showLasting(std::function<std::string()> fault);
-
   /// Add a value to every report. Call it before the nodelet spins.
-  void show(const std::string& key, std::function<std::string()> value);
+  void show(const std::string& key, Text value);
 
 private:
   void update();
@@ -46,10 +43,9 @@ private:
   std::mutex mutex_;
   std::map<std::string, std::size_t> counts_;
   std::map<std::string, ros::WallTime> warned_;
-  std::vector<std::pair<std::string, std::function<std::string()>>> values_;
+  std::vector<std::pair<std::string, Text>> values_;
   std::vector<double> latencies_;  ///< of the frames since the report before this one [s]
-  std::function<std::string()> why_resting_ = [] { return std::string(); };
-  std::function<std::string()> lasting_fault_ = [] { return std::string(); };
+  const Text why_resting_, lasting_fault_;
   std::string last_warning_;
   ros::WallTime last_warning_time_, last_report_;
   std::string name_;

@@ -1,6 +1,10 @@
 #include "common/organized_cloud.h"
 
+#include <algorithm>
+#include <cmath>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace openpose_ros_nodelets
 {
@@ -61,6 +65,30 @@ OrganizedCloud::OrganizedCloud(const sensor_msgs::PointCloud2& message) : CloudP
 {
   if (width() < 2 || height() < 2)
     refuse("is not organized: it has " + size(message) + " points, expected one per pixel of the image");
+}
+
+void requireDepth(const OrganizedCloud& cloud)
+{
+  constexpr std::size_t COLUMNS = 48, ROWS = 27;
+  constexpr float NEAREST = 0.05f, FURTHEST = 60.0f;  // [m]
+  std::vector<float> depths;
+  for (std::size_t i = 0; i < ROWS; ++i)
+    for (std::size_t j = 0; j < COLUMNS; ++j)
+    {
+      const float z = cloud.z((2 * j + 1) * cloud.width() / (2 * COLUMNS), (2 * i + 1) * cloud.height() / (2 * ROWS));
+      if (std::isfinite(z) && z > 0.0f)
+        depths.push_back(z);
+    }
+  if (depths.empty())
+    refuse("has no valid point: is the depth camera covered, or is this another topic?");
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  if (*middle >= NEAREST && *middle <= FURTHEST)
+    return;
+  std::ostringstream text;
+  text << "has a median depth of " << *middle << " m, expected " << NEAREST << " to " << FURTHEST
+       << " m: is it in millimetres?";
+  refuse(text.str());
 }
 
 }  // namespace openpose_ros_nodelets

@@ -78,4 +78,8 @@ public:
   explicit OrganizedCloud(const sensor_msgs::PointCloud2& message);
 };
 
+/// Check that a cloud has depth, in metres, by a grid of its points. Throws BadInputError: no point is valid, or their
+/// median depth is beyond what `PlausibilityConstants` of skeleton_extract_3d (points/constants.py) allows.
+void requireDepth(const OrganizedCloud& cloud);
+
 }  // namespace openpose_ros_nodelets

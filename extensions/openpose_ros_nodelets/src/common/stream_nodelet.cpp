@@ -1,24 +1,32 @@
 #include "common/stream_nodelet.h"
 
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
+
+#include <tf2/exceptions.h>
+
+#include "common/organized_cloud.h"
 
 namespace openpose_ros_nodelets
 {
+namespace
+{
+
+// An input without a message for this long is silent, in wall time; the log says so again after the latter [s].
+constexpr double PATIENCE = 5.0, LOG_PERIOD = 60.0;
+
+}  // namespace
 
 void StreamNodelet::onInit()
 {
   nodelet_topic_tools::NodeletLazy::onInit();
   timer_ever_subscribed_.stop();  // being lazy is no reason for a warning
-  input_watch_ = std::make_unique<InputWatch>(getName());
-  health_ = std::make_unique<Health>(*nh_, *pnh_, getName());
-  health_->showLasting([this] { return input_watch_->faults(); });
+  const auto why_resting = [this] {
+    return std::string(isWanted() ? "" : enabled_ ? "idle: nobody listens" : "disabled");
+  };
+  health_ = std::make_unique<Health>(*nh_, *pnh_, getName(), why_resting, [this] { return silentInputs(); });
   health_->show("enabled", [this] { return enabled_ ? "true" : "false"; });
-  health_->explainRest([this]() -> std::string {
-    if (isWanted())
-      return "";
-    return enabled_ ? "idle: nobody listens" : "disabled";
-  });
   ParameterReader parameters(*pnh_);
   try
   {
@@ -32,7 +40,6 @@ void StreamNodelet::onInit()
     // now what uses a queue, and throw a type that stays.
     shutdown();
     health_.reset();
-    input_watch_.reset();
     throw std::runtime_error(error.what());
   }
   enable_service_ = pnh_->advertiseService("enable", &StreamNodelet::enable, this);
@@ -69,6 +76,49 @@ void StreamNodelet::shutdown()
     publisher.shutdown();
 }
 
+void StreamNodelet::convertFrame(const ros::Time& stamp, const std::function<void()>& convert)
+{
+  try
+  {
+    convert();
+    health_->frameDone(stamp);
+  }
+  catch (const BadInputError& error)
+  {
+    health_->warn("bad clouds", error.what());
+  }
+  catch (const tf2::TransformException& error)
+  {
+    health_->warn("no transform", error.what());
+  }
+}
+
+double StreamNodelet::now()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string StreamNodelet::silentInputs()
+{
+  std::lock_guard<std::mutex> lock(inputs_mutex_);
+  std::string text;
+  for (const Input& input : inputs_)
+  {
+    if (now() - *input.arrival < PATIENCE)
+      continue;
+    const uint32_t publishers = input.subscriber.getNumPublishers();
+    text += (text.empty() ? "" : "; ") + ("no message on " + input.subscriber.getTopic() + ": ") +
+            (publishers == 0 ? "no node publishes it as " + input.kind + ", or none that can be reached" :
+                               "published by " + std::to_string(publishers) + " nodes, which send nothing");
+  }
+  if (!text.empty() && now() - told_ >= LOG_PERIOD)
+  {
+    ROS_WARN_NAMED(getName(), "%s: %s", getName().c_str(), text.c_str());
+    told_ = now();
+  }
+  return text;
+}
+
 bool StreamNodelet::isWanted() const
 {
   return enabled_ && (!lazy_ || isHeard());
@@ -85,7 +135,8 @@ void StreamNodelet::update()
   else
   {
     unsubscribe();
-    input_watch_->clear();
+    std::lock_guard<std::mutex> inputs_lock(inputs_mutex_);
+    inputs_.clear();
   }
   connection_status_ = wanted ? nodelet_topic_tools::SUBSCRIBED : nodelet_topic_tools::NOT_SUBSCRIBED;
 }

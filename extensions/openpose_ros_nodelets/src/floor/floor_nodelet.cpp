@@ -157,8 +157,7 @@ private:
   {
     const ros::WallTime began = ros::WallTime::now();
     std::optional<Floor> floor;
-    try
-    {
+    convertFrame(cloud.header.stamp, [&] {
       const FloorSearch search = findFloor(sampled(CloudPoints(cloud), most_points_), upwards(cloud.header),
                                            gravity_frame_.empty() ? tolerance_ : gravity_tolerance_, settings_);
       if (!search.floor && publish_tf_)
@@ -167,16 +166,7 @@ private:
         health().count("floor not seen: " + search.fault);
       floor = tracker_->update(search.floor, cloud.header.stamp.toSec());
       health().count(floor ? "floor" : "no floor");
-      health().frameDone(cloud.header.stamp);
-    }
-    catch (const tf2::TransformException& error)
-    {
-      health().warn("no transform", error.what());
-    }
-    catch (const BadInputError& error)
-    {
-      health().warn("bad clouds", error.what());
-    }
+    });
     {
       std::lock_guard<std::mutex> lock(mutex_);
       newest_ = floor;

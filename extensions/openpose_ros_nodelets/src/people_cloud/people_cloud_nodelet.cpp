@@ -15,7 +15,7 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <sensor_msgs/PointCloud2.h>
 
-#include "common/depth_check.h"
+#include "common/organized_cloud.h"
 #include "common/stream_nodelet.h"
 #include "common/transforms.h"
 #include "people_cloud/labelled_cloud.h"
@@ -104,8 +104,7 @@ private:
   void label(const sensor_msgs::PointCloud2ConstPtr& cloud,
              const openpose_ros_msgs::PersonDetection_3dArrayConstPtr& people)
   {
-    try
-    {
+    convertFrame(cloud->header.stamp, [&] {
       const OrganizedCloud points(*cloud);
       requireDepth(points);
       const Eigen::Isometry3f to_cloud = transform(people->header.frame_id, cloud->header);
@@ -126,17 +125,7 @@ private:
                        [&](std::uint32_t number) { return ids[number]; });
         labelled_publisher_.publish(withLabels(*cloud, labels));
       }
-      health().frameDone(cloud->header.stamp);
-    }
-    catch (const BadInputError& error)
-    {
-      health().warn("bad clouds", error.what());
-    }
-    catch (const tf2::TransformException& error)
-    {
-      health().warn("no transform", "from '" + people->header.frame_id + "' to '" + cloud->header.frame_id +
-                                        "': " + error.what());
-    }
+    });
   }
 
   /// Return the transform from the frame of the people to that of the cloud, at its stamp. Throws TransformException.
@@ -145,8 +134,15 @@ private:
     Eigen::Isometry3f transform = Eigen::Isometry3f::Identity();
     if (frame == cloud.frame_id)
       return transform;
-    const geometry_msgs::Transform found =
-        transforms_->lookup(cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
+    geometry_msgs::Transform found;
+    try
+    {
+      found = transforms_->lookup(cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
+    }
+    catch (const tf2::TransformException& error)
+    {
+      throw tf2::TransformException("from '" + frame + "' to '" + cloud.frame_id + "': " + error.what());
+    }
     transform.translate(Eigen::Vector3f(found.translation.x, found.translation.y, found.translation.z));
     transform.rotate(Eigen::Quaternionf(found.rotation.w, found.rotation.x, found.rotation.y, found.rotation.z));
     return transform;

@@ -1,5 +1,5 @@
 """What people do, from frame to frame."""
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -17,18 +17,27 @@ from skeleton_extract_3d.people import People3D
 _NOTHING = Surroundings()
 
 
+class Present(NamedTuple):
+    """A person that is there: when it was seen first and last [s], and what it did then."""
+
+    since: float
+    seen: float
+    signals: PersonSignals
+
+
 class SignalReader:
     """Tells what the people of successive frames do; not thread-safe, and with no clock but the stamps."""
 
     def __init__(self, constants: SignalConstants = SIGNALS) -> None:
         self._constants = constants
         self._people: Dict[int, Person] = {}
+        self._newest: Dict[int, PersonSignals] = {}
         self._stamp = -np.inf
 
     @property
-    def known(self) -> Dict[int, float]:
-        """Since when people are there [s], by id: those of the last frame, and those seen at most `gap` before."""
-        return {name: person.since for name, person in self._people.items()}
+    def present(self) -> Tuple[Present, ...]:
+        """People of the last frame, and those seen at most `gap` before."""
+        return tuple(Present(person.since, person.stamp, self._newest[name]) for name, person in self._people.items())
 
     def update(self, people: People3D, stamp: float, up: np.ndarray, around: Surroundings = _NOTHING,
                landmarks: Optional[Landmarks3D] = None) -> Tuple[PersonSignals, ...]:
@@ -50,8 +59,11 @@ class SignalReader:
         joints = joints_of(people)
         self._follow(people.ids.tolist(), joints[0], stamp)
         seen = _observations(people, joints, landmarks or Landmarks3D.empty())
-        return tuple(self._people[name].read(name, stamp, one, up, around)
-                     for name, one in zip(people.ids.tolist(), seen))
+        persons = tuple(self._people[name].read(name, stamp, one, up, around)
+                        for name, one in zip(people.ids.tolist(), seen))
+        self._newest = {**{name: self._newest[name] for name in self._people if name in self._newest},
+                        **{person.id: person for person in persons}}
+        return persons
 
     def _follow(self, names: List[int], joints: np.ndarray, stamp: float) -> None:
         """Give new ids, and those that have jumped, the memory of the nearest person that was lost."""

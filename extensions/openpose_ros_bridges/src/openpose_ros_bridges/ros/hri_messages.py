@@ -7,8 +7,7 @@ from openpose_ros_msgs.msg import PersonSignals
 from std_msgs.msg import Header
 
 from openpose_ros_bridges.body_model import skeleton_2d
-from openpose_ros_bridges.boxes import box_round
-from openpose_ros_bridges.located import reliability_of
+from openpose_ros_bridges.located import box_round, reliability_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 

@@ -6,10 +6,9 @@ from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Twist
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 from std_msgs.msg import Header
 
-from openpose_ros_bridges.located import Ages, Located, located
+from openpose_ros_bridges.located import Ages, Located, covariance, located
 from openpose_ros_bridges.node_params import BridgeSettings
 from openpose_ros_bridges.ros.bridge import PEOPLE, SIGNALS, Bridge, Output
-from openpose_ros_bridges.ros.covariance import covariance
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_signals.constants import SIGNALS as SIGNAL_CONSTANTS

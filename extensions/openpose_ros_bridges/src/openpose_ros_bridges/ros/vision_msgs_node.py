@@ -6,11 +6,9 @@ import numpy as np
 from geometry_msgs.msg import Point, Pose, Pose2D, PoseWithCovariance, Quaternion, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
-from openpose_ros_bridges.boxes import box_round
-from openpose_ros_bridges.located import reliability_of, sigma_of
+from openpose_ros_bridges.located import box_round, covariance, reliability_of, sigma_of
 from openpose_ros_bridges.node_params import VisionParams, VisionSettings
 from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE, Bridge, Output
-from openpose_ros_bridges.ros.covariance import covariance
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node

@@ -15,8 +15,8 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
+from openpose_ros_signals.reader import Present
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
-from openpose_ros_signals.show.presence import Present
 
 _NOWHERE = (np.nan, np.nan, np.nan)
 

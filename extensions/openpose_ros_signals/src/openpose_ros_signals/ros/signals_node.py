@@ -121,7 +121,7 @@ class SignalsNode:
         for person in array.persons:
             self._persons.publish(person)
         if self._server is not None:
-            self._server.take(persons, header, self._reader.known)
+            self._server.take(self._reader.present, header)
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.markers(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))
