@@ -126,13 +126,6 @@ def test_encoding(encoding, rows, expected, tolerance, padding):
     assert np.abs(bgr.astype(float) - expected).max() <= tolerance
 
 
-def test_the_tolerances_tell_colours_apart():
-    """Blue and red exchanged, or luma read as chroma, would be far outside of them."""
-    assert np.abs(RAMP[..., ::-1].astype(int) - RAMP).mean() > 40
-    swapped = image_to_bgr(message(yuv422(RAMP, 0), 'yuv422'))
-    assert np.abs(swapped.astype(int) - RAMP).mean() > 20
-
-
 @pytest.mark.parametrize('padding', [0, 6])
 def test_mono16_big_endian(padding):
     bgr = image_to_bgr(message(GREY16.astype('>u2'), 'mono16', padding, is_bigendian=1))
@@ -209,16 +202,6 @@ def test_compressed_garbage(data):
         compressed_image_to_bgr(CompressedImage(format='png', data=data))
 
 
-@pytest.mark.parametrize('extension', ['.png', '.jpg'])
-def test_half_a_compressed_image(extension):
-    data = cv2.imencode(extension, RAMP)[1].tobytes()
-    for message in (CompressedImage(format='it', data=data[:len(data) // 2]),
-                    CompressedImage(format='16UC1; compressedDepth', data=bytes(12) + data[:len(data) // 2])):
-        decode = compressed_depth_to_image if 'Depth' in message.format else compressed_image_to_bgr
-        with pytest.raises(BadInputError, match=r'is cut off|expected 16UC1'):
-            decode(message)
-
-
 @pytest.mark.parametrize('encode', [
     lambda grey: Image(width=200, height=100, encoding='mono8', step=200, data=grey.tobytes()),
     lambda grey: CompressedImage(data=cv2.imencode('.jpg', grey)[1].tobytes()),
@@ -262,7 +245,7 @@ def test_messages_hold_the_parts_that_joint_sets_may_have():
     assert parts == list(MESSAGE_JOINTS)
 
 
-def test_nobody():
+def test_no_person():
     header = Header(frame_id='camera')
     messages = people_to_messages(People2D.empty(COCO_18), header)
     assert messages == []

@@ -192,7 +192,10 @@ def main(arguments: Optional[Sequence[str]] = None,
     """
     parser = _parser()
     options = parser.parse_args(arguments)
-    return run_command('detect_files', lambda: _run(options, _values(parser, options), create))
+    values = setting_values(parser, options.settings)
+    values.update((key, value) for key, value in vars(options).items()
+                  if key.startswith('write_') and value is not None)
+    return run_command('detect_files', lambda: _run(options, values, create))
 
 
 def _run(options: argparse.Namespace, values: Dict[str, Any],
@@ -207,7 +210,8 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     for path in bad:
         _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
-    _check_video(save, inputs, options.overwrite)
+    video = [Path(save.write_video).expanduser()] if save.write_video else []
+    check_outputs(video, options.overwrite, [item.path for item in inputs])
     rate = next((item.rate for item in inputs if item.rate), None)
     writer = FrameWriter(save, settings.draw, settings.keypoint_scale, rate, REPLACE if options.overwrite else SKIP)
     recorder = None
@@ -252,13 +256,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dict[str, Any]:
-    """Return the parameters that the command line sets."""
-    values = setting_values(parser, options.settings)
-    written = {key: value for key, value in vars(options).items() if key.startswith('write_') and value is not None}
-    return {**values, **written}
-
-
 def _input_file(path: Path, most: float) -> InputFile:
     if path.suffix.lower() in IMAGE_SUFFIXES:
         return InputFile(path, is_video=False, most=most)
@@ -274,12 +271,6 @@ def _is_result(path: Path, save: SaveParams) -> bool:
         return True
     return (bool(save.write_images) and path.stem.endswith('_rendered')
             and path.parent.resolve() == Path(save.write_images).expanduser().resolve())
-
-
-def _check_video(save: SaveParams, inputs: Sequence[InputFile], overwrite: bool) -> None:
-    """Raise ParameterError if the video is an input or exists."""
-    video = [Path(save.write_video).expanduser()] if save.write_video else []
-    check_outputs(video, overwrite, [item.path for item in inputs])
 
 
 def _is_done(item: InputFile, writer: FrameWriter) -> bool:

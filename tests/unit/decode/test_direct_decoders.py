@@ -134,7 +134,7 @@ def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
 
 
 @ALL
-def test_joint_below_its_threshold_is_missing_and_who_has_none_is_no_person(decode):
+def test_joint_below_its_threshold_is_missing_and_without_joints_there_is_no_person(decode):
     confidence = np.full(17, 0.2)
     confidence[0] = 0.5
     params = DirectDecodeParams(direct_joint_score=0.3)

@@ -1,6 +1,5 @@
 """The mean of fields over sizes and the mirror image shows the people who are there."""
 import numpy as np
-import pytest
 
 from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.fields import average_fields
@@ -61,35 +60,3 @@ def test_scales_and_mirror_images(model):
     people = two_people(model.skeleton, size)
     plan, fields = mean_of(people, size, model, (1.0, False), (1.0, True), (2 / 3, False), (2 / 3, True))
     assert_people(plan, fields, people, model, atol=1.0)
-
-
-# --- channel by channel ---------------------------------------------------------------------------------------------
-
-@NETWORKS
-def test_each_channel_of_the_mirror_image_goes_to_its_partner(model):
-    """One value in the mirror image of a picture without padding: where does it go, and with which sign?"""
-    skeleton, size = model.skeleton, (160, 96)
-    plan = fit_image(size, *size, model.input.multiple_of)
-    assert plan.net_size == size
-    rows, columns = 12, 20
-
-    def lands(channel):
-        mirror = np.zeros((model.channels, rows, columns), np.float32)
-        mirror[channel, 4, 3] = 1
-        mean = average_fields([np.zeros_like(mirror), mirror], [plan, plan], [False, True], model)
-        (place,) = np.argwhere(np.abs(mean) > 1e-3)
-        assert place[1:].tolist() == [4, columns - 1 - 3]
-        return place[0], pytest.approx(2 * mean[tuple(place)], abs=1e-3)
-
-    def other(joint):
-        left, right = joint.replace('right_', 'left_'), joint.replace('left_', 'right_')
-        return right if joint == left else left
-
-    for i, joint in enumerate(skeleton.joints):
-        assert lands(i) == (skeleton.index[other(joint)], 1)
-    assert lands(len(skeleton.joints)) == (len(skeleton.joints), 1)  # background
-    for limb in skeleton.limbs:
-        partner = next(one for one in skeleton.limbs
-                       if (one.start, one.end) == (other(limb.start), other(limb.end)))
-        for component, sign in ((0, -1), (1, 1)):
-            assert lands(model.heatmaps + limb.paf[component]) == (model.heatmaps + partner.paf[component], sign)

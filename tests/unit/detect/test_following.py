@@ -71,7 +71,7 @@ def test_between_searches_people_are_followed_on_crops():
         assert found.ids.tolist() == first.ids.tolist() or sorted(found.ids) == [1, 2]
 
 
-def test_who_is_lost_is_searched_for_at_once_and_not_reported():
+def test_a_lost_person_is_searched_for_at_once_and_not_reported():
     scene = Scene([LEFT, RIGHT])
     scene.frame(0.0)
     scene.frame(0.1)
@@ -84,7 +84,7 @@ def test_who_is_lost_is_searched_for_at_once_and_not_reported():
     assert looks == 1
 
 
-def test_who_is_lost_is_looked_for_where_a_track_in_space_tells():
+def test_a_lost_person_is_looked_for_where_a_track_in_space_tells():
     """The person walks on behind something, and comes out far from where the image alone lets expect."""
     def story(tells):
         scene = Scene([LEFT, RIGHT])

@@ -103,7 +103,7 @@ def the_scene():
     return draw(draw_person(room(), 0.0, 3.0), 3.0, (0.0, 1.1, 0.42, 0.28), (0.0, HEAD, 0.12, 0.06))
 
 
-def test_who_was_missed_is_found_by_depth(detector):
+def test_a_missed_person_is_found_by_depth(detector):
     assert len(detector.detect(image())) == 1
     people = detector.detect(image(), DepthView(the_scene(), FOCAL))
     assert len(people) == 2
@@ -122,7 +122,7 @@ def test_a_head_in_the_depth_alone_is_no_person(detector, networks, change):
     assert len(detector.detect(image(), DepthView(the_scene(), FOCAL))) <= 1
 
 
-def test_who_was_missed_is_followed(detector):
+def test_a_missed_person_is_followed(detector):
     stream = NetworkDetection(detector, TrackingParams(), FollowingParams(following='always', search_period=3))
     view = DepthView(the_scene(), FOCAL)
     frames = [stream.detect(ImageFrame('camera', 1 + 0.1 * i, image(), view)) for i in range(8)]

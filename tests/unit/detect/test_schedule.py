@@ -95,7 +95,7 @@ def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
 @pytest.mark.parametrize('wanted, shares', [
     ([1.0, 1.0], [0.5, 0.5]), ([3.0, 1.0], [0.5, 0.5]), ([0.1, 1.0], [0.1, 0.9]), ([0.1, 2.0, 0.6], [0.1, 0.45, 0.45]),
     ([0.1, 0.3], [0.25, 0.75]), ([0.0, 0.0], [0.5, 0.5]), ([0.0, 1.0], [0.0, 1.0])])
-def test_who_wants_little_has_it_and_the_others_share_the_rest(wanted, shares):
+def test_a_small_demand_is_met_and_the_others_share_the_rest(wanted, shares):
     for number, share in enumerate(shares):
         others = wanted[:number] + wanted[number + 1:]
         assert fair_share(wanted[number], *others) == pytest.approx(share)

@@ -149,28 +149,6 @@ def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, t
     assert not halved.present[0, target.index[joint]]
 
 
-# --- names and files
-
-
-def test_a_reader_never_sees_half_a_file(tmp_path):
-    path, people = tmp_path / 'a_keypoints.json', some_people(count=20)
-    write_json(path, people)
-    stop = threading.Event()
-
-    def keep_writing():
-        while not stop.is_set():
-            write_json(path, people)
-
-    writer = threading.Thread(target=keep_writing)
-    writer.start()
-    try:
-        for _ in range(100):
-            assert len(read_json(path)) == 20
-    finally:
-        stop.set()
-        writer.join()
-
-
 # --- video
 
 

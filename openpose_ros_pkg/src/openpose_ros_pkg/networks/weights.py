@@ -3,7 +3,7 @@ import argparse
 import signal
 import sys
 from pathlib import Path
-from typing import Optional, Sequence
+from typing import Callable, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
@@ -33,29 +33,31 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = parser.parse_args(arguments)
     if options.command == 'get' and options.brought and len(options.models) != 1:
         parser.error('--from takes one NAME, before it')
+    folder = options.model_folder
     try:
         if options.command == 'list':
-            _say_list(options.model_folder)
-        elif options.command == 'get':
+            _say_list(folder)
+            return 0
+        if options.command == 'get':
             licence = options.licence.read_text() if options.licence else ''
-            wanted = options.models or [model.name for model in FETCHED]
-            return max([_get(name, options.model_folder, licence, options.brought) for name in wanted])
-        else:
-            return _check(options.models, options.model_folder)
+            return _for_each(options.models or [model.name for model in FETCHED],
+                             lambda name: get(_find(name, folder), folder, licence, options.brought))
+        return _for_each(options.models or _models_here(folder), lambda name: _check(name, folder))
     except (OpenposeRosError, OSError) as error:
         sys.stderr.write(f'error: {error}\n')
         return 1
-    return 0
 
 
-def _get(name: str, model_folder: str, licence: str, brought: Sequence[Path]) -> int:
-    """Fetch the weights of a model, print its error, and return the exit status."""
-    try:
-        get(_find(name, model_folder), model_folder, licence, brought)
-    except (OpenposeRosError, OSError) as error:
-        sys.stderr.write(f'error: {error}\n')
-        return 1
-    return 0
+def _for_each(names: Sequence[str], work: Callable[[str], object]) -> int:
+    """Call `work` with each name, print its errors, and return the exit status."""
+    status = 0
+    for name in names:
+        try:
+            work(name)
+        except (OpenposeRosError, OSError) as error:
+            sys.stderr.write(f'error: {error}\n')
+            status = 1
+    return status
 
 
 def _find(name: str, model_folder: str) -> Model:
@@ -63,22 +65,19 @@ def _find(name: str, model_folder: str) -> Model:
     return LANDMARK_MODELS.get(name) or find_model(name, model_folder)
 
 
-def _check(names: Sequence[str], model_folder: str) -> int:
-    """Print for each model whether its weights are right; return the exit status."""
+def _check(name: str, model_folder: str) -> None:
+    """Print that the weights of a model are right, or raise OpenposeRosError."""
+    model = _find(name, model_folder)
+    say(f'{model.name}: {weights_path(model, model_folder)} is right')
+
+
+def _models_here(model_folder: str) -> List[str]:
+    """Return the models that have files; raise ModelError if there is none."""
+    candidates = [*MODELS, *LANDMARK_MODELS, *(path.stem for path in described_models(model_folder))]
+    names = [name for name in candidates if _is_here(name, model_folder)]
     if not names:
-        candidates = [*MODELS, *LANDMARK_MODELS, *(path.stem for path in described_models(model_folder))]
-        names = [name for name in candidates if _is_here(name, model_folder)]
-        if not names:
-            raise ModelError(f'there are no weights in {model_folder_of(model_folder)}')
-    status = 0
-    for name in names:
-        try:
-            model = _find(name, model_folder)
-            say(f'{model.name}: {weights_path(model, model_folder)} is right')
-        except OpenposeRosError as error:
-            sys.stderr.write(f'error: {error}\n')
-            status = 1
-    return status
+        raise ModelError(f'there are no weights in {model_folder_of(model_folder)}')
+    return names
 
 
 def _is_here(name: str, model_folder: str) -> bool:

@@ -43,6 +43,7 @@ class Backend(Protocol):
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
         """Return what `infer` returns for each image of one size; computed side by side where the runtime can."""
+        return [self.infer(image) for image in images]
 
 
 def _precision(default: str) -> str:
@@ -140,15 +141,7 @@ def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
 
 
 def _load(name: str, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> Backend:
-    """Load and check one backend, in f32 if another precision gives wrong results.
-
-    Args:
-        fallback: see `Backend`.
-
-    Raises:
-        ImportError: its runtime is not installed.
-        ParameterError, ModelError: as `create_backend`.
-    """
+    """Load and check one backend, in f32 if another precision gives wrong results; ImportError: not installed."""
     if name == 'openvino' and params.device != 'cpu':
         raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
     backend = _backend_class(name)(model, weights, params, fallback)

@@ -1,19 +1,19 @@
 """onnxruntime: ONNX networks on the processor, or on a GPU where the installed package has CUDA or TensorRT."""
 from pathlib import Path
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Tuple
 
 import numpy as np
 import onnxruntime as ort
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.backends import BackendParams
+from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.model_types import Model, Shape
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
 
 
-class OnnxruntimeBackend:
+class OnnxruntimeBackend(Backend):
     """A network by onnxruntime; see `backends.Backend`.
 
     Raises:
@@ -50,10 +50,6 @@ class OnnxruntimeBackend:
         """Compute the network; see `Backend.infer`."""
         outputs = self._session.run(self._outputs, {self._input: network_input(images, self._model.input)})
         return tuple(own_output(output, self._model, self._model.output_layout) for output in outputs)
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        """Compute the network for each image in turn; see `Backend.infer_many`."""
-        return [self.infer(image) for image in images]
 
 
 def _no_device(device: str, reason: str) -> ParameterError:

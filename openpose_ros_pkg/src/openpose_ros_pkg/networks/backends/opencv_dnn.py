@@ -1,17 +1,17 @@
 """OpenCV's dnn module: needs nothing but OpenCV. Reads TensorFlow's frozen graphs, ONNX and, in OpenCV 4, Caffe."""
 from pathlib import Path
-from typing import Any, List, Sequence, Tuple
+from typing import Any, Tuple
 
 import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.backends import BackendParams
+from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.model_types import InputRecipe, Model
 
 
-class OpencvBackend:
+class OpencvBackend(Backend):
     """A network by OpenCV; see `backends.Backend`.
 
     Raises:
@@ -55,10 +55,6 @@ class OpencvBackend:
         self._net.setInput(network_input(images, self._recipe))
         # Copies: OpenCV overwrites the memory of its results.
         return tuple(own_output(output, self._model, self._layout) for output in self._net.forward(self._outputs))
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        """Compute the network for each image in turn; see `Backend.infer_many`."""
-        return [self.infer(image) for image in images]
 
 
 def has_cuda() -> bool:

@@ -4,8 +4,11 @@ One version of OpenCV computed the default network wrongly on all channels witho
 an image with a known output; of the others the structure is checked. In float32 the numbers of the output are compared,
 in reduced precision the people that are decoded from it.
 
-`python3 -m openpose_ros_pkg.networks.backends.self_check` writes the references again, from the weights in the model
-folder.
+A reference, data/NAME_self_check.npz, holds `image` (H, W, 3) uint8 BGR and, of a backend that is known to be right,
+`output_0` ... as float16. The images are of skeleton_extract_3d/demo/cross, in steps of 8 or 16 grey levels to be
+small: a person of frame 8 at 96 x 128, frame 30 at 256 x 160, a person of frame 4 at 256 x 256; and a hand and a face,
+rendered alike. The outputs are of OpenCV 4, which agreed with TensorFlow on the default network, and of OpenVINO on the
+others.
 """
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Dict, Sequence, Tuple
@@ -16,13 +19,7 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.model_registry import (
-    FACE_LANDMARK,
-    HAND_LANDMARK,
-    MOBILENET_THIN,
-    MOVENET_MULTIPOSE,
-    MOVENET_THUNDER,
-)
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.people import Poses
 
@@ -198,29 +195,12 @@ _STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
 
 def _any_image(model: Model) -> np.ndarray:
     """Return an image of a person in a size that the network takes, (H, W, 3) uint8 BGR."""
-    person = _known_image(MOBILENET_THIN)
+    person = _read(reference_path(MOBILENET_THIN))['image']
     least = model.input.multiple_of
     # The end-to-end form chooses 300 of its cells; a smaller input has fewer.
     zoom = 2 if model.decoder == 'yolo_pose' else 1
     width, height = model.input.fixed_size or (-(-zoom * side // least) * least for side in person.shape[1::-1])
     return cv2.resize(person, (width, height))
-
-
-def make_reference(backend: 'Backend', model: Model, image: np.ndarray) -> None:
-    """Write the reference of a model, with a backend that is known to be right.
-
-    Args:
-        image: (H, W, 3) uint8 BGR in a size that the network takes.
-    """
-    outputs = {f'output_{i}': output.astype(np.float16) for i, output in enumerate(backend.infer(image[np.newaxis]))}
-    path = reference_path(model)
-    path.parent.mkdir(exist_ok=True)
-    np.savez_compressed(str(path), image=image, **outputs)
-
-
-def _known_image(model: Model) -> np.ndarray:
-    """Return the image of a model's reference, (H, W, 3) uint8 BGR."""
-    return _read(reference_path(model))['image']
 
 
 def _read(path: Path) -> Dict[str, np.ndarray]:
@@ -230,17 +210,3 @@ def _read(path: Path) -> Dict[str, np.ndarray]:
             return dict(reference)
     except Exception as error:  # the formats of the archive, of its compression and of arrays have errors of their own
         raise ModelError(f'{path} is damaged, install the package again: {error}') from error
-
-
-if __name__ == '__main__':
-    # The images are of skeleton_extract_3d/demo/cross, in steps of 8 or 16 grey levels to be small: a person of frame 8
-    # at 96 x 128, frame 30 at 256 x 160, a person of frame 4 at 256 x 256; and a hand and a face, rendered alike.
-    # OpenCV 4 agreed with TensorFlow on the default network; OpenVINO is the one that reads the others.
-    from openpose_ros_pkg.networks.backends import BackendParams
-    from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
-    from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
-    from openpose_ros_pkg.networks.models import weights_path
-    _params = BackendParams(compiled_cache='off')
-    for _model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, HAND_LANDMARK, FACE_LANDMARK):
-        _runtime = OpencvBackend if _model is MOBILENET_THIN else OpenvinoBackend
-        make_reference(_runtime(_model, weights_path(_model), _params), _model, _known_image(_model))
