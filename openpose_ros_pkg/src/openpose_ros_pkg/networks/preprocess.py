@@ -17,18 +17,12 @@ class ImageToNet:
 
     Coordinates are those of pixel centres: x_net = offset + (x_image + 0.5) * scale - 0.5, with the scale that rounding
     to whole pixels leaves on each axis.
-
-    Attributes:
-        image_size: (width, height) of the image [px].
-        scaled_size: (width, height) of the image within the network's input [px].
-        net_size: (width, height) of the network's input [px], multiples of the network's stride.
-        offset: left and top of the image within the network's input [px].
     """
 
-    image_size: Tuple[int, int]
-    scaled_size: Tuple[int, int]
-    net_size: Tuple[int, int]
-    offset: Tuple[int, int] = (0, 0)
+    image_size: Tuple[int, int]  # (width, height) [px]
+    scaled_size: Tuple[int, int]  # (width, height) of the image within the network's input [px]
+    net_size: Tuple[int, int]  # (width, height) of the network's input [px], multiples of the network's stride
+    offset: Tuple[int, int] = (0, 0)  # left and top of the image within the network's input [px]
 
     def centred(self) -> 'ImageToNet':
         """Return the same with the padding on both sides."""

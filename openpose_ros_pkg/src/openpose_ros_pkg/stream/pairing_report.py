@@ -17,19 +17,12 @@ _SAME_CLOCK = 1.0
 
 
 class PairingReport(NamedTuple):
-    """Why two streams do not pair.
+    """Why two streams do not pair."""
 
-    Attributes:
-        difference: of the nearest stamps, the median of each message's [s].
-        allowed: largest difference that pairs at present [s].
-        behind: newest stamp of stream 0 minus that of stream 1 [s].
-        settings: parameters of PairingParams that would pair them; empty: none, or the present ones will when more
-            messages come.
-    """
-
-    difference: float
-    allowed: float
-    behind: float
+    difference: float  # of the nearest stamps, the median of each message's [s]
+    allowed: float  # largest difference that pairs at present [s]
+    behind: float  # newest stamp of stream 0 minus that of stream 1 [s]
+    # of PairingParams, which would pair them; empty: none would, or the present ones will when more messages come
     settings: Dict[str, float]
 
     def text(self, names: Sequence[str], setting: str) -> str:

@@ -29,16 +29,10 @@ PIPELINE = PipelineConstants()
 
 @dataclass(frozen=True)
 class PipelineStages(Generic[Item, Prepared, Computed]):
-    """The stages of a pipeline.
+    """The stages of a pipeline."""
 
-    Attributes:
-        prepare: called with the newest item.
-        compute: the long stage, called with what `prepare` returned, with the pipeline's lock held.
-        finish: called with what `compute` returned.
-    """
-
-    prepare: Callable[[Item], Prepared]
-    compute: Callable[[Prepared], Computed]
+    prepare: Callable[[Item], Prepared]  # called with the newest item
+    compute: Callable[[Prepared], Computed]  # the long stage, called with the pipeline's lock held
     finish: Callable[[Computed], object]
 
 

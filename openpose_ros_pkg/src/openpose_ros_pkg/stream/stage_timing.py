@@ -11,33 +11,21 @@ _MOST_ENTRIES = 2000
 
 @dataclass(frozen=True)
 class StageSummary:
-    """How long one stage took.
-
-    Attributes:
-        stage: its name.
-        count: entries within the window.
-        rate: entries per second [Hz].
-        p50, p95: percentiles of the duration [s], by nearest rank; NaN without entries.
-        mean: of the duration [s]; NaN without entries.
-    """
+    """How long one stage took; percentiles and mean are NaN without entries."""
 
     stage: str
-    count: int
-    rate: float
+    count: int  # entries within the window
+    rate: float  # entries per second [Hz]
     p50: float
-    p95: float
-    mean: float
+    p95: float  # percentiles of the duration [s], by nearest rank
+    mean: float  # of the duration [s]
 
 
 class Stopwatch:
-    """Measures successive stages.
-
-    Attributes:
-        laps: duration of each stage [s].
-    """
+    """Measures successive stages."""
 
     def __init__(self) -> None:
-        self.laps: Dict[str, float] = {}
+        self.laps: Dict[str, float] = {}  # duration of each stage [s]
         self.restart()
 
     def restart(self) -> None:

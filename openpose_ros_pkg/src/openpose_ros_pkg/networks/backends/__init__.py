@@ -15,17 +15,11 @@ _log = logging.getLogger(__name__)
 
 
 class Backend(Protocol):
-    """A network, loaded by one runtime.
+    """A network, loaded by one runtime."""
 
-    Attributes:
-        name: value of the parameter `backend` for this runtime.
-        description: runtime, version and precision, for the log.
-        fallback: why it is slower than what the parameters ask for; empty: it is not.
-    """
-
-    name: str
-    description: str
-    fallback: str
+    name: str  # value of the parameter `backend` for this runtime
+    description: str  # runtime, version and precision, for the log
+    fallback: str  # why it is slower than what the parameters ask for; empty: it is not
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; not thread-safe.
