@@ -18,7 +18,7 @@ import sys
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
@@ -149,27 +149,24 @@ def check_names(inputs: Sequence[InputFile]) -> None:
                                  'without its suffix; give them in two commands with folders of their own')
 
 
-class FileNetworks(NamedTuple):
-    """Detector of people, of their hands and faces (None: not wanted), and the parameters of tracking in videos."""
-
-    detector: Any
-    landmarks: Optional[LandmarkDetector]
-    tracking: TrackingParams
-
-
-def detect_inputs(inputs: Sequence[InputFile], networks: FileNetworks, recorder: Recorder
+def detect_inputs(inputs: Sequence[InputFile], detector: Any, landmarks: Optional[LandmarkDetector],
+                  tracking: TrackingParams, recorder: Recorder
                   ) -> Iterator[Tuple[InputFile, Union[int, BadInputError]]]:
-    """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error."""
+    """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error.
+
+    Args:
+        landmarks: finds hands and faces; None: not wanted.
+        tracking: of people in videos.
+    """
     for item in inputs:
-        tracker = KeypointTracker(networks.tracking) if item.is_video else None
+        tracker = KeypointTracker(tracking) if item.is_video else None
         try:
             for number, bgr in enumerate(item.read()):
-                people, stamp = networks.detector.detect(bgr), number / (item.rate or _VIDEO_RATE)
+                people, stamp = detector.detect(bgr), number / (item.rate or _VIDEO_RATE)
                 # negative ids are none; different ones assign hands to people
                 people = (replace(people, ids=-1 - np.arange(len(people))) if tracker is None
                           else tracker.update(people, stamp))
-                found = (None if networks.landmarks is None
-                         else networks.landmarks.detect(bgr, people, None, item.path, stamp))
+                found = None if landmarks is None else landmarks.detect(bgr, people, None, item.path, stamp)
                 recorder.submit(item.name(number), bgr, people, found)
                 yield item, len(people)
         except BadInputError as error:
@@ -214,10 +211,10 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
             todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
             report = replace(report, skipped=len(inputs) - len(todo))
-            networks = _networks(settings, create) if todo else None
+            detector, landmarks = _networks(settings, create) if todo else (None, None)
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
-            for item, result in detect_inputs(todo, networks, recorder) if networks is not None else ():
+            for item, result in detect_inputs(todo, detector, landmarks, settings.tracking, recorder):
                 report = report.added(item, result)
                 progress.update(not isinstance(result, BadInputError))
     finally:
@@ -227,14 +224,15 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE
 
 
-def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> FileNetworks:
-    """Load the networks of the parameters; raise ModelError if one is missing."""
+def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]
+              ) -> Tuple[Any, Optional[LandmarkDetector]]:
+    """Return the detectors of people, and of hands and faces if wanted; raise ModelError if a network is missing."""
     params = settings.detector
     landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
     if landmarks.missing:
         raise ModelError(landmarks.faults)
     wanted = settings.landmarks.hands or settings.landmarks.face
-    return FileNetworks(create(params), landmarks if wanted else None, settings.tracking)
+    return create(params), landmarks if wanted else None
 
 
 def _parser() -> argparse.ArgumentParser:
