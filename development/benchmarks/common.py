@@ -1,18 +1,17 @@
 """What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
 import argparse
-import contextlib
 import json
 import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Sequence, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
                  str(ROOT / 'devel/lib/python3/dist-packages')])
 
-from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts, setting_values
+from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.errors import OpenposeRosError
 
 if TYPE_CHECKING:
@@ -34,10 +33,6 @@ class Parser(argparse.ArgumentParser):
         """Add sequence folders."""
         self.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
 
-    def add_settings(self, target: str, option: str = '--set') -> None:
-        """Add an option for the parameters of something, which `settings` reads."""
-        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[], help=f'a parameter {target}')
-
     def add_live(self, seconds: float, warm_up: float) -> None:
         """Add the options of a table of running nodes, with the default times of a row [s]."""
         self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')
@@ -52,10 +47,6 @@ class Parser(argparse.ArgumentParser):
         arguments.launch = named
         return arguments
 
-    def settings(self, texts: Sequence[str]) -> Dict[str, Any]:
-        """Return the parameters of KEY=VALUE texts, values read as YAML."""
-        return setting_values(self, texts)
-
 
 def new_path(text: str) -> Path:
     """Return the path of an output, as `type` of an option; an existing file or filled folder is refused."""
@@ -63,18 +54,6 @@ def new_path(text: str) -> Path:
     if path.is_file() or (path.is_dir() and any(path.iterdir())):
         raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
     return path
-
-
-@contextlib.contextmanager
-def errors_end_the_program() -> Iterator[None]:
-    """Print errors of this project, and of files, in one line; let signals end the program as Ctrl-C does."""
-    try:
-        with all_ends_are_interrupts():
-            yield
-    except KeyboardInterrupt:
-        raise SystemExit(INTERRUPTED) from None
-    except (OpenposeRosError, OSError) as error:
-        raise SystemExit(f'error: {error}') from error
 
 
 def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
@@ -99,17 +78,21 @@ def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], 
         arguments: `json` is the path of the figures as JSON; None: not written.
     """
     from session import Session  # most benchmarks need no ROS
-    with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
-        try:
-            with Session(Path(folder)) as session:
-                figures = measure(session, Path(folder), arguments)
-        except OpenposeRosError as error:
-            print(error, *(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
-                  file=sys.stderr)
-            return 1
-    text = json.dumps(figures, indent=1)
-    print(json.dumps(json.loads(text, parse_float=lambda number: float(f'{float(number):.4g}')), indent=1))
-    if arguments.json:
-        arguments.json.parent.mkdir(parents=True, exist_ok=True)
-        arguments.json.write_text(text)
-    return 0
+
+    def work() -> int:
+        with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+            try:
+                with Session(Path(folder)) as session:
+                    figures = measure(session, Path(folder), arguments)
+            except OpenposeRosError:
+                print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
+                      file=sys.stderr)
+                raise
+        text = json.dumps(figures, indent=1)
+        print(json.dumps(json.loads(text, parse_float=lambda number: float(f'{float(number):.4g}')), indent=1))
+        if arguments.json:
+            arguments.json.parent.mkdir(parents=True, exist_ok=True)
+            arguments.json.write_text(text)
+        return 0
+
+    return run_command('bench', work)

@@ -113,7 +113,7 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
     unit, rows, table = Unit(), [], [COLUMNS]
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
-        people: make_crowd(people, folder / f'crowd_{people}') for people in arguments.people}
+        people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}
     for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
         seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)

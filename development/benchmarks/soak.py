@@ -17,12 +17,10 @@ missing in the bags. The exit status is 1 if one of these fails.
     ./run bench soak --minutes 60 --json soak.json
 """
 import os
-import shutil
 import signal
 import struct
 import subprocess
 import sys
-import threading
 import time
 from argparse import Namespace
 from contextlib import suppress
@@ -94,7 +92,7 @@ RECORDED += [ONE.results(topic) for topic in ('visualization_markers', 'visualiz
 
 
 class Sampler:
-    """Samples the processes of nodes every `period` [s], in a thread.
+    """Samples the processes of nodes every `period` [s] while the run waits.
 
     Attributes:
         samples: of each node: time since the begin [s], memory of its own [MB], threads, files.
@@ -105,30 +103,24 @@ class Sampler:
         self._period, self._began, self._processes = period, time.monotonic(), {}
         self.samples: Dict[str, List[Tuple[float, ...]]] = {node: [] for node in nodes}
         self.lives = dict.fromkeys(nodes, 0)
-        self._stopped, self._thread = threading.Event(), threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
 
-    def sleep_until(self, seconds: float) -> None:
-        """Sleep until a time since the begin [s]."""
-        time.sleep(max(seconds - (time.monotonic() - self._began), 0.0))
+    def wait_until(self, seconds: float) -> None:
+        """Sample until a time since the begin [s]."""
+        while time.monotonic() < self._began + seconds:
+            for node in self.samples:
+                self._sample(node)
+            time.sleep(max(min(self._period, self._began + seconds - time.monotonic()), 0.0))
 
-    def stop(self) -> None:
-        """End the thread."""
-        self._stopped.set()
-        self._thread.join()
-
-    def _run(self) -> None:
-        while not self._stopped.wait(self._period):
-            for node, samples in self.samples.items():
-                try:
-                    if node not in self._processes:
-                        self._processes[node] = node_process(node)
-                        self.lives[node] += 1
-                    process = self._processes[node]
-                    samples.append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
-                                    process.num_threads(), process.num_fds()))
-                except (OSError, psutil.Error):  # it was killed and is not there again
-                    self._processes.pop(node, None)
+    def _sample(self, node: str) -> None:
+        try:
+            if node not in self._processes:
+                self._processes[node] = node_process(node)
+                self.lives[node] += 1
+            process = self._processes[node]
+            self.samples[node].append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
+                                       process.num_threads(), process.num_fds()))
+        except (OSError, psutil.Error):  # it was killed and is not there again
+            self._processes.pop(node, None)
 
 
 class Result(NamedTuple):
@@ -216,21 +208,6 @@ def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[
     return figures, [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
 
 
-def make_sequence(folder: Path) -> Path:
-    """Write a sequence in which people come and go."""
-    sequence = folder / 'sequence'
-    for name in ('rgb', 'depth'):
-        (sequence / name).mkdir(parents=True)
-    for part, people in enumerate(PEOPLE):
-        crowd = make_crowd(people, folder / f'crowd_{people}')
-        for name in ('camera.yaml', 'sequence.yaml'):
-            shutil.copy(str(crowd / name), str(sequence / name))
-        for name in ('rgb', 'depth'):
-            for number, image in enumerate(sorted((crowd / name).iterdir())[:PART], PART * part):
-                shutil.copy(str(image), str(sequence / name / f'{number:05d}{image.suffix}'))
-    return sequence
-
-
 class Soak:
     """The chains, and the disturbances around them.
 
@@ -240,7 +217,7 @@ class Soak:
 
     def __init__(self, session: Session, folder: Path, minutes: float) -> None:
         self._session, self._folder, self._seconds = session, folder, 60 * minutes
-        self._bag = make_bag(make_sequence(folder), folder / 'camera.bag', cloud=False)
+        self._bag = make_bag(make_crowd(folder / 'crowd', PEOPLE, PART), folder / 'camera.bag', cloud=False)
         self._cycles = max(int(min(CYCLES, self._seconds / LEAST_CYCLE)), 2)
         self._runs: Dict[Chain, List[Path]] = {chain: [] for chain in CHAINS}
         self._cameras: Dict[Chain, subprocess.Popen] = {}
@@ -265,10 +242,9 @@ class Soak:
             (0.65, self._visitors_go))
         for cycle in range(self._cycles):
             for share, event in events:  # events that took longer than planned are late
-                self._sampler.sleep_until((cycle + share) * cycle_seconds)
+                self._sampler.wait_until((cycle + share) * cycle_seconds)
                 event(cycle)
-        self._sampler.sleep_until(self._seconds)
-        self._sampler.stop()
+        self._sampler.wait_until(self._seconds)
         self._ended = rospy.get_rostime().to_nsec()
         for camera in self._cameras.values():
             self._session.stop(camera)

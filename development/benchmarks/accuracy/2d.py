@@ -19,7 +19,8 @@ from typing import Any, Dict, List, Optional, Tuple
 import cv2
 import numpy as np
 
-from common import Parser, elapsed, errors_end_the_program
+from common import Parser, elapsed
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
 from openpose_ros_pkg.detect.recipes import FASTER, Recipe
 from openpose_ros_pkg.networks.backends import Backend
@@ -102,25 +103,25 @@ def precision_and_recall(run: Any) -> Dict[str, float]:
             'wrong': wrong, 'people': there}
 
 
-def main() -> None:
-    """Parse the command line, measure, print."""
+def main() -> int:
+    """Parse the command line, measure, print; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--images', type=Path, required=True, help='folder of the images')
     parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
-    parser.add_settings('of the detector, its backend or its decoder')
-    parser.add_settings('of another setting, which is timed on each image in turn', '--time-against')
+    add_settings(parser, 'of the detector, its backend or its decoder')
+    parser.add_argument('--time-against', metavar='KEY=VALUE', action='append', default=[],
+                        help='a parameter of another detector, which is timed on each image in turn')
     parser.add_argument('--recipe', type=int, choices=range(len(FASTER)), metavar=f'0..{len(FASTER) - 1}',
                         help='one of the recipes for target_rate, from the slowest to the fastest')
     parser.add_argument('--limit', type=int, help='number of images (default: all; fewer are timed, but not scored)')
     args = parser.parse_args()
-    values, reference_values = parser.settings(args.set), parser.settings(args.time_against)
+    values, reference_values = setting_values(parser, args.settings), setting_values(parser, args.time_against)
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
-    with errors_end_the_program():
-        settings = build(DetectorSettings, values)
-        detector = (Detector(settings, NetworksOf(settings, FASTER[args.recipe]))
-                    if args.recipe is not None else create_detector(settings))
-        reference = create_detector(build(DetectorSettings, reference_values)) if reference_values else None
-        results, times = detect_all(detector, images, args.images, reference)
+    settings = build(DetectorSettings, values)
+    detector = (Detector(settings, NetworksOf(settings, FASTER[args.recipe]))
+                if args.recipe is not None else create_detector(settings))
+    reference = create_detector(build(DetectorSettings, reference_values)) if reference_values else None
+    results, times = detect_all(detector, images, args.images, reference)
     report = [f'{len(images)} images, {len(results)} people found, {detector.description}',
               f'computed: {detector.recipe.description}',
               f'ms per image: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']
@@ -130,8 +131,9 @@ def main() -> None:
     if results and args.limit is None:
         report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'
                    for name, value in evaluate(args.annotations, results).items()]
-    sys.stdout.write('\n'.join(report) + '\n')
+    print('\n'.join(report))
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

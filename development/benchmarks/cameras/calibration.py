@@ -17,7 +17,8 @@ from typing import Dict, List, NamedTuple, Tuple
 import numpy as np
 from fusion import Recorded, record
 
-from common import Parser, elapsed, errors_end_the_program, markdown
+from common import Parser, elapsed, markdown
+from openpose_ros_pkg.command_line import run_command
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_tools.calibration.recording import CameraRecording
 from simulated_room import rig_errors, up_error
@@ -119,14 +120,13 @@ def stage(folder: Path) -> List[Tuple[object, ...]]:
     return rows
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('stage', type=Path, help='folder with the sequences of cameras')
-    options = parser.parse_args()
-    with errors_end_the_program():
-        sys.stdout.write(markdown(stage(options.stage)))
+    sys.stdout.write(markdown(stage(parser.parse_args().stage)))
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

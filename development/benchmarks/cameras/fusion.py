@@ -29,9 +29,10 @@ from typing import Callable, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from chain_runs import VISIBLE, Finder, Frames, camera_poses, open_sequence, read_truth, write_csv
-from common import Parser, elapsed, errors_end_the_program, markdown
+from common import Parser, elapsed, markdown
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
+from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_tools.alignment.people import pair_people
@@ -49,6 +50,7 @@ SAME_PERSON = 0.6
 RATE, UPDATES, WARM_UP = 30.0, 300, 30
 # Sigma: rates of the cameras [Hz], length [s], error of the joints per axis [m], time in which errors fade [s].
 RATES, SECONDS, NOISE, CORRELATION = (5.0, 10.0, 15.0, 30.0, 60.0), 6.0, 0.06, 0.5
+
 
 @dataclass(frozen=True)
 class Recorded:
@@ -199,8 +201,8 @@ def speed(cameras: int, people: int) -> str:
             f'processor {np.median(computing[WARM_UP:]):.2f} ms\n')
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--cameras', type=int, default=3, help='number of simulated cameras (default: 3)')
     parser.add_argument('--people', type=int, default=5, help='number of simulated people (default: 5)')
@@ -210,14 +212,11 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.stage and not arguments.evaluate:
         parser.error('--stage needs --evaluate')
-    with errors_end_the_program():
-        if arguments.sigma:
-            sys.stdout.write(sigma())
-        else:
-            sys.stdout.write(speed(arguments.cameras, arguments.people))
-        if arguments.stage:
-            sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate))
+    sys.stdout.write(sigma() if arguments.sigma else speed(arguments.cameras, arguments.people))
+    if arguments.stage:
+        sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate))
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

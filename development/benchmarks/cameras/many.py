@@ -88,7 +88,7 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
     """Measure all rows and print the table."""
     rospy.init_node('many_cameras', disable_signals=True)
     unit, rows = Unit(), []
-    sequences = arguments.folder or [make_crowd(people, folder / f'crowd_{people}') for people in arguments.people]
+    sequences = arguments.folder or [make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people]
     bags = [make_bag(sequence, folder / f'{number}.bag', cloud=False) for number, sequence in enumerate(sequences)]
     for combination in itertools.product(arguments.modes, arguments.cameras, arguments.processes):
         milliseconds = unit.milliseconds()

@@ -21,7 +21,8 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
 from chain_runs import Finder, Frames, camera_poses, open_sequence, read_truth
-from common import Parser, elapsed, errors_end_the_program, markdown
+from common import Parser, elapsed, markdown
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import body_of, joints_of, stature_of
@@ -265,21 +266,21 @@ def report(sequence: Sequence, script: Optional[Path]) -> Tuple[float, float, fl
     return signals[-1][0] - signals[0][0], false, took / max(sum(len(persons) for _, persons in signals), 1)
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_sequences()
-    parser.add_settings('of the chain')
+    add_settings(parser, 'of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores labels')
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')
     arguments = parser.parse_args()
-    with errors_end_the_program():
-        finder = Finder(build(ChainSettings, parser.settings(arguments.set)))
-        sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
-        seconds, false, cost = np.array([report(sequence, arguments.evaluate) for sequence in sequences]).T
+    finder = Finder(build(ChainSettings, setting_values(parser, arguments.settings)))
+    sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
+    seconds, false, cost = np.array([report(sequence, arguments.evaluate) for sequence in sequences]).T
     print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} '
           f'per minute\n{np.median(cost):.2f} ms per person and frame')
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

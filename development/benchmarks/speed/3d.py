@@ -10,6 +10,7 @@ cost of one person more as the slope of the straight line through the medians.
 """
 import itertools
 import os
+import sys
 from dataclasses import replace
 from typing import List, Tuple
 
@@ -17,7 +18,8 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from common import Parser, elapsed, errors_end_the_program
+from common import Parser, elapsed
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.estimator import PeopleEstimator
@@ -90,8 +92,8 @@ def table(frames: pd.DataFrame) -> str:
     return rows.to_string(float_format='%.3f', na_rep='')
 
 
-def main() -> None:
-    """Parse the command line, measure, print."""
+def main() -> int:
+    """Parse the command line, measure, print; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--people', nargs='+', type=int, default=[1, 2, 5, 10, 20],
                         help='numbers of people (default: 1 2 5 10 20)')
@@ -99,16 +101,16 @@ def main() -> None:
     parser.add_argument('--warm-up', type=int, default=15, help='frames before those (default: %(default)s)')
     parser.add_argument('--frames', type=int, default=8,
                         help='different frames, shown to and fro; 17 MB each and number (default: %(default)s)')
-    parser.add_settings('of the estimator')
+    add_settings(parser, 'of the estimator')
     arguments = parser.parse_args()
     # whatever the libraries do with threads, all of them share one core
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     cv2.setNumThreads(1)
-    with errors_end_the_program():
-        settings = build(EstimatorSettings, parser.settings(arguments.set))
-        frames = measure(arguments.people, arguments.rounds, arguments.warm_up, arguments.frames, settings)
+    settings = build(EstimatorSettings, setting_values(parser, arguments.settings))
+    frames = measure(arguments.people, arguments.rounds, arguments.warm_up, arguments.frames, settings)
     print(f'ms of PeopleEstimator.update at {SIZE[0]} x {SIZE[1]}, one core; stages are medians\n\n{table(frames)}')
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

@@ -9,6 +9,7 @@ steady rate of that many processes follows, from a recording of the same frames.
 
     ./run bench speed process_bag --points cloud --set mode=balanced --rounds 5
 """
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -16,9 +17,10 @@ from statistics import median
 from typing import List
 
 from chain_runs import open_sequence
-from common import DEMO, Parser, errors_end_the_program
+from common import DEMO, Parser
 from nodes import NAMESPACE, make_bag
 from openpose_ros_pkg.allocator import keep_large_blocks
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.ros.process_bag.job import BagJob, Topics
@@ -38,18 +40,18 @@ def steady_rate(job: BagJob) -> float:
     return (len(times) - 1) / (times[-1] - times[0])
 
 
-def main() -> None:
-    """Print the rate of the bare network, of the command, and their ratio."""
+def main() -> int:
+    """Print the rate of the bare network, of the command, and their ratio; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--sequence', type=Path, default=DEMO, help='sequence folder')
     parser.add_argument('--points', choices=('cloud', 'depth'), default='depth')
     parser.add_argument('--rounds', type=int, default=5, help='(default: %(default)s)')
     parser.add_argument('--jobs', type=int, nargs='*', default=[2], help='numbers of processes (default: 2)')
-    parser.add_settings('of process_bag')
+    add_settings(parser, 'of process_bag')
     options = parser.parse_args()
-    values, sequence = parser.settings(options.set), open_sequence(options.sequence)
+    values, sequence = setting_values(parser, options.settings), open_sequence(options.sequence)
     topics = Topics(points=f'{NAMESPACE}/points') if options.points == 'cloud' else Topics()
-    with errors_end_the_program(), tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         source = make_bag(options.sequence, folder / 'source.bag', options.points == 'cloud')
         keep_large_blocks()  # as the command does
@@ -75,7 +77,8 @@ def main() -> None:
         for jobs in options.jobs:
             rate = steady_rate(BagJob(source, folder / 'jobs.bag', values=values, topics=topics, jobs=jobs))
             print(f'--jobs {jobs:<6d} {rate:7.2f} frames/s, ratio {rate / median(network):.2f}')
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))
