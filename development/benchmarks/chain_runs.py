@@ -102,11 +102,9 @@ class CountedNetwork:
         self.name, self.description, self.fallback = network.name, network.description, network.fallback
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
-        """See `Backend`."""
         return self.infer_many([images])[0]
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        """See `Backend`."""
         self.passes += len(images)
         self.pixels += sum(image.shape[1] * image.shape[2] for image in images)
         return self._network.infer_many(images)
@@ -120,7 +118,6 @@ class CountedNetworks(Networks):
         self._counted: Dict[str, CountedNetwork] = {}
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        """See `Networks`."""
         recipe, networks = super().load(recipe)
         self._counted = {**{name: CountedNetwork(network) for name, network in networks.items()}, **self._counted}
         return recipe, {name: self._counted[name] for name in networks}
@@ -215,7 +212,7 @@ def write_csv(path: Path, frames: Frames) -> None:
                 writer.writerow([stamp, stamp, len(people), person, *row.ravel().tolist()])
 
 
-def evaluate(script: Path, pairs: Iterable[Tuple[Path, Path]]) -> int:
+def evaluate(script: Path, pairs: Iterable[Tuple[Path, Path]], *options: str) -> int:
     """Let a script score pairs of sequence folder and CSV; return its exit status."""
     sys.stdout.flush()
-    return subprocess.call([sys.executable, str(script), *(str(path) for pair in pairs for path in pair)])
+    return subprocess.call([sys.executable, str(script), *(str(path) for pair in pairs for path in pair), *options])

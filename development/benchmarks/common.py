@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
                  str(ROOT / 'devel/lib/python3/dist-packages')])
 
-from openpose_ros_pkg.command_line import run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import OpenposeRosError
 
 if TYPE_CHECKING:
@@ -73,6 +73,8 @@ def markdown(rows: Sequence[Sequence[object]]) -> str:
 def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], arguments: argparse.Namespace) -> int:
     """Measure nodes on a ROS master of their own, print the figures as JSON; return the exit status.
 
+    It is 1 if the figures have `faults`, which are printed.
+
     Args:
         measure: takes the session, its folder and the arguments, and returns the figures.
         arguments: `json` is the path of the figures as JSON; None: not written.
@@ -93,6 +95,7 @@ def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], 
         if arguments.json:
             arguments.json.parent.mkdir(parents=True, exist_ok=True)
             arguments.json.write_text(text)
-        return 0
+        print(*figures.get('faults', ()), sep='\n')
+        return SOME_FAILED if figures.get('faults') else DONE
 
     return run_command('bench', work)

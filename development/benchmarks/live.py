@@ -18,7 +18,7 @@ import argparse
 import itertools
 import sys
 from pathlib import Path
-from typing import List, Sequence
+from typing import Sequence
 
 import numpy as np
 import rospy
@@ -50,9 +50,6 @@ MADE_DEPTH = f'{NAMESPACE}/depth_registered'
 POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
                              f'camera_info:={MADE_DEPTH}/camera_info']}
-COLUMNS = ('camera [Hz]', 'people', 'points', 'T [ms]', 'results [Hz]', 'wanted', 'networks alone [Hz]',
-           'latency median / 95 % [ms]', 'sum of the stages', 'stages, means [ms]', 'processor [% of a core]',
-           'memory [MB]', 'start [s]')
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -86,46 +83,38 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
     return seen
 
 
-def figures_of(seen: Watched) -> Figures:
-    """Return the figures of the nodes in a row."""
+def figures_of(seen: Watched, stages: Sequence[str]) -> Figures:
+    """Return the cells of the nodes in a row."""
     arrivals, latencies, people = (each[0] for each in seen[2:5])
-    return {'frames': len(arrivals), 'rate_hz': len(arrivals) / seen.seconds, 'start_s': seen.start,
-            'latency_ms': median_and_95(latencies), 'stages_ms': seen.stages,
-            'longest_gap_ms': 1000 * float(np.diff(arrivals).max(initial=0.0)),
-            'people_per_frame': {str(number): int((people == number).sum()) for number in sorted({*people.tolist()})},
-            'cpu_percent_of_a_core': seen.processor, 'memory_mb': seen.memory}
-
-
-def table_row(row: Figures, stages: Sequence[str]) -> List[object]:
-    """Return the cells of COLUMNS."""
-    means = {name: row['stages_ms'][name] for name in stages if np.isfinite(row['stages_ms'].get(name, np.nan))}
-    wanted = min(row['camera_hz'] * 29 / 30, 2000 / (0.6 * sum(row['T_ms'])))  # all but a frame, or 1 / 0.6 T
-    return [f"{row['camera_hz']:.0f}", row['people'], row['points'], ' - '.join(f'{each:.0f}' for each in row['T_ms']),
-            f"{row['rate_hz']:.1f}", f"{wanted:.1f}",
-            f"{row['networks_alone_hz']:.1f}", row['latency_ms'], f'{sum(means.values()):.0f}',
-            ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
-            by_node(row['cpu_percent_of_a_core']), by_node(row['memory_mb']), f"{row['start_s']:.1f}"]
+    means = {name: seen.stages[name] for name in stages if np.isfinite(seen.stages.get(name, np.nan))}
+    return {'results [Hz]': round(len(arrivals) / seen.seconds, 1),
+            'latency median / 95 % [ms]': median_and_95(latencies), 'sum of the stages': round(sum(means.values())),
+            'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
+            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
+            'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory),
+            'start [s]': round(seen.start, 1)}
 
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Measure all rows and print the table."""
     rospy.init_node('live', disable_signals=True)
-    unit, rows, table = Unit(), [], [COLUMNS]
+    unit, rows = Unit(), []
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
         people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}
     for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
         seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
-        log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
         values = next((each for each in seen.parameters.values() if 'target_rate' in each), {})
-        rows.append({'camera_hz': rate, 'people': people, 'points': points, **figures_of(seen),
-                     'log': [line for line in log if 'networks may take' in line or 'WARN' in line],
-                     'networks_alone_hz': NetworksAlone(values).rate(sequence, seen.arrivals[0] - seen.latencies[0]),
-                     'T_ms': [before, unit.milliseconds()]})
-        table.append(table_row(rows[-1], stages))
-        print(markdown([COLUMNS, table[-1]]).splitlines()[-1], flush=True)
-    print('\n' + markdown(table), flush=True)
+        alone, after = NetworksAlone(values).rate(sequence, seen.arrivals[0] - seen.latencies[0]), unit.milliseconds()
+        wanted = min(rate * 29 / 30, 2000 / (0.6 * (before + after)))  # all but a frame, or 1 / 0.6 T
+        rows.append({'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
+                     'wanted [Hz]': round(wanted, 1), 'networks alone [Hz]': round(alone, 1),
+                     **figures_of(seen, stages)})
+        log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+        print(*rows[-1].values(), *(line for line in log if 'networks may take' in line or 'WARN' in line), sep='\n  ',
+              flush=True)
+    print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
     return {'rows': rows}
 
 

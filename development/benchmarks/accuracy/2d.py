@@ -39,7 +39,6 @@ class NetworksOf(Networks):
         self._recipe = recipe
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        """See `Networks.load`."""
         return super().load(self._recipe)
 
 

@@ -10,9 +10,10 @@ interpolated between its frames, so that they are those of an earlier time.
     ./run bench cameras calibration STAGE
 """
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Tuple
+from types import SimpleNamespace
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from fusion import Recorded, record
@@ -23,34 +24,25 @@ from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrat
 from openpose_ros_tools.calibration.recording import CameraRecording
 from simulated_room import rig_errors, up_error
 from skeleton_extract_3d.people import MEASURED
-from skeleton_extract_3d.points.transform import Transform
 
-# Time of the first frame of a recording [s].
-BEGIN = 100.0
+# Time of the first frame of a recording, delay of stamps or images that are late [s].
+BEGIN, DELAY = 100.0, 0.07
 HEAD = ('case', 'angle deg', 'position mm', 'clock ms', 'expected', 'up deg', 'seconds')
 
 
-class Placed(NamedTuple):
-    """True pose of a camera, and the error of its stamps [s]."""
-
-    pose: Transform
-    clock: float
-
-
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """How the recorded cameras are given to the calibration.
 
     Attributes:
         rgb: numbers of the cameras whose depth is withheld.
-        stamped, seen: delays of the stamps and of the images of cameras, by their numbers [s].
+        stamped, seen: number of the camera whose stamps, or images, are late.
         distance: the distance of the first two cameras is given.
     """
 
     title: str
     rgb: Tuple[int, ...] = ()
-    stamped: Dict[int, float] = field(default_factory=dict)
-    seen: Dict[int, float] = field(default_factory=dict)
+    stamped: Optional[int] = None
+    seen: Optional[int] = None
     distance: bool = False
 
 
@@ -59,8 +51,8 @@ def cases(number: int) -> List[Case]:
     everyone = tuple(range(number))
     return [
         Case('depth'),
-        *(Case(f'stamps of camera {camera} 70 ms late', stamped={camera: 0.07}) for camera in everyone[1:]),
-        *(Case(f'camera {camera} sees 70 ms late', seen={camera: 0.07}) for camera in everyone[1:]),
+        *(Case(f'stamps of camera {camera} 70 ms late', stamped=camera) for camera in everyone[1:]),
+        *(Case(f'camera {camera} sees 70 ms late', seen=camera) for camera in everyone[1:]),
         *(Case(f'camera {camera} without depth', (camera,)) for camera in everyone),
         Case('camera 0 with depth, the others without', everyone[1:]),
         Case('no depth, mean stature of adults', everyone),
@@ -87,9 +79,8 @@ def recording(camera: Recorded, has_depth: bool, stamped: float, seen: float) ->
 
 def delayed(found: CameraRecording, delay: float) -> CameraRecording:
     """Return the recording of a camera that sees late: rows between two frames, with the later stamp."""
-    frames, row_of = np.unique(found.stamps), {}
-    for row, key in enumerate(zip(found.stamps.tolist(), found.ids.tolist())):
-        row_of[key] = row
+    frames = np.unique(found.stamps)
+    row_of = {key: row for row, key in enumerate(zip(found.stamps.tolist(), found.ids.tolist()))}
     before = dict(zip(frames[1:].tolist(), frames[:-1].tolist()))
     rows, old, share = [], [], []
     for (stamp, person), row in row_of.items():
@@ -106,12 +97,12 @@ def stage(folder: Path) -> List[Tuple[object, ...]]:
     """Return the table of a folder."""
     recorded, rows = record(folder), [HEAD]
     for case in cases(len(recorded)):
-        late = [(case.stamped.get(number, 0.0), case.seen.get(number, 0.0)) for number in range(len(recorded))]
+        late = [(DELAY * (number == case.stamped), DELAY * (number == case.seen)) for number in range(len(recorded))]
         given = [recording(camera, number not in case.rgb, *late[number]) for number, camera in enumerate(recorded)]
         apart = float(np.linalg.norm(recorded[0].pose[1] - recorded[1].pose[1]))
         params = CalibrationParams(distance=(recorded[0].name, recorded[1].name, apart) if case.distance else None)
         took, found = elapsed(lambda given=given, params=params: calibrate(given, params))
-        true = [Placed(camera.pose, sum(delays)) for camera, delays in zip(recorded, late)]
+        true = [SimpleNamespace(pose=camera.pose, clock=sum(delays)) for camera, delays in zip(recorded, late)]
         angle, position, clock = rig_errors(found.rig, true).max(axis=0)
         expected = found.std.max(axis=0)
         rows.append((case.title, f'{angle:.2f}', f'{1e3 * position:.1f}', f'{1e3 * clock:.1f}',

@@ -8,7 +8,6 @@ second; postures and places on the floor are compared frame by frame. --step 2 o
     ./run bench people signals signals floor wave turn group --evaluate evaluate_signals.py --step 2
 """
 import csv
-import subprocess
 import sys
 import tempfile
 from collections import defaultdict
@@ -17,10 +16,9 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from chain_runs import Finder, Frames, camera_poses, open_sequence, read_truth
+from chain_runs import Finder, Frames, camera_poses, evaluate, open_sequence, read_truth
 from common import Parser, elapsed, markdown
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
@@ -30,6 +28,7 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import UNKNOWN, PersonSignals, Target
+from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
@@ -82,11 +81,7 @@ class Sequence:
 
 def pairs(true: People3D, people: People3D) -> Dict[int, int]:
     """Return the id of each true person that was found, by the id of the found one."""
-    apart = np.array([[np.nanmedian(np.linalg.norm(one - other, axis=1)) for other in people.xyz] for one in true.xyz])
-    if not apart.size:
-        return {}
-    return {int(people.ids[column]): int(true.ids[row]) for row, column in zip(*linear_sum_assignment(apart))
-            if apart[row, column] < SAME_PERSON}
+    return {int(people.ids[row]): int(true.ids[other]) for row, other in pair_people(people.xyz, true.xyz, SAME_PERSON)}
 
 
 def read_sequence(folder: Path, finder: Finder, step: int) -> Sequence:
@@ -237,9 +232,8 @@ def print_labelled(sequence: Sequence, signals: Signals, script: Optional[Path])
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'labels.csv'
             write_labels(path, sequence.found, signals)
-            sys.stdout.flush()
-            subprocess.run([sys.executable, str(script), str(sequence.folder), str(path), '--margin', str(MARGIN)],
-                           check=True)
+            if evaluate(script, [(sequence.folder, path)], '--margin', str(MARGIN)):
+                raise SystemExit(f'{script} has failed')
     rows, errors = label_rows(sequence, signals)
     print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *rows]))
     answered = np.array(errors)[np.isfinite(errors)]

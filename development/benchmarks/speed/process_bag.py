@@ -23,7 +23,7 @@ from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_tools.ros.process_bag.job import BagJob, Topics
+from openpose_ros_tools.ros.process_bag.job import BagJob, CameraTopics
 from openpose_ros_tools.ros.process_bag.work import process
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
@@ -50,7 +50,7 @@ def main() -> int:
     add_settings(parser, 'of process_bag')
     options = parser.parse_args()
     values, sequence = setting_values(parser, options.settings), open_sequence(options.sequence)
-    topics = Topics(points=f'{NAMESPACE}/points') if options.points == 'cloud' else Topics()
+    topics = CameraTopics(points=f'{NAMESPACE}/points') if options.points == 'cloud' else CameraTopics()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         source = make_bag(options.sequence, folder / 'source.bag', options.points == 'cloud')
