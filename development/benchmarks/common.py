@@ -1,11 +1,10 @@
 """What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
 import argparse
-import json
 import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Sequence, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
 
 # The sequence that is part of this repository.
 DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
-
-Figures = Dict[str, Any]
 
 
 class Parser(argparse.ArgumentParser):
@@ -37,7 +34,6 @@ class Parser(argparse.ArgumentParser):
         """Add the options of a table of running nodes, with the default times of a row [s]."""
         self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')
         self.add_argument('--warm-up', type=float, default=warm_up, help='before that [s] (default %(default)s)')
-        self.add_argument('--json', type=new_path, help='write the figures here')
         self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
 
     def parse_live(self) -> argparse.Namespace:
@@ -70,14 +66,12 @@ def markdown(rows: Sequence[Sequence[object]]) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], arguments: argparse.Namespace) -> int:
-    """Measure nodes on a ROS master of their own, print the figures as JSON; return the exit status.
-
-    It is 1 if the figures have `faults`, which are printed.
+def run_live(measure: Callable[['Session', Path, argparse.Namespace], Sequence[str]],
+             arguments: argparse.Namespace) -> int:
+    """Measure nodes on a ROS master of their own; return the exit status.
 
     Args:
-        measure: takes the session, its folder and the arguments, and returns the figures.
-        arguments: `json` is the path of the figures as JSON; None: not written.
+        measure: takes the session, its folder and the arguments, prints the figures, and returns what has failed.
     """
     from session import Session  # most benchmarks need no ROS
 
@@ -85,17 +79,12 @@ def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], 
         with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
             try:
                 with Session(Path(folder)) as session:
-                    figures = measure(session, Path(folder), arguments)
+                    faults = measure(session, Path(folder), arguments)
             except OpenposeRosError:
                 print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
                       file=sys.stderr)
                 raise
-        text = json.dumps(figures, indent=1)
-        print(json.dumps(json.loads(text, parse_float=lambda number: float(f'{float(number):.4g}')), indent=1))
-        if arguments.json:
-            arguments.json.parent.mkdir(parents=True, exist_ok=True)
-            arguments.json.write_text(text)
-        print(*figures.get('faults', ()), sep='\n')
-        return SOME_FAILED if figures.get('faults') else DONE
+        print(*faults, sep='\n')
+        return SOME_FAILED if faults else DONE
 
     return run_command('bench', work)

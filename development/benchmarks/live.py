@@ -18,23 +18,23 @@ import argparse
 import itertools
 import sys
 from pathlib import Path
-from typing import Sequence
+from typing import Dict, List, Sequence
 
 import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
-from common import Figures, Parser, markdown, run_live
+from common import Parser, markdown, run_live
 from crowd import make_crowd
 from nodes import (
     NAMESPACE,
     PEOPLE_3D,
-    NetworksAlone,
     Unit,
     Watched,
     by_node,
     make_bag,
     median_and_95,
+    networks_alone,
     start_camera,
     watch_nodes,
 )
@@ -83,7 +83,7 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
     return seen
 
 
-def figures_of(seen: Watched, stages: Sequence[str]) -> Figures:
+def figures_of(seen: Watched, stages: Sequence[str]) -> Dict[str, object]:
     """Return the cells of the nodes in a row."""
     arrivals, latencies, people = (each[0] for each in seen[2:5])
     means = {name: seen.stages[name] for name in stages if np.isfinite(seen.stages.get(name, np.nan))}
@@ -95,7 +95,7 @@ def figures_of(seen: Watched, stages: Sequence[str]) -> Figures:
             'start [s]': round(seen.start, 1)}
 
 
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
     rospy.init_node('live', disable_signals=True)
     unit, rows = Unit(), []
@@ -106,16 +106,17 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
         before = unit.milliseconds()
         seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
         values = next((each for each in seen.parameters.values() if 'target_rate' in each), {})
-        alone, after = NetworksAlone(values).rate(sequence, seen.arrivals[0] - seen.latencies[0]), unit.milliseconds()
+        alone = networks_alone(values, sequence, seen.arrivals[0] - seen.latencies[0])
+        after = unit.milliseconds()
         wanted = min(rate * 29 / 30, 2000 / (0.6 * (before + after)))  # all but a frame, or 1 / 0.6 T
         rows.append({'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
                      'wanted [Hz]': round(wanted, 1), 'networks alone [Hz]': round(alone, 1),
                      **figures_of(seen, stages)})
         log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
-        print(*rows[-1].values(), *(line for line in log if 'networks may take' in line or 'WARN' in line), sep='\n  ',
-              flush=True)
+        print(' | '.join(map(str, rows[-1].values())),
+              *(line for line in log if 'networks may take' in line or 'WARN' in line), sep='\n', flush=True)
     print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
-    return {'rows': rows}
+    return []
 
 
 if __name__ == '__main__':

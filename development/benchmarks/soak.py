@@ -16,6 +16,7 @@ missing in the bags. The exit status is 1 if one of these fails.
 
     ./run bench soak --minutes 60 --json soak.json
 """
+import json
 import os
 import signal
 import struct
@@ -25,7 +26,7 @@ import time
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
@@ -36,7 +37,7 @@ from dynamic_reconfigure.client import Client
 from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
-from common import Figures, Parser, markdown, new_path, run_live
+from common import Parser, markdown, new_path, run_live
 from crowd import make_crowd
 from nodes import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from openpose_ros_pkg.errors import OpenposeRosError
@@ -60,6 +61,9 @@ PARAMETERS = ({'person_min_score': 0.4, 'tracking': False}, {'smoothing': False,
 EVERYTHING = [f'/{RESULTS}/{topic}' for topic in (
     'detected_poses_image', 'detected_poses_image/compressed', 'input_rgb', 'input_pointcloud', 'camera_info',
     'visualization_markers', 'visualization_skeleton')] + ['/floor/plane']
+
+
+Figures = Dict[str, Any]
 
 
 class Chain(NamedTuple):
@@ -326,14 +330,11 @@ class Soak:
                 faults.append(f'{topic}: {each[-1].seq - each[0].seq + 1 - len(each)} messages are not in the bag')
         faults += [f'{node}: ended {lives - 1} times' for node, lives in self._sampler.lives.items()
                    if node != KILLED and lives != 1]
-        print(markdown([('chain', 'frames sent', 'came', 'answered', 'dropped, counted',
-                         'age median / 95 % / worst [ms]'),
-                        *((name, *each.values(), ' / '.join(f'{1000 * ages[name][key]:.0f}' for key in
-                                                            ('median', 'percentile_95', 'worst')))
+        print(markdown([('chain', *next(iter(frames.values())), 'age: median', '95 %', 'worst [s]'),
+                        *((name, *each.values(), *(f'{seconds:.3f}' for seconds in [*ages[name].values()][:3]))
                           for name, each in frames.items())]))
         return {'minutes': self._seconds / 60, 'cycles': self._cycles, 'faults': faults, 'frames': frames,
                 'age_s': ages, 'growth': grown, 'recorded': {topic: len(each) for topic, each in results.items()},
-                'lives': self._sampler.lives,
                 'samples': {node: each[::len(each) // 60 + 1] for node, each in samples.items()}}
 
 
@@ -345,11 +346,14 @@ def parse_arguments() -> Namespace:
     return parser.parse_args()
 
 
-def measure(session: Session, folder: Path, arguments: Namespace) -> Figures:
-    """Run the chains, and return what was measured."""
+def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
+    """Run the chains, print and write what was measured; return what has failed."""
     soak = Soak(session, folder, arguments.minutes)
     soak.run()
-    return soak.figures()
+    figures = soak.figures()
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures, indent=1))
+    return figures['faults']
 
 
 if __name__ == '__main__':

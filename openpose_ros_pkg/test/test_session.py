@@ -1,5 +1,6 @@
 """A benchmark or demo that is ended, whatever ends it, ends the master and the nodes that it started."""
 import os
+import runpy
 import signal
 import subprocess
 import sys
@@ -11,6 +12,8 @@ import pytest
 from session import PATIENCE, await_true
 
 ROOT = Path(__file__).resolve().parents[2]
+BENCHMARKS = ROOT / 'development' / 'benchmarks'
+PROGRAMS = [path for path in sorted(BENCHMARKS.rglob('*.py')) if path.read_text().startswith('#!')]
 BENCHMARK = """
 import sys, time
 from common import run_live
@@ -36,7 +39,7 @@ with socket.create_server(('localhost', int(sys.argv[2]))) as server:
 def start(tmp_path):
     """What starts a program; every process that it leaves is found at the end by its folder for temporary files."""
     environment = {**os.environ, 'TMPDIR': str(tmp_path), 'PYTHONPATH': os.pathsep.join(
-        [str(ROOT / 'development/benchmarks'), str(ROOT / 'tests/support'), os.environ.get('PYTHONPATH', '')])}
+        [str(BENCHMARKS), str(ROOT / 'tests/support'), os.environ.get('PYTHONPATH', '')])}
     yield lambda *command, **variables: subprocess.Popen(
         [sys.executable, *command], env={**environment, **variables}, text=True, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -53,6 +56,13 @@ def test_benchmark_that_is_ended(start, number, status, tmp_path):
     benchmark.send_signal(number)
     assert (benchmark.wait(PATIENCE), 'Traceback' in benchmark.stderr.read()) == (status, False)
     assert number == signal.SIGKILL or list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('program', PROGRAMS, ids=lambda path: f'{path.parent.name}/{path.stem}')
+def test_benchmark_finds_what_it_imports(program, monkeypatch):
+    for folder in (program.parent, BENCHMARKS):
+        monkeypatch.syspath_prepend(folder)
+    assert runpy.run_path(str(program), run_name='imported')['__doc__']
 
 
 def test_demo_that_is_ended_while_it_waits_for_its_master(start, tmp_path):

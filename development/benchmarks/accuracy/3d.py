@@ -19,10 +19,10 @@ from typing import Any, List, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import linear_sum_assignment
 
 import chain_runs
 from common import Parser, new_path
+from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.alignment.people import pair_people
@@ -44,13 +44,12 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     for folder, run in zip(folders, runs):
         for true, people in zip(chain_runs.exact_joints(folder), run.people):
             apart = np.array([[_apart(xy, uv, labels) for xy in people.xy] for uv, labels in true])
-            pairs = linear_sum_assignment(apart) if apart.size else ((), ())
-            match = {row: column for row, column in zip(*pairs) if apart[row, column] < SAME_IN_IMAGE}
+            found_as = dict(match(apart, apart < SAME_IN_IMAGE))
             for row, (uv, labels) in enumerate(true):
                 visible = labels == chain_runs.VISIBLE
                 if visible.sum() >= LEAST_VISIBLE:
-                    count, joints, found = count + 1, joints + visible.sum(), found + (row in match)
-                    there = people.xy[match[row]] if row in match else np.full_like(uv, np.nan)
+                    count, joints, found = count + 1, joints + visible.sum(), found + (row in found_as)
+                    there = people.xy[found_as[row]] if row in found_as else np.full_like(uv, np.nan)
                     near += (np.linalg.norm(there - uv, axis=1)[visible] < NEAR).sum()
     text = f'in the image: {found / count:.3f} of the people, {near / joints:.3f} of the visible joints within 20 px'
     work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])

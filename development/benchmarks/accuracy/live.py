@@ -12,6 +12,7 @@ scored by the script of --evaluate. A frame without a result counts as one in wh
     ./run bench accuracy live SEQUENCE ... --evaluate evaluate.py --rate 30 --points point_cloud target_rate:=30
 """
 import argparse
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -22,7 +23,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from chain_runs import Frames, evaluate, name_of, open_sequence, write_csv
-from common import Figures, Parser, markdown, new_path, run_live
+from common import Parser, markdown, new_path, run_live
 from nodes import PEOPLE_3D, TOPICS, Unit, make_bag, median_and_95, played_stamps, start_camera
 from session import Session, wait_for
 from skeleton_extract_3d.people import People3D
@@ -43,7 +44,6 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--points', choices=TOPICS, default='depth_image', help='(default %(default)s)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
-    parser.add_argument('--json', type=new_path, help='write the figures here')
     return parser.parse_live()
 
 
@@ -66,20 +66,21 @@ class Player:
         latency = (rospy.get_rostime() - message.header.stamp).to_sec()
         self._results[message.header.stamp.to_nsec()] = (people_from_array(message), latency)
 
+    def _start(self, sequence: Path, **parameters: object) -> Tuple['subprocess.Popen[bytes]', Path]:
+        bag = make_bag(sequence, self._folder / f'{name_of(sequence)}.bag', self._points == 'point_cloud')
+        return start_camera(self._session, bag, self._rate, topics=TOPICS[self._points],
+                            **parameters), bag.with_suffix('.txt')
+
     def lead_in(self, sequence: Path) -> None:
         """Play a sequence again and again until results come."""
-        bag = make_bag(sequence, self._folder / 'lead_in.bag', self._points == 'point_cloud')
-        camera = start_camera(self._session, bag, self._rate, frame_id='lead_in', topics=TOPICS[self._points])
+        camera, _ = self._start(sequence, frame_id='lead_in')
         wait_for(lambda: len(self._results) >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
         self._session.stop(camera)
 
     def play(self, sequence: Path) -> Tuple[Frames, List[object]]:
         """Play a sequence once; return the frames with a result, with their times in the sequence, and a table row."""
         source = open_sequence(sequence)
-        bag = make_bag(sequence, self._folder / 'sequence.bag', self._points == 'point_cloud')
-        count, log = len(source), bag.with_suffix('.txt')
-        camera = start_camera(self._session, bag, self._rate, frame_id=name_of(sequence), once=True,
-                              topics=TOPICS[self._points])
+        count, (camera, log) = len(source), self._start(sequence, frame_id=name_of(sequence), once=True)
         wait_for(lambda: len(played_stamps(log)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
                  self.nodes)
         stamps, deadline = played_stamps(log), time.monotonic() + LAST_RESULT
@@ -94,8 +95,8 @@ class Player:
                 [name_of(sequence), count, len(order), late, median_and_95(latencies)])
 
 
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
-    """Run everything; return the figures, and print the tables."""
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
+    """Play everything, print the tables."""
     out, pairs = arguments.out or folder, []
     out.mkdir(parents=True, exist_ok=True)
     rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'late', 'latency median / 95 % [ms]']]
@@ -110,13 +111,12 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
         rows.append(row)
         pairs.append((sequence, path))
     session.stop(player.nodes)
-    after, log = unit.milliseconds(), (folder / 'nodes.log').read_text(errors='replace').splitlines()
-    print(markdown(rows))
+    log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+    print(f'{markdown(rows)}\nT: {before:.0f} - {unit.milliseconds():.0f} ms',
+          *(line for line in log if 'networks may take' in line or 'WARN' in line or 'ERROR' in line), sep='\n')
     if arguments.evaluate:
         evaluate(arguments.evaluate, pairs)
-    return {'T_ms': [before, after], 'rate': arguments.rate, 'points': arguments.points, 'launch': arguments.launch,
-            'log': [line for line in log if 'networks may take' in line or 'WARN' in line or 'ERROR' in line],
-            'rows': rows[1:]}
+    return []
 
 
 if __name__ == '__main__':

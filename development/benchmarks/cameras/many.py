@@ -18,13 +18,13 @@ import itertools
 import os
 import sys
 from pathlib import Path
-from typing import Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from common import Figures, Parser, markdown, run_live
+from common import Parser, markdown, run_live
 from crowd import make_crowd
 from nodes import PEOPLE_3D, TOPICS, Unit, by_node, make_bag, median_and_95, start_camera, watch_nodes
 from session import Session
@@ -47,7 +47,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, int, str],
-                arguments: argparse.Namespace) -> Figures:
+                arguments: argparse.Namespace) -> Dict[str, object]:
     """Run the chain in a mode before a number of cameras, in one process or not, and return the figures."""
     mode, count, processes = combination
     names = [f'camera{number}' for number in range(1, count + 1)]
@@ -72,7 +72,7 @@ def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, 
             'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory)}
 
 
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
     rospy.init_node('many_cameras', disable_signals=True)
     unit, rows = Unit(), []
@@ -81,9 +81,9 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
     for combination in itertools.product(arguments.modes, arguments.cameras, arguments.processes):
         milliseconds = round(unit.milliseconds())
         rows.append({'T [ms]': milliseconds, **measure_row(session, bags, combination, arguments)})
-        print(*rows[-1].values(), sep='\n  ', flush=True)
+        print(*rows[-1].values(), sep=' | ', flush=True)
     print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
-    return {'rows': rows}
+    return []
 
 
 if __name__ == '__main__':

@@ -73,7 +73,7 @@ def write_csv(path: Path, frames: Found) -> None:
 
 def compared(folder: Path, frames: Found) -> str:
     """Return the errors of the directions of heads, and whether sigma of hands is honest, as text."""
-    truth = read_truth(folder)[0] if (folder / 'gt.json').is_file() else {}
+    truth, _ = read_truth(folder)
     if 'face_points' not in truth:
         return ''
     angles, errors = [], []

@@ -76,12 +76,8 @@ class Sequence:
         """Yield number, ids of the true people by those of the found ones, and signals of each frame."""
         persons_at = dict(signals)
         for number, ((_, true), (stamp, people)) in enumerate(zip(self.true, self.found)):
-            yield number, pairs(true, people), persons_at.get(stamp, ())
-
-
-def pairs(true: People3D, people: People3D) -> Dict[int, int]:
-    """Return the id of each true person that was found, by the id of the found one."""
-    return {int(people.ids[row]): int(true.ids[other]) for row, other in pair_people(people.xyz, true.xyz, SAME_PERSON)}
+            pairs = pair_people(people.xyz, true.xyz, SAME_PERSON)
+            yield number, {people.ids[row]: true.ids[other] for row, other in pairs}, persons_at.get(stamp, ())
 
 
 def read_sequence(folder: Path, finder: Finder, step: int) -> Sequence:
