@@ -135,15 +135,14 @@ class Run:
         people: in each image.
         frames: stamp [s], and people in space.
         work: of the networks for each image.
-        detecting, estimating: time of each frame [ms].
+        times: of each frame in 2D and in 3D [s].
         warnings: number of frames that each warning of the points is about.
     """
 
     people: List[People2D] = field(default_factory=list)
     frames: Frames = field(default_factory=list)
     work: List[float] = field(default_factory=list)
-    detecting: List[float] = field(default_factory=list)
-    estimating: List[float] = field(default_factory=list)
+    times: List[Tuple[float, float]] = field(default_factory=list)
     warnings: Counter = field(default_factory=Counter)
 
 
@@ -167,8 +166,7 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.nd
         run.work.append(work() - done)
         found = time.perf_counter()
         result = chain.lift(result)
-        run.estimating.append(1e3 * (time.perf_counter() - found))
-        run.detecting.append(1e3 * (found - began))
+        run.times.append((found - began, time.perf_counter() - found))
         run.frames.append((frame.time, result.people_3d))
         run.warnings.update(doubt.event for doubt in result.doubts)
     return run

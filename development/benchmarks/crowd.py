@@ -61,7 +61,7 @@ def make_crowd(folder: Path, people: Sequence[int], frames: int = 40) -> Path:
 
 
 def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
-    """Return the people of a frame, who are truly there, in the order of their ids."""
+    """Return the true people of a frame, in the order of their ids."""
     depth, cut = frame.depth / np.float32(1000), []
     for person in sorted(people, key=lambda person: person['id']):
         middle = np.array(person['xyz'], np.float32)[:, 2].mean()

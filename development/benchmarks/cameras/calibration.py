@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
+import pandas as pd
 from fusion import Recorded, record
 
 from common import Parser, elapsed, markdown
@@ -34,8 +35,8 @@ class Case(NamedTuple):
     """How the recorded cameras are given to the calibration.
 
     Attributes:
-        rgb: numbers of the cameras whose depth is withheld.
-        stamped, seen: number of the camera whose stamps, or images, are late.
+        rgb: numbers of the cameras names depth is withheld.
+        stamped, seen: number of the camera names stamps, or images, are late.
         distance: the distance of the first two cameras is given.
     """
 
@@ -66,9 +67,9 @@ def recording(camera: Recorded, has_depth: bool, stamped: float, seen: float) ->
         measured = people.status == MEASURED
         there = np.where(measured[..., np.newaxis], people.xyz, np.nan) if has_depth else (
             camera.model.rays(image.xy.reshape(-1, 2)).reshape(len(image), -1, 3))
-        whose = people.ids if has_depth else image.ids
-        stamps.append(np.full(len(whose), round((BEGIN + stamp + stamped) * 1e9), np.int64))
-        ids.append(whose)
+        names = people.ids if has_depth else image.ids
+        stamps.append(np.full(len(names), round((BEGIN + stamp + stamped) * 1e9), np.int64))
+        ids.append(names)
         points.append(there)
         sigma.append(np.where(measured, people.sigma, np.nan) if has_depth else np.full(there.shape[:2], np.nan))
     found = CameraRecording(camera.name, 'camera', np.concatenate(stamps), np.concatenate(ids).astype(np.int64),
@@ -79,18 +80,12 @@ def recording(camera: Recorded, has_depth: bool, stamped: float, seen: float) ->
 
 def delayed(found: CameraRecording, delay: float) -> CameraRecording:
     """Return the recording of a camera that sees late: rows between two frames, with the later stamp."""
-    frames = np.unique(found.stamps)
-    row_of = {key: row for row, key in enumerate(zip(found.stamps.tolist(), found.ids.tolist()))}
-    before = dict(zip(frames[1:].tolist(), frames[:-1].tolist()))
-    rows, old, share = [], [], []
-    for (stamp, person), row in row_of.items():
-        if (before.get(stamp), person) in row_of:
-            rows.append(row)
-            old.append(row_of[before[stamp], person])
-            share.append(delay * 1e9 / (stamp - before[stamp]))
-    part = np.array(share)[:, np.newaxis, np.newaxis]
-    return replace(found, stamps=found.stamps[rows], ids=found.ids[rows], sigma=found.sigma[rows],
-                   points=(1 - part) * found.points[rows] + part * found.points[old])
+    frames = np.unique(found.stamps, return_inverse=True)[1]
+    rows = pd.DataFrame({'frame': frames, 'person': found.ids, 'row': np.arange(len(frames)), 'stamp': found.stamps})
+    pairs = rows.merge(rows.assign(frame=rows.frame + 1), on=['frame', 'person'], suffixes=('', '_before'))
+    part = (delay * 1e9 / (pairs.stamp - pairs.stamp_before)).to_numpy()[:, np.newaxis, np.newaxis]
+    return replace(found, stamps=found.stamps[pairs.row], ids=found.ids[pairs.row], sigma=found.sigma[pairs.row],
+                   points=(1 - part) * found.points[pairs.row] + part * found.points[pairs.row_before])
 
 
 def stage(folder: Path) -> List[Tuple[object, ...]]:
