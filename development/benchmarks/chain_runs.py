@@ -82,9 +82,8 @@ def exact_people(folder: Path) -> List[People2D]:
     """Return the people of each frame by the true pixels: every joint within the image, hidden or not."""
     found = []
     for frame in exact_joints(folder):
-        keypoints = np.full((len(frame), len(COCO_18.joints), 3), (np.nan, np.nan, 0), np.float32)
-        for row, (uv, labels) in zip(keypoints, frame):
-            row[labels > 0, :2], row[labels > 0, 2] = uv[labels > 0], 1
+        keypoints = np.array([np.where(labels[:, np.newaxis] > 0, np.insert(uv, 2, 1, axis=1), (np.nan, np.nan, 0))
+                              for uv, labels in frame], np.float32).reshape(-1, len(COCO_18.joints), 3)
         found.append(People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1)))
     return found
 

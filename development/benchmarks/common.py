@@ -26,10 +26,6 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def add_sequences(self) -> None:
-        """Add sequence folders."""
-        self.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
-
     def add_live(self, seconds: float, warm_up: float) -> None:
         """Add the options of a table of running nodes, with the default times of a row [s]."""
         self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')

@@ -1,14 +1,12 @@
 #!/usr/bin/python3
 """Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
 
-Each row of the table: a camera driver in C++ plays a sequence of 960 x 540 forth and back, on a ROS master of its own;
-the nodes are started, and their results are counted for a while: the 3D chain with its visualization, or for 2d the
-service node in stream mode. The sequences are made of the shipped one (1, 2, 5 or 8 people), or given by --folder. In
-3D `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message
-in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after each row, while the
-nodes do not run. Start: to the first result. Networks alone: images of the sequence through the same networks, one
-after the other, with the stamps of the results, when the nodes have ended. --points cloud_to_depth: the cloud becomes a
-depth image in the driver's process.
+Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, and the results of the nodes are
+counted for a while: the 3D chain with its visualization, or for 2d the service node in stream mode. The sequences
+are made of the shipped one, or given by --folder. In 3D `target_rate` is the camera's rate unless it is given. Latency:
+from the camera's stamp to the arrival of the message in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on
+two threads, before and after the nodes run. Start: to the first result. Networks alone: images of the sequence through
+the same networks, with the stamps of the results. --points cloud_to_depth: a nodelet makes depth images of clouds.
 
     ./run bench live 3d                                       # the table of docs/accuracy_and_speed.md
     ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
@@ -24,20 +22,9 @@ import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
+import nodes
 from common import Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import (
-    NAMESPACE,
-    PEOPLE_3D,
-    Unit,
-    Watched,
-    by_node,
-    make_bag,
-    median_and_95,
-    networks_alone,
-    start_camera,
-    watch_nodes,
-)
 from session import Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
@@ -45,7 +32,7 @@ PEOPLE_2D = '/openpose_ros/detected_poses'
 SERVICE = '/openpose_ros_service_node'
 EXTRACTOR = '/skeleton_extract_3d_node'
 STAGES_2D = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
-MADE_DEPTH = f'{NAMESPACE}/depth_registered'
+MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
 # Points for the chain: arguments of demo.launch.
 POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
@@ -64,49 +51,51 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_live()
 
 
-def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> Watched:
+def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> nodes.Watched:
     """Run the nodes before a camera; `points` is one of POINTS, '-' in 2D."""
-    camera = start_camera(session, bag, rate)
+    camera = nodes.start_camera(session, bag, rate)
     if points == 'cloud_to_depth':
         session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch',
                                          'manager:=/camera'])
     if points == '-':
-        seen = watch_nodes(session, [
+        seen = nodes.watch_nodes(session, [
             'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
-            f'_image_topic:={NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
+            f'_image_topic:={nodes.NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
             {PEOPLE_2D: PersonDetectionArray}, arguments, f'{SERVICE}/timing')
     else:
-        seen = watch_nodes(session, [
+        seen = nodes.watch_nodes(session, [
             'roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false', f'target_rate:={rate}',
-            *POINTS[points], *arguments.launch], {PEOPLE_3D: PersonDetection_3dArray}, arguments, f'{EXTRACTOR}/timing')
+            *POINTS[points], *arguments.launch], {nodes.PEOPLE_3D: PersonDetection_3dArray}, arguments,
+            f'{EXTRACTOR}/timing')
     session.stop(camera)
     return seen
 
 
-def figures_of(seen: Watched, stages: Sequence[str]) -> Dict[str, object]:
+def figures_of(seen: nodes.Watched, stages: Sequence[str]) -> Dict[str, object]:
     """Return the cells of the nodes in a row."""
     arrivals, latencies, people = (each[0] for each in seen[2:5])
     means = {name: seen.stages[name] for name in stages if np.isfinite(seen.stages.get(name, np.nan))}
     return {'results [Hz]': round(len(arrivals) / seen.seconds, 1),
-            'latency median / 95 % [ms]': median_and_95(latencies), 'sum of the stages': round(sum(means.values())),
+            'latency median / 95 % [ms]': nodes.median_and_95(latencies),
+            'sum of the stages': round(sum(means.values())),
             'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
             'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
-            'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory),
+            'processor [% of a core]': nodes.by_node(seen.processor), 'memory [MB]': nodes.by_node(seen.memory),
             'start [s]': round(seen.start, 1)}
 
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
     rospy.init_node('live', disable_signals=True)
-    unit, rows = Unit(), []
+    unit, rows = nodes.Unit(), []
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
         people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}
     for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
-        seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
+        seen = measure_row(session, nodes.make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
         values = next((each for each in seen.parameters.values() if 'target_rate' in each), {})
-        alone = networks_alone(values, sequence, seen.arrivals[0] - seen.latencies[0])
+        alone = nodes.networks_alone(values, sequence, seen.arrivals[0] - seen.latencies[0])
         after = unit.milliseconds()
         wanted = min(rate * 29 / 30, 2000 / (0.6 * (before + after)))  # all but a frame, or 1 / 0.6 T
         rows.append({'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',

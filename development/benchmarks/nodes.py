@@ -1,4 +1,4 @@
-"""Running nodes: a camera driver that plays sequences of a chosen number of people, watched results, networks alone."""
+"""Running nodes: a camera driver that plays sequences, watched results, networks alone, the unit of time."""
 import argparse
 import contextlib
 import io

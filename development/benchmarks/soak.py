@@ -2,17 +2,15 @@
 """Run the whole chain for long under disturbances: is anything lost, does it leak or slow down?
 
 Two chains at once: `people_3d_node` with visualization, a camera of 960 x 540 at 30 Hz and the floor nodelet; and
-detection service and extractor as two nodes, with a camera of their own at 5 Hz. In the images people come and go, 0 to
-5 of them. All results are recorded by record.launch. In each cycle (5 min of 60) the detection service of the second
-chain is killed (SIGKILL) and has to come again by respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in
-turn; parameters are changed by dynamic_reconfigure, and back; subscribers of everything, as RViz is, come, hang
-(SIGSTOP), and are killed; one is slow.
+detection service and extractor as two nodes, with a camera at 5 Hz. In the images people come and go, 0 to 5 of them.
+record.launch records all results. In each cycle (5 min of 60) the detection service of the second chain is killed and
+has to respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in turn; parameters change by
+dynamic_reconfigure, and back; subscribers of everything come, hang (SIGSTOP), and are killed; one is slow.
 
-The last fifth of a cycle is quiet. That of the first is compared with that of the last: memory of each node at most
-101 %, no more threads or files. Runs of less than half an hour compare the middle with the end, and allow 256 MB and 4
-threads and files, as buffers and pools still grow. The slope of the age of the results is no growth, with 95 %
-confidence. In each chain, frames that came = answered frames + frames counted as dropped; no published result is
-missing in the bags. The exit status is 1 if one of these fails.
+The last fifth of a cycle is quiet. That of the first is compared with that of the last, in runs of less than half an
+hour that of the middle one, as buffers and pools still grow. The exit status is 1 if memory, threads or files of a node
+or the age of the results grow, if frames that came are neither answered nor counted as dropped, or if a published
+result is missing in the bags. docs/reliability.md has the limits.
 
     ./run bench soak --minutes 60 --json soak.json
 """
@@ -186,10 +184,9 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
     parts = [np.array([sample for sample in samples if begin <= sample[0] <= end]) for begin, end in windows]
     if not all(map(len, parts)):
         return {}, ['no samples']
-    found: Figures = {'memory': [float(np.median(part[:, 1])) for part in parts]}
-    # the least numbers, as subscribers come and go
-    for column, name in ((2, 'threads'), (3, 'files')):
-        found[name] = [int(part[:, column].min()) for part in parts]
+    found = {'memory': [float(np.median(part[:, 1])) for part in parts],
+             'threads': [int(part[:, 2].min()) for part in parts],  # the least, as subscribers come and go
+             'files': [int(part[:, 3].min()) for part in parts]}
     most = {name: values[0] + limits[2] for name, values in found.items()}
     most['memory'] = limits[0] * found['memory'][0] + limits[1]
     return found, [f'{name} grew from {values[0]:.1f} to {values[1]:.1f}' for name, values in found.items()

@@ -2,10 +2,9 @@
 """Measure the 3D chain, without ROS, on RGB-D sequences with known joints (see chain_runs.py).
 
 Writes the joints of each sequence as the CSV that `rostopic echo -p` makes of the per-person 3D message; the script of
---evaluate scores them. --lag: the frames are estimated a second time without smoothing, and the delays of both against
-the truth are printed. --budget: people are followed, and the networks may do that much work per frame, in units of one
-pass of mobilenet_thin over 656 x 368 pixels. Work counts the pixels that networks see, so that results do not depend on
-the machine. With --set following=always alone, every search_period-th image is searched in full.
+--evaluate scores them. --lag: the delays with and without smoothing against the truth. --budget: people are followed,
+and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels; work
+counts pixels, not time. With --set following=always alone, every search_period-th image is searched in full.
 
     ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --evaluate evaluate.py --lag
     ./run bench accuracy 3d SEQUENCE --exact-2d --out FOLDER
@@ -135,7 +134,7 @@ def report_lag(folders: Sequence[Path], runs: Sequence[chain_runs.Run], settings
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_sequences()
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     add_settings(parser, 'of the chain')
     parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')

@@ -1,13 +1,12 @@
 #!/usr/bin/python3
 """Measure how accurate the running nodes are: play sequences with known joints, and score the 3D results.
 
-A camera driver in C++ plays one sequence after the other into the launched chain, each once and with a frame_id of its
-own, with stamps of the moment of publishing. The first one is played before, under another frame_id, until results
-come. A sequence begins when the chain has subscribed to every topic, and ends with the result of its last frame, or
-when that does not come. At another rate than that of the recording, everything moves faster or slower.
+A camera driver plays one sequence after the other into the launched chain, each once and with a frame_id of its own,
+with stamps of the moment of publishing. The first one is played before, under another frame_id, until results come. At
+another rate than that of the recording, everything moves faster or slower.
 
-The 3D messages are written as CSV with the times of the sequence, as `accuracy 3d` writes the joints without ROS, and
-scored by the script of --evaluate. A frame without a result counts as one in which no person was found.
+The 3D messages are written as CSV with the times of the sequence, as by `accuracy 3d`, and scored by the script of
+--evaluate. A frame without a result counts as one in which no person was found.
 
     ./run bench accuracy live SEQUENCE ... --evaluate evaluate.py --rate 30 --points point_cloud target_rate:=30
 """
@@ -18,7 +17,6 @@ import time
 from pathlib import Path
 from typing import Dict, List, Tuple
 
-import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
@@ -39,7 +37,7 @@ LAST_RESULT = 2.0
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_sequences()
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--points', choices=TOPICS, default='depth_image', help='(default %(default)s)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
@@ -87,19 +85,17 @@ class Player:
         wait_for(lambda: stamps[-1] in self._results or time.monotonic() > deadline, 2 * LAST_RESULT, 'last result',
                  self.nodes)
         self._session.stop(camera)
-        order = [stamp for stamp in self._results if stamp in set(stamps)]
-        latencies = [self._results[stamp][1] for stamp in order]
-        late = int((np.array(order) < np.maximum.accumulate(order)).sum()) if order else 0
-        return ([(number / source.fps, self._results[stamp][0]) for number, stamp in enumerate(stamps)
-                 if stamp in self._results],
-                [name_of(sequence), count, len(order), late, median_and_95(latencies)])
+        found = [(number / source.fps, *self._results[stamp]) for number, stamp in enumerate(stamps)
+                 if stamp in self._results]
+        return ([(seconds, people) for seconds, people, _ in found],
+                [name_of(sequence), count, len(found), median_and_95([latency for *_, latency in found])])
 
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Play everything, print the tables."""
     out, pairs = arguments.out or folder, []
     out.mkdir(parents=True, exist_ok=True)
-    rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'late', 'latency median / 95 % [ms]']]
+    rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'latency median / 95 % [ms]']]
     rospy.init_node('accuracy_live', disable_signals=True)
     unit = Unit()
     before, player = unit.milliseconds(), Player(session, folder, arguments)

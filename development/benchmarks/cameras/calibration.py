@@ -4,8 +4,7 @@
 Printed are the largest errors of all cameras to the first one: angle [degrees], position [mm], clock [ms], the errors
 that the calibration itself expects of the worst camera (1 sigma), and the error of the vertical [degrees].
 
-STAGE is a folder with one sequence per camera (see cameras/fusion.py). The joints of a camera that sees late are
-interpolated between its frames, so that they are those of an earlier time.
+STAGE is a folder with one sequence per camera, see cameras/fusion.py.
 
     ./run bench cameras calibration STAGE
 """

@@ -1,10 +1,9 @@
 #!/usr/bin/python3
 """Measure how many cameras one detector serves: rate, latency and people of each, for numbers of cameras and modes.
 
-Each row of the table: camera drivers in C++ play sequences of 960 x 540 forth and back, on a ROS master of their own;
-`cameras.launch` starts the chain, and the results of all cameras are counted for a while. The sequences are made of
-the shipped one (--people). Of several rates or numbers of people the first is that of the first camera, the second that
-of the next, and so on, in turn. `target_rate` is the greatest of the rates.
+Each row of the table: camera drivers play sequences of 960 x 540 forth and back, `cameras.launch` starts the chain, and
+the results of all cameras are counted for a while. The sequences are made of the shipped one (--people). Several rates
+and numbers of people are those of the cameras in turn. `target_rate` is the greatest of the rates.
 
 Fairness: least rate of a camera by the greatest; of cameras of several rates, by their share of the frames. Latency:
 from the camera's stamp to the arrival of the 3D message in a subscriber, all cameras together. People: mean number per

@@ -128,7 +128,7 @@ def report(frames: Found, networks: Dict[Model, CountedNetwork], unit: Backend) 
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_sequences()
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     add_settings(parser, 'of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores a sequence folder and a CSV')
     arguments = parser.parse_args()

@@ -260,7 +260,7 @@ def report(sequence: Sequence, script: Optional[Path]) -> Tuple[float, float, fl
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_sequences()
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     add_settings(parser, 'of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores labels')
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')

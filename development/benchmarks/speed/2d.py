@@ -2,8 +2,8 @@
 """Measure where the time of the 2D detector goes on this machine, with one network alone.
 
 For each size of the network's input, number of threads and runtime: milliseconds of the bare network, of preprocessing,
-of decoding, and of a whole `detect()`. All are medians of rounds in which everything takes its turn, so that a busy
-moment hits all alike. The image shows one person of the shipped sequence --people times.
+of decoding, and of a whole `detect()`. All are medians of rounds in which the runtimes take turns. The image shows one
+person of the shipped sequence --people times.
 
     ./run bench speed 2d
     ./run bench speed 2d --rounds 20 --sizes 656x368 --threads 2 --backends openvino --people 20

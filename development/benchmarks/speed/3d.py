@@ -1,10 +1,9 @@
 #!/usr/bin/python3
 """Measure the time that people in space take, against their number, without ROS.
 
-Synthetic people walk side by side before a camera of 960 x 540. Their exact pixels and the cloud, laid out in memory as
-drivers send it, go through `PeopleEstimator.update`, on one core; frames of all numbers of people take turns, so that a
-busy moment hits all alike. For each number: median and 95th percentile of a frame, the medians of its stages, and the
-cost of one person more as the slope of the straight line through the medians.
+Synthetic people walk side by side before a camera of 960 x 540. Their exact pixels and the cloud, as drivers send it,
+go through `PeopleEstimator.update`, on one core; frames of all numbers of people take turns. For each number: median
+and 95th percentile of a frame, the medians of its stages; the cost of one person more is the slope of the medians.
 
     ./run bench speed 3d --people 1 5 --rounds 400 --set lifting=mean3x3
 """

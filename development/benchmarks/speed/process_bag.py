@@ -1,11 +1,9 @@
 #!/usr/bin/python3
 """Measure process_bag: frames per second against the bare network.
 
-The recording is a sequence folder (the shipped one), repeated as often as it takes, with stamps that go on. Blocks of
-the bare network (`Detector.compute` on prepared images, all in memory) and of the whole command on the same frames take
+The bare network (`Detector.compute` on prepared images) and the whole command on a recording of the same frames take
 turns in one process, with the same loaded detector, so that a busy moment hits both alike. The command's time is that
-of everything but loading the network: opening the bag, reading, decoding, lifting, writing, closing. With --jobs, the
-steady rate of that many processes follows, from a recording of the same frames.
+of everything but loading the network. With --jobs, the steady rate of that many processes follows.
 
     ./run bench speed process_bag --points cloud --set mode=balanced --rounds 5
 """
@@ -71,12 +69,11 @@ def main() -> int:
             command.append(report.frames / (time.perf_counter() - began))
         ratios = [whole / bare for whole, bare in zip(command, network)]
         print(f'{options.points}, {len(images)} frames, {options.rounds} rounds, {detector.recipe.description}')
-        for title, rates, unit in (('bare network', network, ' frames/s'), ('process_bag', command, ' frames/s'),
-                                   ('ratio', ratios, '')):
-            print(f'{title:13s} {median(rates):7.2f}{unit}  ({min(rates):.2f} .. {max(rates):.2f})')
+        for title, rates in (('bare network [Hz]', network), ('process_bag [Hz]', command), ('ratio', ratios)):
+            print(f'{title:18s} {median(rates):7.2f}  ({min(rates):.2f} .. {max(rates):.2f})')
         for jobs in options.jobs:
             rate = steady_rate(BagJob(source, folder / 'jobs.bag', values=values, topics=topics, jobs=jobs))
-            print(f'--jobs {jobs:<6d} {rate:7.2f} frames/s, ratio {rate / median(network):.2f}')
+            print(f'--jobs {jobs} [Hz] {rate:12.2f}, ratio {rate / median(network):.2f}')
     return 0
 
 
