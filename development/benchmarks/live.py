@@ -53,10 +53,10 @@ def parse_arguments() -> argparse.Namespace:
 
 def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> nodes.Watched:
     """Run the nodes before a camera; `points` is one of POINTS, '-' in 2D."""
-    camera = nodes.start_camera(session, bag, rate)
+    children = [nodes.start_camera(session, bag, rate)]
     if points == 'cloud_to_depth':
-        session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch',
-                                         'manager:=/camera'])
+        children.append(session.start('cloud_to_depth', [
+            'roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch', 'manager:=/camera']))
     if points == '-':
         seen = nodes.watch_nodes(session, [
             'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
@@ -67,7 +67,8 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
             'roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false', f'target_rate:={rate}',
             *POINTS[points], *arguments.launch], {nodes.PEOPLE_3D: PersonDetection_3dArray}, arguments,
             f'{EXTRACTOR}/timing')
-    session.stop(camera)
+    for child in reversed(children):
+        session.stop(child)
     return seen
 
 

@@ -59,7 +59,6 @@ class Sequence:
 
     @property
     def moves(self) -> bool:
-        """Whether the camera moves."""
         return bool((self.poses != self.poses[0]).any())
 
     def read(self, frames: Frames, around: Optional[List[Surroundings]] = None) -> Signals:
