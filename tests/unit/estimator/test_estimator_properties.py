@@ -6,15 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.params.parameters import build
+from estimating import new_estimator
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
-from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     Box,
     Person,
@@ -75,7 +73,7 @@ def scene(seed, width=320, spoilt=True):
 
 def run(frames, start=100.0, points=None):
     """Return the estimates of frames in a row, from a new estimator; `points(frame)` replaces the depth image."""
-    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    estimator = new_estimator()
     points = points or (lambda frame: DepthImage(frame.depth, frame.camera))
     return [estimator.update(frame.people, Frame('', start + i / RATE, frame.bgr, points(frame)))
             for i, frame in enumerate(frames)]

@@ -128,19 +128,3 @@ def test_what_was_before_decides_where_nothing_else_does():
     for left in (before, before * [1, 1, -1]):
         found = inferred(xyz, head, hidden, 4 * left).left[0]
         assert np.sign(found[2]) == np.sign(left[2])
-
-
-def test_a_keypoint_elsewhere_does_not_pull_the_others_along():
-    xyz, head = truth(standing(20))
-    row = NAMES.index('right_ankle')
-    moved = xyz.copy()
-    moved[row] = xyz[row] / xyz[row, 2] * (xyz[row, 2] + 0.8)
-    bones = lengths_of(xyz, head)
-    costs = np.minimum(((DELTAS - (moved[:, 2:] - ROOT)) / 0.03) ** 2, 60).astype(np.float32)
-    head_cost = (((DELTAS - (head[2] - ROOT)) / 0.03) ** 2).astype(np.float32)
-    beliefs = infer_depths(np.append(costs, head_cost[None], axis=0)[None], rays_of(xyz, head), np.array([ROOT]),
-                           bones_of(bones, np.full((1, 8), 0.03), np.array([1.75]), np.zeros((1, 12), bool)),
-                           np.full((1, 3), np.nan))
-    depth, _ = read_depths(beliefs.costs[0, :12])
-    others = np.arange(12) != row
-    np.testing.assert_allclose(ROOT + depth[others], xyz[others, 2], atol=0.025)

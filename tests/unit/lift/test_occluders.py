@@ -35,18 +35,8 @@ def scene(pose='standing', furniture=(), x=0.0):
     return render(CAMERA, [Person(1, x, 2.6, pose)], Room(wall=4.5, furniture=furniture))
 
 
-@lru_cache(maxsize=None)
-def two(apart=0.1):
-    """Return one person behind another."""
-    return render(CAMERA, [Person(0, 0.0, 3.4, standing()), Person(1, apart, 2.2, standing())], Room(wall=5.0))
-
-
 def observed(frame):
     return observe(frame.people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
-
-
-def others(frame):
-    return occluders.others_depths(frame.people.xy.astype(float), frame.xyz[..., 2], FOCAL)
 
 
 def likely(frame, root=2.6):
@@ -69,19 +59,6 @@ def test_no_people():
 
 
 # --- other people ---------------------------------------------------------------------------------------------------
-
-
-def test_joints_behind_a_person_get_the_depth_of_that_person():
-    depths = others(two())
-    assert depths.shape == (2, 18, 2)
-    np.testing.assert_allclose(depths[0, rows('left_hip', 'right_hip', 'neck'), 1], 2.2, atol=0.02)
-    # the other way round it is the same: depth says who is in front
-    covering = np.isfinite(depths[1, :, 0])
-    assert covering.sum() >= 3
-    np.testing.assert_allclose(depths[1, covering, 0], 3.4, atol=0.02)
-    # the feet of the nearer person are lower in the picture than all of the other one
-    assert not covering[rows('left_ankle', 'right_ankle')].any()
-    assert np.isinf(depths[[0, 1], :, [0, 1]]).all()
 
 
 # --- the own body ---------------------------------------------------------------------------------------------------

@@ -21,12 +21,6 @@ def image(z):
     return DepthImage(np.asarray(z, np.float32), CAMERA)
 
 
-def pixel_image():
-    """Return an image whose depth names the pixel: 1 + u / 100 + v."""
-    v, u = np.mgrid[:36, :64]
-    return image(1 + u / 100 + v)
-
-
 def samples(people=1, depth=2.5):
     """Return windows whose samples are all of one depth, (P, 18, 25) [m]."""
     return np.full((people, 18, 25), float(depth))
@@ -51,18 +45,13 @@ def depth_of(cost, root=2.5):
 # --- samples --------------------------------------------------------------------------------------------------------
 
 def test_no_people():
-    assert surfaces.window_depths(pixel_image(), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
+    assert surfaces.window_depths(image(np.ones((36, 64))), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
     assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
     assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
     none = np.zeros((0, 18))
     skin, ownership = Skin(none, none), Ownership(none, none > 0, None)
     costs_of_none = surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), skin, ownership)
     assert costs_of_none.shape == (0, 18, METHOD.costs.steps)
-
-
-@pytest.mark.parametrize('at', [(-0.51, 5), (63.51, 5), (5, -0.51), (5, 35.51), (-1e6, -1e6)])
-def test_outside_the_grid_there_is_no_depth(at):
-    assert np.isnan(surfaces.depths_at(pixel_image(), np.array([at], float))).all()
 
 
 # --- size -----------------------------------------------------------------------------------------------------------

@@ -5,7 +5,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift.observation import observe
@@ -174,9 +173,3 @@ def test_legs_at_another_place_or_depth_are_not_joined():
 
 
 # --- the rest -------------------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('values', [{'track_timeout': -1.0}, {'track_gate': 0.0}, {'birth_joints': 0},
-                                    {'birth_joints': 19}, {'tracking': 'yes'}], ids=str)
-def test_parameters_out_of_range_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        IdentityParams(**values)
