@@ -136,18 +136,6 @@ def test_people_cut_by_the_border_are_right_where_they_are_seen():
 # ----------------------------------------------------------------------------------------- strange depth
 
 
-def test_ninety_percent_of_holes_are_bridged():
-    frame, rng = standing_frame(), np.random.default_rng(5)
-    estimator = new_estimator()
-    for i in range(16):
-        estimate = update(estimator, frame, i / RATE, depth=with_holes(frame.depth, 0.9, rng))
-    trunk = [INDEX[f'{side}_{part}'] for side in ('left', 'right') for part in ('shoulder', 'hip')]
-    assert (estimate.people.status[0, trunk] != MISSING).all()
-    distance = errors(estimate, frame)
-    assert np.nanmedian(distance) < 0.06
-    assert not (distance[estimate.people.status[:1] == MEASURED] > 0.15).any()
-
-
 # ---------------------------------------------------------------------------------------- strange stamps
 
 

@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from estimating import tracks_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift.observation import observe
@@ -30,10 +31,7 @@ def tracks_at(*places, last_seen=STAMP - 0.1):
     """Return tracks of people who are expected at (x, z)."""
     if not places:
         return Tracks.none()
-    xyz = scene(*places).xyz
-    tracks = Tracks.begun(np.arange(len(xyz)), last_seen, xyz, np.tile([1.0, 0, 0], (len(xyz), 1)),
-                          np.full(len(xyz), 1.75))
-    return replace(tracks, has=np.ones(xyz.shape[:2], bool))
+    return tracks_of(scene(*places).xyz, last_seen)
 
 
 def clothes(people, *colours):

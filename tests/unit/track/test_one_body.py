@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimating import new_estimator, update
+from estimating import new_estimator, tracks_of, update
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.track.completion import Completion
@@ -42,18 +42,9 @@ class Numbered:
         return Numbered(self.indices[kept])
 
 
-def tracks_of(bodies, alone=None):
-    """Return tracks of bodies, (18, 3) each, the first followed for longest."""
-    xyz = np.array(bodies).reshape(-1, 18, 3)
-    count = len(xyz)
-    tracks = Tracks.begun(np.arange(count), 0.0, xyz, np.tile([1.0, 0, 0], (count, 1)), np.full(count, 1.75))
-    return replace(tracks, alone=tracks.alone if alone is None else np.array(alone, float),
-                   born=np.arange(count, dtype=float), has=np.ones((count, 18), bool))
-
-
 def left(bodies, alone, stamp, trusted=None, placed=None):
     """Return who of bodies, (18, 3) each, the first followed for longest, is left; and since when they were alone."""
-    tracks = tracks_of(bodies, alone)
+    tracks = tracks_of(bodies, alone=np.array(alone, float), born=np.arange(len(bodies), dtype=float))
     placed = np.ones(tracks.has.shape, bool) if placed is None else placed
     trusted = placed if trusted is None else trusted
     seen, people, _ = separate(Completion(tracks, trusted, placed, np.zeros(placed.shape)),
@@ -97,7 +88,8 @@ def test_halves_are_one_by_a_trunk_that_is_told_less_exactly():
 
 def test_a_person_who_was_elsewhere_before_is_remembered():
     for since, remembered in ((2.5, [1]), (1.5, [])):
-        completion = Completion(tracks_of([body(), body(0.1)], [9.0, since]), *np.ones((3, 2, 18), bool))
+        tracks = tracks_of([body(), body(0.1)], alone=np.array([9.0, since]), born=np.arange(2.0))
+        completion = Completion(tracks, *np.ones((3, 2, 18), bool))
         assert separate(completion, Numbered(range(2)), 10.0)[2].ids.tolist() == remembered
 
 
