@@ -4,7 +4,7 @@ import pytest
 
 from skeleton_extract_3d.body.body import BONES, ENDS, JOINTS, MIDDLES, ROOTS
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths, read_depths
+from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
 STEPS, DELTAS = METHOD.costs.steps, METHOD.costs.deltas
@@ -61,7 +61,7 @@ def test_no_people():
 @pytest.mark.parametrize('depth', [-0.5, -0.013, 0.0, 0.31])
 @pytest.mark.parametrize('sigma', [0.03, 0.08])
 def test_of_a_parabola_its_lowest_point_and_width_are_read(depth, sigma):
-    found, deviation = read_depths(((DELTAS - depth) / sigma) ** 2)
+    found, deviation = METHOD.compiled.read_depths(((DELTAS - depth) / sigma) ** 2)
     # the mean is over seven candidates around the cheapest one, which may be half a step off the middle
     assert found == pytest.approx(depth, abs=0.012)
     assert deviation == pytest.approx(sigma, rel=0.1)
@@ -69,7 +69,7 @@ def test_of_a_parabola_its_lowest_point_and_width_are_read(depth, sigma):
 
 def test_of_two_solutions_the_cheaper_one_is_read_and_the_other_one_widens_it():
     near, far = ((DELTAS - depth) / 0.03 for depth in (-0.3, 0.3))
-    found, deviation = read_depths(np.minimum(near ** 2 + 1, far ** 2))
+    found, deviation = METHOD.compiled.read_depths(np.minimum(near ** 2 + 1, far ** 2))
     assert found == pytest.approx(0.3, abs=0.01)
     # the likelihoods are 1 and exp(-1/2): the other one is 0.6 m away with a probability of 0.38
     assert deviation == pytest.approx(np.sqrt(0.03 ** 2 + 0.378 * 0.6 ** 2), rel=0.05)
@@ -94,7 +94,7 @@ def test_all_joints_agree_on_the_cost_of_the_best_pose(pose, yaw):
                                     'right_hip'])
 def test_a_hidden_joint_is_where_its_bones_are_as_long_as_they_are(pose, yaw, hidden):
     xyz, head = truth(pose, yaw)
-    depth, sigma = read_depths(inferred(xyz, head, [hidden]).costs[0, :12])
+    depth, sigma = METHOD.compiled.read_depths(inferred(xyz, head, [hidden]).costs[0, :12])
     row = NAMES.index(hidden)
     # a bone across the view hardly tells depth: 2 cm of length are 12 cm of depth for 0.4 m
     assert abs(ROOT + depth[row] - xyz[row, 2]) < max(0.12, 2 * sigma[row])
@@ -114,7 +114,7 @@ def reaching(forwards):
 def test_of_two_solutions_for_a_wrist_the_one_in_front_is_taken(yaw):
     xyz, head = truth(reaching(60), yaw)
     row, elbow = NAMES.index('left_wrist'), NAMES.index('left_elbow')
-    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).costs[0, :12])
+    depth, _ = METHOD.compiled.read_depths(inferred(xyz, head, ['left_wrist']).costs[0, :12])
     assert xyz[elbow, 2] - xyz[row, 2] > 0.15
     assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
 

@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from skeleton_extract_3d.body.body import BODY, HEAD
-from skeleton_extract_3d.lift.head_pose import estimate_head_pose
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.head_pose import HeadPose
 
 DEPTH = 2.5
 NOSE, *_, RIGHT_EAR, LEFT_EAR = range(5)
@@ -29,7 +30,8 @@ def rays_of(yaw, scale=1.0, middle=(0.2, -0.3)):
 def pose_of(rays, cosine=1.0, scale=1.0, scores=None):
     count = len(rays)
     scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0) if scores is None else scores
-    return estimate_head_pose(rays, scores, np.full(count, DEPTH), np.full(count, scale), np.full(count, cosine))
+    return HeadPose(*METHOD.compiled.estimate_head_pose(rays, scores, np.full(count, DEPTH), np.full(count, scale),
+                                                        np.full(count, cosine)))
 
 
 def test_no_people():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import occluders
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
@@ -39,14 +40,14 @@ def observed(frame):
 def likely(frame, root=2.6):
     seen = observed(frame)
     root = np.full(len(frame.ids), root)
-    covered = occluders.covered_by_self(seen.uv, root, seen.focal)
+    covered = METHOD.compiled.covered_by_self(seen.uv, root, seen.focal)
     return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen, root, covered)
 
 
 def test_no_people():
     none, points = np.zeros((0, 18, 2)), DepthImage(scene().depth, CAMERA)
-    assert occluders.others_depths(none, np.zeros((0, 18)), FOCAL).shape == (0, 18, 0)
-    covered = occluders.covered_by_self(none, np.zeros(0), FOCAL)
+    assert METHOD.compiled.others_depths(none, np.zeros((0, 18)), FOCAL).shape == (0, 18, 0)
+    covered = METHOD.compiled.covered_by_self(none, np.zeros(0), FOCAL)
     assert covered.shape == (0, 18)
     none = observed(scene()).select(np.zeros(0, int))
     assert occluders.likely_own(points, none, np.zeros(0), covered).shape == (0, 18)
@@ -62,7 +63,7 @@ def test_no_people():
 
 
 def test_a_wrist_on_the_trunk_may_be_covered_by_it():
-    covered = occluders.covered_by_self(scene('folded').people.xy, np.array([2.6]), FOCAL)
+    covered = METHOD.compiled.covered_by_self(scene('folded').people.xy, np.array([2.6]), FOCAL)
     assert covered[0, INDEX['left_wrist']] and not covered[0, INDEX['right_wrist']]
     assert not covered[0, rows('left_knee', 'right_ankle')].any()
 
@@ -103,7 +104,7 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     depth = seen.samples.copy()
     u, v = np.rint(uv[0, INDEX['left_wrist']]).astype(int)
     depth[0, INDEX['left_wrist']] = frame.depth[v, u] / 1000
-    covered = occluders.covered_by_self(uv, root, FOCAL)
+    covered = METHOD.compiled.covered_by_self(uv, root, FOCAL)
     assert covered[0, INDEX['left_wrist']]
     beside = replace(seen, uv=uv, samples=depth)
     assert occluders.likely_own(points, beside, root, covered)[0, INDEX['left_wrist']] < 0.5

@@ -26,6 +26,10 @@ def samples(people=1, depth=2.5):
     return np.full((people, 18, 25), float(depth))
 
 
+def root_evidence(depth, scores, foreign=None):
+    return METHOD.compiled.root_evidence(depth, scores, foreign)
+
+
 def seen(depth, scores=None):
     """Return what steps read of observed people, with these samples (P, 18, 25)."""
     return SimpleNamespace(samples=depth, scores=np.ones(depth.shape[:2]) if scores is None else scores)
@@ -47,7 +51,7 @@ def depth_of(cost, root=2.5):
 def test_no_people():
     assert surfaces.window_depths(image(np.ones((36, 64))), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
     assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
-    assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
+    assert root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
     none = np.zeros((0, 18))
     skin, ownership = Skin(none, none), Ownership(none, none > 0, None)
     costs_of_none = surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), skin, ownership)
@@ -105,7 +109,7 @@ def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
 
 @pytest.mark.parametrize('depth', [0.8, 2.5, 6.0])
 def test_a_person_is_where_the_surfaces_are(depth):
-    evidence = surfaces.root_evidence(samples(2, depth), np.ones((2, 18)))
+    evidence = root_evidence(samples(2, depth), np.ones((2, 18)))
     best = ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
     # the surface is at most 40 cm in front of the trunk and 30 cm behind, but for the steps
     assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + METHOD.trunk.step * depth
@@ -115,9 +119,9 @@ def test_a_person_is_where_the_surfaces_are(depth):
 def test_samples_of_others_do_not_tell_where_a_person_is():
     depth, foreign = samples(1, 2.0), np.ones((1, 18, 25), bool)
     depth[0, :2], foreign[0, :2] = 3.5, False
-    best = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)), foreign)[0].argmax()]
+    best = ROOT_DEPTHS[root_evidence(depth, np.ones((1, 18)), foreign)[0].argmax()]
     assert 3.1 < best < 4.0
-    without = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
+    without = ROOT_DEPTHS[root_evidence(depth, np.ones((1, 18)))[0].argmax()]
     assert 1.6 < without < 2.5
 
 

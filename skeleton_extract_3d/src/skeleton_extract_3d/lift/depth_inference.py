@@ -1,19 +1,14 @@
 """The depths of all joints of a person at once: the evidence of surfaces for each, and the lengths of bones between.
 
 Pictorial structures (Felzenszwalb and Huttenlocher, IJCV 2005), with the depth along each keypoint's ray in place of a
-place in the image. Each joint has candidates on its ray, with a cost of -2 log likelihood. The skeleton is a tree but
-for shoulders and hips, whose pairs are treated as one variable each; so the cheapest assignment that goes through each
-candidate (its min-marginal) is found exactly, by passing messages once inwards and once outwards.
-
-Costs of bones: ((distance - length) / sigma)^2. Two depths explain the length of most bones; the facing of the person
-decides between them: elbows are outside of shoulders, forearms bend forwards, shins backwards. The facing is that of a
-first round over the trunk alone and of the frame before.
+place in the image; see docs/method_3d.md, step 6. Costs are -2 log likelihood. The min-marginal of a candidate is the
+cost of the cheapest depths of all joints that go through it.
 
 Thirteen places of a person: shoulders and hips, elbows and knees, wrists and ankles (each left arm, right arm, left
 leg, right leg), and the middle of the ears. Twelve bones: upper and lower ones of the limbs in that order, shoulders,
 hips, trunk, neck to head.
 """
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,16 +30,6 @@ class Bones(NamedTuple):
     lengths: np.ndarray
     sigmas: np.ndarray
     stature: np.ndarray
-
-    @property
-    def upper(self) -> np.ndarray:
-        """(P, 4) lengths of the upper bones of the limbs [m]."""
-        return self.lengths[:, :4]
-
-    @property
-    def lower(self) -> np.ndarray:
-        """(P, 4) lengths of the lower bones of the limbs [m]."""
-        return self.lengths[:, 4:8]
 
 
 class Beliefs(NamedTuple):
@@ -82,12 +67,3 @@ def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: B
         left_before: (P, 3) to the left of the people in the frame before, as long as its weight; NaN where unknown.
     """
     return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, left_before))
-
-
-def read_depths(costs: np.ndarray, method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:
-    """Return depth from the trunk's [m] and its standard deviation [m] for (..., 45) min-marginals; compiled.
-
-    The depth is the mean around the cheapest candidate; the deviation counts every candidate.
-    """
-    depth, deviation = method.compiled.read_depths(costs)
-    return depth, deviation

@@ -24,8 +24,7 @@ class ObservedPeople:
         rays: (P, 18, 3) float64 with z = 1; of joints without a keypoint, a guess near the rest of the person.
         samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
-        trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone, of
-            `surfaces.root_evidence`.
+        trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone.
         focal: focal length [px], mean of both axes.
     """
 

@@ -5,7 +5,7 @@ offset; that of a hidden joint, a surface in front of that; a surface behind mea
 body. So each window gives a likelihood of the depths of its joint, and all windows of a person one of the depths of the
 trunk.
 """
-from typing import Optional, Tuple
+from typing import Tuple
 
 import numpy as np
 
@@ -92,19 +92,6 @@ def size_evidence(size: np.ndarray, spread: np.ndarray, trunk: TrunkConstants = 
     further, nearer = weight / spread, weight / (trunk.foreshortening + spread)
     off *= np.where(off > 0, further[..., None], nearer[..., None])
     return np.maximum(-off * off, trunk.size_limit)
-
-
-def root_evidence(samples: np.ndarray, scores: np.ndarray, foreign: Optional[np.ndarray] = None,
-                  method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the log likelihood of the depths of each person's trunk given the surfaces, (P, depths); compiled.
-
-    For each joint and depth: log(near + front + behind + floor) of the weights of the samples on a body at that depth,
-    in front of it and behind it, summed over the joints.
-
-    Args:
-        foreign: (P, 18, 25) samples on other people; None: none.
-    """
-    return method.compiled.root_evidence(samples, scores, foreign)
 
 
 def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Skin, ownership: Ownership,
