@@ -180,10 +180,10 @@ class PeopleEstimator:
         unseen = people.others(len(before))
         if occlusion.occlusion:
             seen = complete(seen, view, occlusion.inference_timeout, method)
-            lost = walk_on(without(before.kept(unseen), seen.tracks), view, method.track)
-            hidden = lost.kept(hidden_and_there(lost, view, method.track.out_of_sight))
+            lost = walk_on(without(before.select(unseen), seen.tracks), view, method.track)
+            hidden = lost.select(hidden_and_there(lost, view, method.track.out_of_sight))
         else:
-            lost, hidden = without(found.expected.kept(unseen), seen.tracks), Tracks.none()
+            lost, hidden = without(found.expected.select(unseen), seen.tracks), Tracks.none()
         seen, people, misplaced = separate(seen, people, view.stamp, method.track)
         if view.floor is not None and occlusion.occlusion:
             seen = stand(seen, people.lifted.measured, view.floor, method)

@@ -23,7 +23,7 @@ def check_points_of(record: Any, shape: Tuple[int, ...], more: Tuple[Tuple[str, 
     """
     for name, dtype, expected in (('xyz', np.float32, (*shape, 3)), ('confidence', np.float32, shape),
                                   ('status', np.uint8, shape), ('sigma', np.float32, shape), *more):
-        value = np.asarray(getattr(record, name), dtype)
+        value: np.ndarray = np.asarray(getattr(record, name), dtype)
         if value.shape != expected:
             raise ValueError(f'{name}: expected {expected}, got {value.shape}')
         object.__setattr__(record, name, value)

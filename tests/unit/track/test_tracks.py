@@ -49,7 +49,7 @@ def test_rows_of_all_arrays_are_selected():
         value = getattr(two, field.name)
         for array in (value if isinstance(value, tuple) else [value]):
             assert len(array) == 2, field.name
-    assert len(two.kept(np.zeros(2, bool))) == 0 and two.kept(np.ones(2, bool)) is two
+    assert len(two.select(np.zeros(2, bool))) == 0
 
 
 def test_in_another_frame_people_and_their_directions_turn():

@@ -81,9 +81,9 @@ class Memory:
         tracks = self.tracks
         recent = stamp - tracks.last_seen <= params.track_timeout
         recent[:-constants.memory.most_tracks] = False
-        gone = self.gone.joined(tracks.kept(~recent))
+        gone = self.gone.joined(tracks.select(~recent))
         gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
-        return tracks.kept(recent), gone.kept(stamp - gone.last_seen <= params.return_timeout)
+        return tracks.select(recent), gone.select(stamp - gone.last_seen <= params.return_timeout)
 
     def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings,
                  constants: MemoryConstants = METHOD.track.memory) -> Optional[People2D]:

@@ -67,7 +67,7 @@ def separate(seen: Completion, people: Observations, stamp: float, constants: Tr
     kept = np.flatnonzero(~gone)
     real = gone & (tracks.alone - tracks.born >= one_body.surely_alone)
     return (Completion(tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
-            people.select(kept), tracks.kept(real))
+            people.select(kept), tracks.select(real))
 
 
 def apart(hidden: Tracks, seen: Completion, constants: OneBodyConstants = METHOD.track.one_body) -> Tracks:
@@ -77,4 +77,4 @@ def apart(hidden: Tracks, seen: Completion, constants: OneBodyConstants = METHOD
     xyz = np.concatenate([hidden.joints.position, seen.tracks.joints.position])
     placed = np.concatenate([hidden.has, seen.placed])
     shared = in_one_place(xyz, placed, constants.least_joints, constants.thickness)
-    return hidden.kept(~shared[:len(hidden), len(hidden):].any(axis=1))
+    return hidden.select(~shared[:len(hidden), len(hidden):].any(axis=1))

@@ -54,7 +54,7 @@ class Reidentification:
         """
         method = self._method
         new = _born(people, self._params.birth_joints, method)
-        absent = tracks.kept(people.others(len(tracks))).joined(memory.gone)
+        absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
         rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
                          method)
         unclear = rows == UNCLEAR
@@ -112,7 +112,7 @@ def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
 
 def without(tracks: Tracks, present: Tracks) -> Tracks:
     """Return tracks without those that were reidentified as others."""
-    return tracks.kept(~np.isin(tracks.ids, present.ids))
+    return tracks.select(~np.isin(tracks.ids, present.ids))
 
 
 def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityParams, method: MethodConstants = METHOD
