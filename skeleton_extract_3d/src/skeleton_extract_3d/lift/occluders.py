@@ -43,11 +43,8 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
 
 def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, left: np.ndarray,
               foreign: Optional[np.ndarray], method: MethodConstants = METHOD) -> Ownership:
-    """Return which body the samples belong to.
-
-    Args:
-        root: (P,) depth of the trunk [m].
-        left: (P, 3) to the left of the people, of any length; zero where unknown.
+    """Return which body the samples belong to, by depths of trunks (P,) [m] and directions to the left (P, 3), zero
+    where unknown.
     """
     constants = method.occluders
     covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
@@ -60,8 +57,7 @@ def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, co
                constants: OccluderConstants = METHOD.occluders) -> np.ndarray:
     """Return the likelihood that the surface at each keypoint belongs to the joint's limb, (P, 18) of 0..1.
 
-    A held object is slim: a surface in front of the body that goes on to both sides is a counter, a table or another
-    person. An arm in front of the trunk stands out from it.
+    A surface before the body that goes on to both sides is furniture; an arm before the trunk stands out from it.
     """
     likely = np.ones(observed.known.shape)
     ones = np.ones(observed.samples.shape[2])

@@ -99,9 +99,7 @@ class Expectation(NamedTuple):
 
 
 class Skin(NamedTuple):
-    """Surfaces in front of the joints of P people: depth of the joint under them (P, 18) [m], and how much further in
-    front than that a surface must be to hide the joint (P, 18) [m].
-    """
+    """Depths of joints under their surface, and how much further in front a surface hides them, (P, 18) [m]."""
 
     offsets: np.ndarray
     gaps: np.ndarray

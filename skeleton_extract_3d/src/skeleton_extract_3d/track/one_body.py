@@ -42,12 +42,8 @@ def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
 
 def separate(seen: Completion, people: Observations, stamp: float, constants: TrackConstants = METHOD.track
              ) -> Tuple[Completion, Observations, Tracks]:
-    """Return the people of a frame without those that have been in the place of another for too long.
-
-    The older track stays, so that ids last. New ones go at once.
-
-    Returns:
-        Those that stay, and the tracks of those that had a place of their own before: they are real, but hidden now.
+    """Return people without those that share the place of an older track for too long, new ones at once, and the tracks
+    of those that had a place of their own before, which are hidden now.
     """
     one_body, tracks = constants.one_body, seen.tracks
     if len(tracks) < 2:
