@@ -4,7 +4,7 @@ import pytest
 
 from skeleton_extract_3d.body.body import BONES, ENDS, JOINTS, MIDDLES, ROOTS
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths
+from skeleton_extract_3d.lift.depth_inference import bones_of
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
 STEPS, DELTAS = METHOD.costs.steps, METHOD.costs.deltas
@@ -41,7 +41,8 @@ def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
     missing = np.isin(NAMES, unknown)[None]
     costs[:12][missing[0]] = 0
     bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), np.array([1.75]), missing)
-    return infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), bones, np.array([left], float))
+    return METHOD.compiled.infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), *bones,
+                                        np.array([left], float))
 
 
 def rays_of(xyz, head):
@@ -51,9 +52,9 @@ def rays_of(xyz, head):
 
 def test_no_people():
     bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros(0), np.zeros((0, 12), bool))
-    beliefs = infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0), bones,
-                           np.zeros((0, 3)))
-    assert beliefs.costs.shape == (0, 13, STEPS) and beliefs.left.shape == (0, 3)
+    costs, left = METHOD.compiled.infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0),
+                                               *bones, np.zeros((0, 3)))
+    assert costs.shape == (0, 13, STEPS) and left.shape == (0, 3)
 
 
 # --- reading --------------------------------------------------------------------------------------------------------
@@ -83,8 +84,8 @@ POSES = [(standing(), 0.0), (standing(40), 0.6), (walking(1.2), -0.8), (walking(
 @pytest.mark.parametrize('pose, yaw', POSES)
 def test_all_joints_agree_on_the_cost_of_the_best_pose(pose, yaw):
     # a min-marginal is the cost of the best of all poses through a candidate, so the least one is the same everywhere
-    beliefs = inferred(*truth(pose, yaw), hidden=('left_elbow', 'right_ankle', 'right_hip'))
-    least = beliefs.costs[0].min(axis=1)
+    costs, _ = inferred(*truth(pose, yaw), hidden=('left_elbow', 'right_ankle', 'right_hip'))
+    least = costs[0].min(axis=1)
     np.testing.assert_allclose(least, least[0], atol=1e-3)
     assert (least > -1e-3).all()
 
@@ -94,7 +95,7 @@ def test_all_joints_agree_on_the_cost_of_the_best_pose(pose, yaw):
                                     'right_hip'])
 def test_a_hidden_joint_is_where_its_bones_are_as_long_as_they_are(pose, yaw, hidden):
     xyz, head = truth(pose, yaw)
-    depth, sigma = METHOD.compiled.read_depths(inferred(xyz, head, [hidden]).costs[0, :12])
+    depth, sigma = METHOD.compiled.read_depths(inferred(xyz, head, [hidden])[0][0, :12])
     row = NAMES.index(hidden)
     # a bone across the view hardly tells depth: 2 cm of length are 12 cm of depth for 0.4 m
     assert abs(ROOT + depth[row] - xyz[row, 2]) < max(0.12, 2 * sigma[row])
@@ -114,7 +115,7 @@ def reaching(forwards):
 def test_of_two_solutions_for_a_wrist_the_one_in_front_is_taken(yaw):
     xyz, head = truth(reaching(60), yaw)
     row, elbow = NAMES.index('left_wrist'), NAMES.index('left_elbow')
-    depth, _ = METHOD.compiled.read_depths(inferred(xyz, head, ['left_wrist']).costs[0, :12])
+    depth, _ = METHOD.compiled.read_depths(inferred(xyz, head, ['left_wrist'])[0][0, :12])
     assert xyz[elbow, 2] - xyz[row, 2] > 0.15
     assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
 
@@ -126,5 +127,5 @@ def test_what_was_before_decides_where_nothing_else_does():
     across = xyz[0] - xyz[1]
     before = across / np.linalg.norm(across)
     for left in (before, before * [1, 1, -1]):
-        found = inferred(xyz, head, hidden, 4 * left).left[0]
+        found = inferred(xyz, head, hidden, 4 * left)[1][0]
         assert np.sign(found[2]) == np.sign(left[2])

@@ -16,8 +16,8 @@ using FilterArrays = std::array<Doubles, 5>;
 
 // surfaces.cpp
 /**
- * Log likelihood of the depths of each person's trunk given the surfaces, (P, depths): log(near + front + behind + floor)
- * of the weights of the samples (P, 18, 25) on a body at that depth, before and behind it, summed over the joints.
+ * Log likelihood of the depths of each person's trunk given the surfaces, (P, depths): sum over the joints of
+ * log(near + front + behind + floor) of the weights of the samples (P, 18, 25) on a body there, before and behind it.
  */
 py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples, const Doubles& scores,
                                  const std::optional<Flags>& foreign);
@@ -43,6 +43,11 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
 py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const Doubles& scores, const Doubles& root,
                            const Doubles& scale, const Doubles& shoulder_cosine);
 // depth_inference.cpp
+/**
+ * Min-marginals of the depths of the thirteen places of depth_inference.py, (P, 13, steps), and unit vectors to the
+ * left of the people, (P, 3). costs: of the places alone; rays: z = 1, a guess for joints without a keypoint; root:
+ * depth of the trunk [m]; left_before: as long as its weight, NaN where unknown.
+ */
 py::tuple inferDepths(const Constants& method, const Floats& costs, const Floats& rays, const Doubles& root,
                       const Floats& lengths, const Floats& sigmas, const Doubles& stature, const Doubles& left_before);
 /** Mean around the cheapest of (..., steps) beliefs and deviation of all of them, from the depth of the trunk [m]. */

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skeleton_extract_3d.body.body import ENDS, LOWER_KINDS, MIDDLES, PAIR_KINDS, ROOTS, UPPER_KINDS, bone_kinds
-from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.constants import InferenceConstants
 
 # The joints among the thirteen places.
@@ -32,13 +32,6 @@ class Bones(NamedTuple):
     stature: np.ndarray
 
 
-class Beliefs(NamedTuple):
-    """Min-marginals of the thirteen places, (P, 13, 45) float32, and unit vectors to the left of the people, (P, 3)."""
-
-    costs: np.ndarray
-    left: np.ndarray
-
-
 def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unknown: np.ndarray,
              constants: InferenceConstants = METHOD.inference) -> Bones:
     """Return the bones of people.
@@ -54,16 +47,3 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unkno
     sigmas = np.sqrt(variance)
     sigmas[:, 11] += constants.nodding
     return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32), stature)
-
-
-def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: Bones, left_before: np.ndarray,
-                 method: MethodConstants = METHOD) -> Beliefs:
-    """Return the min-marginals of the places' depths; compiled (depth_inference.cpp).
-
-    Args:
-        costs: (P, 13, 45) float32 of the places alone.
-        rays: (P, 13, 3) with z = 1; of joints without a keypoint, a guess.
-        root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
-        left_before: (P, 3) to the left of the people in the frame before, as long as its weight; NaN where unknown.
-    """
-    return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, left_before))

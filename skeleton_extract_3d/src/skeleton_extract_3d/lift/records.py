@@ -60,7 +60,7 @@ class Expectation(NamedTuple):
     Attributes:
         root: (P,) depth of the trunk [m], NaN where unknown.
         depth: (P, 18) of the joints [m], NaN where unknown; depth_sigma: (P, 18) [m].
-        left: (P, 3), see `infer_depths`; NaN where unknown.
+        left: (P, 3) to the left in the frame before, as long as its weight; NaN where unknown.
         stature: (P,) [m]; stature_spread: (P,) as a share.
         lengths: (P, 8) of the bones [m]; length_spread: (P, 8) as a share; in the order of `body.BONES`.
     """

@@ -7,7 +7,7 @@ from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import occluders, surfaces
 from skeleton_extract_3d.lift.constants import TrunkConstants
-from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of, infer_depths
+from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople, Skin
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -38,10 +38,10 @@ class RobustLifting:
 
         bones = bones_of(expected.lengths, expected.length_spread, expected.stature, ~observed.known[:, CHAINS],
                          method.inference)
-        beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
-                               np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
-                               left, method)
-        depth, deviation = method.compiled.read_depths(beliefs.costs)
+        candidates, left = method.compiled.infer_depths(
+            np.concatenate([costs, head_costs[:, None]], axis=1),
+            np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, *bones, left)
+        depth, deviation = method.compiled.read_depths(candidates)
         depth = depth + root[:, None]
         middle = _refined_head(observed, head, depth[:, -1], foreign, method)
         z, sigma = _of_all_joints(depth, deviation, middle, head)
@@ -51,7 +51,7 @@ class RobustLifting:
         xyz, measured, plausible = method.compiled.measure(
             (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.own,
             ownership.foreign, bones.lengths[:, :8])
-        return Lifted(xyz, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
+        return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
 
 
 def _skin(head: HeadPose, scale: np.ndarray, method: MethodConstants) -> Skin:
