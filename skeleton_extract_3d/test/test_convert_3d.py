@@ -200,15 +200,6 @@ def test_people_come_back_from_their_messages():
         np.testing.assert_array_equal(getattr(back, name), getattr(people, name), name)
 
 
-def test_velocities_name_their_person_and_are_nan_where_unknown():
-    people, (first, second, _) = some_people(), convert.velocities_to_messages(some_people())
-    assert (first.person_ID, second.person_ID) == (4, 17)
-    np.testing.assert_allclose([first.neck.x, first.neck.y, first.neck.z],
-                               people.velocity[0, COCO_18.index['neck']])
-    for vector in (first.left_shoulder, first.chest, first.mid_hip, second.neck):
-        assert np.isnan([vector.x, vector.y, vector.z]).all()
-
-
 def test_velocities_of_some_only_are_refused():
     people = some_people()
     array = as_array(convert.people_to_messages(people, HEADER), convert.velocities_to_messages(people)[:2])

@@ -118,16 +118,6 @@ def test_in_a_mirror_left_is_right_and_nothing_else_changes(seed):
     assert_same(answers(seed), turned, atol=1e-3)
 
 
-def test_the_resolution_of_the_image_alone_does_not_matter():
-    larger = []
-    for frame in scene(0):
-        keypoints = frame.people.keypoints.copy()
-        keypoints[..., :2] = (keypoints[..., :2] + 0.5) * 3 - 0.5
-        larger.append(frame._replace(people=replace(frame.people, keypoints=keypoints), size=(960, 540),
-                                     bgr=np.repeat(np.repeat(frame.bgr, 3, axis=0), 3, axis=1)))
-    assert_same(answers(0), run(larger), atol=1e-3)
-
-
 def test_the_unit_of_depth_and_the_kind_of_points_do_not_matter():
     metres = [frame._replace(depth=frame.depth.astype(np.float32) / 1000) for frame in scene(0)]
     assert_same(answers(0), run(metres), atol=1e-3)

@@ -80,19 +80,6 @@ def test_an_adult_is_where_it_looks_as_large_as_adults_do(depth, scale):
     np.testing.assert_allclose(size, 0.97 * depth / scale, rtol=0.02)
 
 
-def test_a_single_keypoint_elsewhere_does_not_bring_a_person_nearer():
-    rays = flat_rays(3.0)
-    rays[0, INDEX['left_elbow'], 0] += 0.4
-    np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
-
-
-def test_without_bones_the_size_tells_nothing():
-    scores = np.zeros((1, 18))
-    assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
-    scores[0, INDEX['neck']] = 1
-    assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
-
-
 def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
     evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
     best = ROOT_DEPTHS[evidence.argmax()]

@@ -75,8 +75,3 @@ def test_measured_ankles_stay():
     ankles = np.isin(np.arange(18), ANKLES)
     xyz = person(ankles=-0.05)
     np.testing.assert_array_equal(after(xyz, ankles, ankles), xyz)
-
-
-def test_a_place_far_below_is_moved_by_no_more_than_the_reach():
-    moved = after(person(ankles=-0.6))
-    np.testing.assert_allclose(heights(moved[ANKLES]), -0.6 + METHOD.track.standing.reach, atol=1e-9)

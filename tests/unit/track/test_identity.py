@@ -146,15 +146,6 @@ def joints_after_joining(tracks, frame, people, row):
 UPPER, EVERYTHING = [joint for joint in range(18) if joint not in LOWER], range(18)
 
 
-def test_a_half_is_joined_to_the_track_that_expects_its_joints():
-    frame = scene(LEFT)
-    both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
-    assert joints_after_joining(tracks_at(LEFT), frame, both, [0, -1]) == ([18], [0])
-    assert joints_after_joining(tracks_at(LEFT), frame, both, [-1, 0]) == ([18], [0])
-    assert joints_after_joining(tracks_at(LEFT, RIGHT), frame, both, [1, -1]) == ([12, 6], [1, -1])  # whose is not seen
-    assert joints_after_joining(Tracks.none(), frame, both, [-1, -1]) == ([12, 6], [-1, -1])
-
-
 def test_a_person_with_the_same_joints_is_no_half():
     frame = scene(LEFT, (LEFT[0] + 0.15, LEFT[1]))
     for joints in (EVERYTHING, [*LOWER, 0, 1, 2]):

@@ -42,13 +42,11 @@ class Numbered:
         return Numbered(self.indices[kept])
 
 
-def left(bodies, alone, stamp, trusted=None, placed=None):
+def left(bodies, alone, stamp):
     """Return who of bodies, (18, 3) each, the first followed for longest, is left; and since when they were alone."""
     tracks = tracks_of(bodies, alone=np.array(alone, float), born=np.arange(len(bodies), dtype=float))
-    placed = np.ones(tracks.has.shape, bool) if placed is None else placed
-    trusted = placed if trusted is None else trusted
-    seen, people, _ = separate(Completion(tracks, trusted, placed, np.zeros(placed.shape)),
-                               Numbered(range(len(tracks))), stamp)
+    completion = Completion(tracks, tracks.has, tracks.has, np.zeros(tracks.has.shape))
+    seen, people, _ = separate(completion, Numbered(range(len(tracks))), stamp)
     assert len(seen.tracks) == len(seen.trusted) == len(seen.placed) == len(seen.sigma) == len(people.indices)
     assert seen.tracks.ids.tolist() == people.indices.tolist()
     return people.indices.tolist(), seen.tracks.alone.tolist()
@@ -69,21 +67,6 @@ def test_a_person_in_the_place_of_another_for_too_long_goes(other):
     assert stays == [0, 1] and alone == [10.0, 9.9]
     assert left([body(), other], [9.9, 10.01 - LONGEST], 10.0)[0] == [0, 1]
     assert left([body(), other], [9.9, 9.99 - LONGEST], 10.0)[0] == [0]
-
-
-def halves(*rows):
-    """Return which joints each half has, (2, 18) bool: the second one the rest, and `rows` in common."""
-    first = np.isin(np.arange(18), UPPER)
-    both = np.isin(np.arange(18), rows)
-    return np.stack([first | both, ~first | both])
-
-
-def test_halves_are_one_by_a_trunk_that_is_told_less_exactly():
-    two = [body(), body(0.2)]
-    assert left(two, [0.0, 0.0], 10.0, halves())[0] == [0]
-    assert left(two, [0.0, 0.0], 10.0, halves(1, 2))[0] == [0]
-    assert left(two, [0.0, 0.0], 10.0, halves(1, 2, 3))[0] == [0, 1]  # both show shoulder and arm: they are two
-    assert left([body(), body(0.3)], [0.0, 0.0], 10.0, halves())[0] == [0, 1]
 
 
 def test_a_person_who_was_elsewhere_before_is_remembered():
