@@ -123,7 +123,7 @@ def test_a_bag_without_images_is_refused_with_what_it_has(run, out, tmp_path, ca
     (['--image', INFO], 'is of type sensor_msgs/CameraInfo, expected sensor_msgs/Image or'),
     (['--points', DEPTH], 'is of type sensor_msgs/Image, expected sensor_msgs/PointCloud2'),
     (['--camera-info', '/x'], '--camera-info /x'),
-    (['--retries', '0', '--copy', '/x'], '--copy /x: not in the bag, which has /cam/camera_info'),
+    (['--copy', '/x'], '--copy /x: not in the bag, which has /cam/camera_info'),
     (['--set', 'mode=quick'], "parameter 'mode' = 'quick'"),
     (['--set', 'verbos=1'], "did you mean 'verbose'"),
     (['--set', 'target_rate=10'], 'target_rate'),

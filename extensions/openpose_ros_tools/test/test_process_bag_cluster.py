@@ -154,8 +154,7 @@ def test_an_interrupt_leaves_nothing(folder):
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
     monkeypatch.setattr('openpose_ros_tools.parallel.cluster._CONNECT_SECONDS', 1)
     with pytest.raises(ClusterError, match='no scheduler answers at tcp'):
-        list(run_on_cluster(print, {'a': 1}, scheduler='tcp://127.0.0.1:9', retries=0,
-                            on_progress=lambda name, share: None))
+        list(run_on_cluster(print, {'a': 1}, 'tcp://127.0.0.1:9'))
 
 
 def _until(there):
