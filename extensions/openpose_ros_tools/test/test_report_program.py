@@ -19,7 +19,7 @@ from openpose_ros_pkg.ros.convert import people_to_messages
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Gesture, PersonSignals, Posture
 from openpose_ros_signals.ros.convert import signals_to_array
-from openpose_ros_tools.ros.report.program import main
+from openpose_ros_tools.ros.report import main
 from skeleton_extract_3d.ros.convert import people_to_array
 
 SPACE = '/openpose_ros/skeleton_3d'
