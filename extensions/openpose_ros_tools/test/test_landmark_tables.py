@@ -138,12 +138,6 @@ def test_tables_have_a_row_for_each_point(processed, tmp_path):
     assert np.linalg.norm([float(faces[0][f'orientation_{axis}']) for axis in 'xyzw']) == pytest.approx(1)
 
 
-def test_a_table_of_the_image_is_made_of_its_topic(processed, tmp_path):
-    out, _ = processed(*BOTH)
-    hands = rows(tmp_path / 'hands.csv', out, '--hands', '--topic', '/openpose_ros/skeleton_3d/detected_hands')
-    assert list(hands[0]) == landmark_columns('hands', 2) and hands[0]['status'] == 'measured'
-
-
 def test_points_of_hands_are_plotted(processed, tmp_path):
     out, _ = processed(*BOTH)
     table = read_hand_bag(out)

@@ -32,10 +32,7 @@ def run_on_cluster(work: Callable[[Any], Any], tasks: Mapping[str, Any], schedul
         ParameterError: Dask distributed is not installed.
         ClusterError: no scheduler answers, or it has no workers.
     """
-    try:
-        import distributed
-    except ImportError as error:
-        raise ParameterError(f'--scheduler needs Dask distributed ({error}): install python3-distributed') from error
+    distributed = _distributed()
     with _connected(distributed, scheduler) as client:
         futures: Dict[Any, str] = {}
         completed = distributed.as_completed()
@@ -61,6 +58,14 @@ def run_on_cluster(work: Callable[[Any], Any], tasks: Mapping[str, Any], schedul
             future.release()
             submit_tasks()
             yield name, outcome
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise ParameterError(f'--scheduler needs Dask distributed ({error}): install python3-distributed') from error
+    return distributed
 
 
 @contextmanager
