@@ -16,7 +16,7 @@ from openpose_ros_pkg.landmarks.records import (
     Hands2D,
     Landmarks2D,
 )
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_hand_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
 from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
 from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag import work
@@ -140,7 +140,7 @@ def test_tables_have_a_row_for_each_point(processed, tmp_path):
 
 def test_points_of_hands_are_plotted(processed, tmp_path):
     out, _ = processed(*BOTH)
-    table = read_hand_bag(out)
+    table = read_keypoint_bag(out, part='hands')
     found = [hand for message, _ in messages(out, '/openpose_ros/skeleton_3d/detected_hands_3d')
              for hand in message.hands]
     tip, right = (table.joints.index(name) for name in ('left_hand_index_4', 'right_hand_index_4'))

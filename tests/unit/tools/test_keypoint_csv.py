@@ -26,8 +26,7 @@ def row(dimensions=3, time=STAMP, stamp=STAMP, person=1, number=1, sequence=0, f
 def text_of(rows, layout, dimensions=3, **options):
     handle = io.StringIO()
     writer = KeypointCsvWriter(handle, layout, dimensions, **options)
-    for person in rows:
-        writer.write(person)
+    writer.write(rows)
     return handle.getvalue()
 
 

@@ -93,9 +93,11 @@ class KeypointCsvWriter:
         self._frames = FrameSplitter()
         self._frame = -1
 
-    def write(self, row: PersonRow) -> None:
-        """Add a person."""
-        self._rows.writerows([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
+    def write(self, rows: Sequence[PersonRow]) -> int:
+        """Add people; return their number."""
+        for row in rows:
+            self._rows.writerows([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
+        return len(rows)
 
     def _tidy(self, row: PersonRow) -> Iterator[List[object]]:
         self._frame += self._frames.begins(row)

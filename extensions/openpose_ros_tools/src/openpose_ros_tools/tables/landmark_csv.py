@@ -52,11 +52,13 @@ class LandmarkCsvWriter:
         self._rows.writerow(landmark_columns(part, dimensions))
         self._frame, self._time = -1, -1
 
-    def write(self, row: LandmarkRow) -> None:
-        """Add a hand or a face; rows with another time are another frame."""
-        self._frame, self._time = self._frame + (row.time != self._time), row.time
-        head = [row.time, self._frame, row.frame_id, row.person, *([row.side] if self.part == 'hands' else [])]
-        for name, part in zip(POINTS[self.part], np.asarray(row.parts, np.float32).tolist()):
-            cells, known = tidy_cells(part, self.dimensions)
-            if known or self._missing_points:
-                self._rows.writerow([*head, name, *cells, *row.orientation])
+    def write(self, rows: Sequence[LandmarkRow]) -> int:
+        """Add hands or faces, return their number; rows with another time are another frame."""
+        for row in rows:
+            self._frame, self._time = self._frame + (row.time != self._time), row.time
+            head = [row.time, self._frame, row.frame_id, row.person, *([row.side] if self.part == 'hands' else [])]
+            for name, part in zip(POINTS[self.part], np.asarray(row.parts, np.float32).tolist()):
+                cells, known = tidy_cells(part, self.dimensions)
+                if known or self._missing_points:
+                    self._rows.writerow([*head, name, *cells, *row.orientation])
+        return len(rows)

@@ -42,7 +42,7 @@ from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     HAND_JOINTS,
-    read_hand_bag,
+    read_keypoint_bag,
     read_keypoints,
     read_timeline,
 )
@@ -89,7 +89,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.hand_points:
         if not is_bag(options.file):
             raise BadInputError(f'{options.file}: --hand-points are for bags')
-        table, frames, joints = read_hand_bag(options.file, options.topic), None, options.hand_points
+        table, frames, joints = read_keypoint_bag(options.file, options.topic, 'hands'), None, options.hand_points
     else:
         table, frames = read_keypoints(options.file, options.topic)
         joints = None if options.joints in (None, ['all']) else options.joints

@@ -4,9 +4,8 @@ import json
 import os
 import re
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, TextIO, Union
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Sequence, TextIO, Union
 
 import genpy
 import numpy as np
@@ -26,7 +25,7 @@ from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
-from openpose_ros_tools.ros.keypoints.keypoint_bag import write_people
+from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
@@ -130,7 +129,7 @@ class PeopleTable:
     def write(self, array: genpy.Message) -> None:
         """Write the people of an array message."""
         with naming(self._path):
-            write_people(self._writer, array)
+            self._writer.write(list(rows_of(array, self._writer.dimensions)))
 
     def flush(self) -> None:
         """Have the rows in the file."""
@@ -245,29 +244,21 @@ def _text_file(path: Path) -> Iterator[TextIO]:
         yield handle
 
 
-def is_json_of(bag_name: str, file_name: str) -> bool:
-    """Return whether a file's name is that of a frame of a bag; `Results` has the name of the bag without suffix."""
-    return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
-
-
-def json_files(cameras: Sequence[BagJob]) -> List[Path]:
-    """Return the JSON files of cameras that are there; those of other bags in the same folders are left out."""
-    return [path for camera in cameras if camera.json is not None
-            for path in files_of(camera.json, partial(is_json_of, camera.source.stem))]
+def json_names(job: BagJob) -> Callable[[str], bool]:
+    """Return what tells whether a file's name is that of a JSON file of a job; a folder may have those of others."""
+    pattern = re.compile(re.escape(job.source.stem) + r'_\d+' + re.escape(JSON_SUFFIX))
+    return lambda name: bool(pattern.fullmatch(name))
 
 
 def digests(cameras: Sequence[BagJob], csv: Optional[Path]) -> Dict[str, str]:
     """Return checksums of the table and of the JSON files, by which they are known later; of those that are there."""
-    found = {'csv': [csv] if csv is not None and os.path.lexists(str(csv)) else [], 'json': json_files(cameras)}
-    return {kind: _digest(files) for kind, files in found.items() if files}
-
-
-def _digest(files: Sequence[Path]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        # a link to nothing is a file of the user too
-        digest.update(hashlib.sha256(file.read_bytes() if file.exists() else b'').digest())
-    return digest.hexdigest()
+    found = {'csv': [csv] if csv is not None and os.path.lexists(str(csv)) else [],
+             'json': [path for camera in cameras if camera.json is not None
+                      for path in files_of(camera.json, json_names(camera))]}
+    # a link to nothing is a file of the user too
+    contents = {kind: b''.join(hashlib.sha256(file.read_bytes() if file.exists() else b'').digest() for file in files)
+                for kind, files in found.items() if files}
+    return {kind: hashlib.sha256(content).hexdigest() for kind, content in contents.items()}
 
 
 def record(bag: rosbag.Bag, made: Dict[str, Any], time: genpy.Time) -> None:

@@ -40,7 +40,7 @@ from openpose_ros_tools.ros.process_bag.output import (
     PeopleWriter,
     digests,
     finished_record,
-    is_json_of,
+    json_names,
     record,
 )
 from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
@@ -182,8 +182,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             networks = Networks(job.cameras[0], alone, stack)
             done, total = 0, sum(view.images for view in views)
             for camera, view in zip(job.cameras, views):
-                json = None if camera.json is None else parts.folder(
-                    camera.json, functools.partial(is_json_of, camera.source.stem))
+                json = None if camera.json is None else parts.folder(camera.json, json_names(camera))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 done_cameras.append(part)
                 reports[camera.camera] = process_camera(

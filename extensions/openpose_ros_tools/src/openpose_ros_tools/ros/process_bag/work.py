@@ -29,7 +29,7 @@ from openpose_ros_tools.ros.process_bag.input import (
     find_topics,
 )
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, build_settings
-from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, is_json_of
+from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, json_names
 from skeleton_extract_3d.chain import PeopleChain, PreparedFrame, Result
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import ExtractorParams
@@ -61,7 +61,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         view = open_camera(job, settings, stack)
         networks = Networks(job, settings, stack)
         parts = stack.enter_context(PartFiles(job.run))
-        json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
+        json = None if job.json is None else parts.folder(job.json, json_names(job))
         csv = None if job.csv is None else parts.file(job.csv)
         # the bag is the last one to be moved: where it is, all outputs are
         unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
