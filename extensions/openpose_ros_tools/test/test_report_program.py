@@ -84,12 +84,6 @@ def test_missing_images_are_named_on_the_page(tmp_path):
     assert 'data:image/jpeg' not in text
 
 
-def test_without_people(tmp_path):
-    text = report(write_results(tmp_path / 'a.bag', people=False))
-    assert 'No people were found.' in text
-    assert f'{FRAMES} frames, {FRAMES} of them without people' in text
-
-
 def test_recordings_without_results_have_a_page_of_topics(tmp_path):
     write_recording(tmp_path / 'images.bag', image=IMAGE)
     text = report(tmp_path / 'images.bag')

@@ -92,13 +92,6 @@ class Checker(HTMLParser):
         self.text += data + '\n'
 
 
-def test_no_people_have_no_spans():
-    timeline = SignalTimeline()
-    timeline.add(1.0, ())
-    assert timeline.spans == []
-    assert timeline.falls == []
-
-
 def test_spans_of_a_simulated_person_have_its_times():
     timeline = timeline_of(table_of(MOTION, 9.0))
     postures = [span for span in timeline.of(POSTURE) if span.name != 'unknown']

@@ -3,9 +3,9 @@ import hashlib
 import json
 import os
 import re
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Sequence, TextIO, Union
+from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 
 import genpy
 import numpy as np
@@ -104,27 +104,20 @@ class PeopleWriter:
 
 
 class PeopleTable:
-    """A table of people; use it as a context manager.
-
-    Args:
-        path: of the file.
-        layout: one of LAYOUTS.
-        dimensions: 3 in space, 2 in the image.
-
-    Raises:
-        OSError: it can not be written.
-    """
+    """A table of people, see `KeypointCsvWriter`; use it as a context manager. An OSError names its file."""
 
     def __init__(self, path: Path, layout: str, dimensions: int) -> None:
         self._path, self._stack = path, ExitStack()
-        self._handle = self._stack.enter_context(_text_file(path))
+        with naming(path):
+            self._handle = self._stack.enter_context(path.open('w', newline=''))
         self._writer = KeypointCsvWriter(self._handle, layout, dimensions)
 
     def __enter__(self) -> 'PeopleTable':
         return self
 
     def __exit__(self, *error: Any) -> None:
-        self._stack.__exit__(*error)
+        with naming(self._path):
+            self._stack.__exit__(*error)
 
     def write(self, array: genpy.Message) -> None:
         """Write the people of an array message."""
@@ -236,12 +229,6 @@ class Results:
 def _upright(settings: BagSettings) -> Upright:
     """Return where the floor is in the frame in which people are published: below z of a frame that is named."""
     return ON_FLOOR if settings.extractor.target_frame else Upright(settings.upright.upwards, Surroundings())
-
-
-@contextmanager
-def _text_file(path: Path) -> Iterator[TextIO]:
-    with naming(path), path.open('w', newline='') as handle:
-        yield handle
 
 
 def json_names(job: BagJob) -> Callable[[str], bool]:

@@ -160,10 +160,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
         on_frame: gets the number of images of all cameras that are done, and of all.
 
     Raises:
-        BadInputError: a bag can not be read, has not what is wanted, or cameras have no common time or no transforms.
-        ParameterError, ModelError: a parameter or a network is wrong.
-        ProcessLostError: processes end again and again.
-        OSError: a result can not be written.
+        BadInputError: cameras have no common time or no transforms; further errors as `process`.
     """
     settings = build_settings(job.cameras[0].values)
     made = finished_record(job) or job.made_from()
