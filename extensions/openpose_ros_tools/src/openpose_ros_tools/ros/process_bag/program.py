@@ -295,17 +295,9 @@ def _check_outputs(jobs: Sequence[Union[BagJob, RigJob]]) -> None:
                 raise ParameterError(f'{path} is an input; name another file, or folder')
         if len({path.resolve() for path in job.outputs}) < len(job.outputs):
             raise ParameterError(f'{job.output} is named twice; name another file, or folder')
-        _check_places(job)
-
-
-def _check_places(job: Union[BagJob, RigJob]) -> None:
-    """Raise ParameterError if a file is where a folder is to be, or the other way round."""
-    files = [path for path in (job.output, job.csv) if path is not None]
-    for path in files:
-        if path.is_dir():
-            raise ParameterError(f'{path} is a folder; name a file')
-    folders = [path.parent for path in files] + [path for path in (job.json,) if path is not None]
-    for folder in folders:
-        in_the_way = next((path for path in (folder, *folder.parents) if path.exists() and not path.is_dir()), None)
-        if in_the_way is not None:
-            raise ParameterError(f'{in_the_way} is a file; name a folder')
+        for path in job.outputs:
+            if path != job.json and path.is_dir():
+                raise ParameterError(f'{path} is a folder; name a file')
+            for folder in ([path] if path == job.json else []) + list(path.parents):
+                if folder.exists() and not folder.is_dir():
+                    raise ParameterError(f'{folder} is a file; name a folder')
