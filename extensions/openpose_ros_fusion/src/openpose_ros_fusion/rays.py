@@ -20,9 +20,6 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
     """Return the tracks with people where the rays of two cameras meet, and the matches, also of the other cameras.
 
     They are new, or a track whose place is not known: one that no camera sees, or one alone and without depth.
-
-    Args:
-        known, ids: as in `associate`.
     """
     association = constants.association
     matches = _without_strangers(matches, association)

@@ -126,7 +126,6 @@ def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up:
     Args:
         joints: (18, 3) [m], their status (18,) and sigma (18,) [m].
         up: (3,) unit vector.
-        stature: [m].
         most_sigma: see `PersonConstants` [statures].
     """
     xyz, status, sigma = joints
@@ -137,12 +136,7 @@ def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up:
 
 def stature_of(joints: np.ndarray, status: np.ndarray, constants: PersonConstants = SIGNALS.person,
                body: BodyConstants = BODY) -> float:
-    """Return the stature, by the median bone [m]; NaN where too few are measured, or it is too small.
-
-    Args:
-        joints: (18, 3) [m].
-        status: (18,).
-    """
+    """Return the stature [m] of joints (18, 3) [m], status (18,), by the median bone; NaN: too few, or too small."""
     seen = np.where((status == MEASURED)[:, np.newaxis], joints, np.nan)
     bones = seen[MEASURED_BONES]
     trunk = seen[NECK] - seen[HIPS].mean(axis=0)

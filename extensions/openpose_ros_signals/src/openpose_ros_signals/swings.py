@@ -13,7 +13,6 @@ def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCon
 
     Args:
         arms: of one side, in the last second, the newest last.
-        held: of gestures of an arm that is held.
     """
     arm = arms[-1]
     posture = least(ramp(arm.wrist[2], constants.wave_height), ramp(arm.forearm, constants.wave_forearm),
@@ -47,7 +46,6 @@ def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureC
 
     Args:
         arms: of one side, in the last second, the newest last.
-        held: of gestures of an arm that is held.
     """
     arm = arms[-1]
     posture = least(ramp(arm.raised, constants.beckon_arm), ramp(arm.wrist[1], constants.beckon_ahead),
@@ -68,11 +66,7 @@ def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureC
 
 
 def turns(values: np.ndarray, least_way: float) -> List[int]:
-    """Return where a motion turns, as rows: its begin, each turn between ways of at least a length, its newest end.
-
-    Args:
-        values: (N,).
-    """
+    """Return the rows where values (N,) turn, between ways of at least a length, with the begin and the newest end."""
     low = high = 0
     ends: List[int] = []
     rising = 0
