@@ -1,4 +1,4 @@
-"""People on the floor, as people_msgs/People for costmap layers, and as spencer_tracking_msgs/TrackedPersons."""
+"""People on the floor: people_msgs_node as people_msgs/People, spencer_node as spencer_tracking_msgs/TrackedPersons."""
 from typing import Type, Union
 
 import genpy
