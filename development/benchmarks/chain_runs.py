@@ -82,9 +82,8 @@ def exact_people(folder: Path) -> List[People2D]:
     """Return the people of each frame by the true pixels: every joint within the image, hidden or not."""
     found = []
     for frame in exact_joints(folder):
-        keypoints = np.full((len(frame), len(COCO_18.joints), 3), (np.nan, np.nan, 0), np.float32)
-        for row, (uv, labels) in zip(keypoints, frame):
-            row[labels > 0, :2], row[labels > 0, 2] = uv[labels > 0], 1
+        keypoints = np.array([np.where(labels[:, np.newaxis] > 0, np.insert(uv, 2, 1, axis=1), (np.nan, np.nan, 0))
+                              for uv, labels in frame], np.float32).reshape(-1, len(COCO_18.joints), 3)
         found.append(People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1)))
     return found
 
@@ -102,11 +101,9 @@ class CountedNetwork:
         self.name, self.description, self.fallback = network.name, network.description, network.fallback
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
-        """See `Backend`."""
         return self.infer_many([images])[0]
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        """See `Backend`."""
         self.passes += len(images)
         self.pixels += sum(image.shape[1] * image.shape[2] for image in images)
         return self._network.infer_many(images)
@@ -120,7 +117,6 @@ class CountedNetworks(Networks):
         self._counted: Dict[str, CountedNetwork] = {}
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        """See `Networks`."""
         recipe, networks = super().load(recipe)
         self._counted = {**{name: CountedNetwork(network) for name, network in networks.items()}, **self._counted}
         return recipe, {name: self._counted[name] for name in networks}
@@ -138,15 +134,14 @@ class Run:
         people: in each image.
         frames: stamp [s], and people in space.
         work: of the networks for each image.
-        detecting, estimating: time of each frame [ms].
+        times: of each frame in 2D and in 3D [s].
         warnings: number of frames that each warning of the points is about.
     """
 
     people: List[People2D] = field(default_factory=list)
     frames: Frames = field(default_factory=list)
     work: List[float] = field(default_factory=list)
-    detecting: List[float] = field(default_factory=list)
-    estimating: List[float] = field(default_factory=list)
+    times: List[Tuple[float, float]] = field(default_factory=list)
     warnings: Counter = field(default_factory=Counter)
 
 
@@ -170,8 +165,7 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.nd
         run.work.append(work() - done)
         found = time.perf_counter()
         result = chain.lift(result)
-        run.estimating.append(1e3 * (time.perf_counter() - found))
-        run.detecting.append(1e3 * (found - began))
+        run.times.append((found - began, time.perf_counter() - found))
         run.frames.append((frame.time, result.people_3d))
         run.warnings.update(doubt.event for doubt in result.doubts)
     return run
@@ -215,7 +209,7 @@ def write_csv(path: Path, frames: Frames) -> None:
                 writer.writerow([stamp, stamp, len(people), person, *row.ravel().tolist()])
 
 
-def evaluate(script: Path, pairs: Iterable[Tuple[Path, Path]]) -> int:
+def evaluate(script: Path, pairs: Iterable[Tuple[Path, Path]], *options: str) -> int:
     """Let a script score pairs of sequence folder and CSV; return its exit status."""
     sys.stdout.flush()
-    return subprocess.call([sys.executable, str(script), *(str(path) for pair in pairs for path in pair)])
+    return subprocess.call([sys.executable, str(script), *(str(path) for pair in pairs for path in pair), *options])

@@ -1,18 +1,16 @@
 """What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
 import argparse
-import contextlib
-import json
 import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Sequence, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
                  str(ROOT / 'devel/lib/python3/dist-packages')])
 
-from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts, setting_values
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import OpenposeRosError
 
 if TYPE_CHECKING:
@@ -21,8 +19,6 @@ if TYPE_CHECKING:
 # The sequence that is part of this repository.
 DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
 
-Figures = Dict[str, Any]
-
 
 class Parser(argparse.ArgumentParser):
     """A command line whose help is the docstring of the benchmark."""
@@ -30,19 +26,10 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def add_sequences(self) -> None:
-        """Add sequence folders."""
-        self.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
-
-    def add_settings(self, target: str, option: str = '--set') -> None:
-        """Add an option for the parameters of something, which `settings` reads."""
-        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[], help=f'a parameter {target}')
-
     def add_live(self, seconds: float, warm_up: float) -> None:
         """Add the options of a table of running nodes, with the default times of a row [s]."""
         self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')
         self.add_argument('--warm-up', type=float, default=warm_up, help='before that [s] (default %(default)s)')
-        self.add_argument('--json', type=new_path, help='write the figures here')
         self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
 
     def parse_live(self) -> argparse.Namespace:
@@ -52,10 +39,6 @@ class Parser(argparse.ArgumentParser):
         arguments.launch = named
         return arguments
 
-    def settings(self, texts: Sequence[str]) -> Dict[str, Any]:
-        """Return the parameters of KEY=VALUE texts, values read as YAML."""
-        return setting_values(self, texts)
-
 
 def new_path(text: str) -> Path:
     """Return the path of an output, as `type` of an option; an existing file or filled folder is refused."""
@@ -63,18 +46,6 @@ def new_path(text: str) -> Path:
     if path.is_file() or (path.is_dir() and any(path.iterdir())):
         raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
     return path
-
-
-@contextlib.contextmanager
-def errors_end_the_program() -> Iterator[None]:
-    """Print errors of this project, and of files, in one line; let signals end the program as Ctrl-C does."""
-    try:
-        with all_ends_are_interrupts():
-            yield
-    except KeyboardInterrupt:
-        raise SystemExit(INTERRUPTED) from None
-    except (OpenposeRosError, OSError) as error:
-        raise SystemExit(f'error: {error}') from error
 
 
 def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
@@ -91,25 +62,25 @@ def markdown(rows: Sequence[Sequence[object]]) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], arguments: argparse.Namespace) -> int:
-    """Measure nodes on a ROS master of their own, print the figures as JSON; return the exit status.
+def run_live(measure: Callable[['Session', Path, argparse.Namespace], Sequence[str]],
+             arguments: argparse.Namespace) -> int:
+    """Measure nodes on a ROS master of their own; return the exit status.
 
     Args:
-        measure: takes the session, its folder and the arguments, and returns the figures.
-        arguments: `json` is the path of the figures as JSON; None: not written.
+        measure: takes the session, its folder and the arguments, prints the figures, and returns what has failed.
     """
     from session import Session  # most benchmarks need no ROS
-    with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
-        try:
-            with Session(Path(folder)) as session:
-                figures = measure(session, Path(folder), arguments)
-        except OpenposeRosError as error:
-            print(error, *(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
-                  file=sys.stderr)
-            return 1
-    text = json.dumps(figures, indent=1)
-    print(json.dumps(json.loads(text, parse_float=lambda number: float(f'{float(number):.4g}')), indent=1))
-    if arguments.json:
-        arguments.json.parent.mkdir(parents=True, exist_ok=True)
-        arguments.json.write_text(text)
-    return 0
+
+    def work() -> int:
+        with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+            try:
+                with Session(Path(folder)) as session:
+                    faults = measure(session, Path(folder), arguments)
+            except OpenposeRosError:
+                print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
+                      file=sys.stderr)
+                raise
+        print(*faults, sep='\n')
+        return SOME_FAILED if faults else DONE
+
+    return run_command('bench', work)

@@ -1,4 +1,5 @@
 """RGB-D sequences with a chosen number of people: the two of the shipped one, cut out and pasted."""
+import itertools
 import shutil
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence
@@ -25,33 +26,33 @@ class CutOut(NamedTuple):
     mask: np.ndarray
 
 
-def make_crowd(people: int, folder: Path) -> Path:
-    """Write a sequence with 0 to 8 people, if it is not there, and return its folder.
+def make_crowd(folder: Path, people: Sequence[int], frames: int = 40) -> Path:
+    """Write a sequence with that many frames for each number of people, 0 to 8, if it is not there; return its folder.
 
     One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
     walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
     """
-    if people == 2:
+    if [*people] == [2]:
         return DEMO
     if folder.is_dir():
         return folder
     sequence = open_sequence(DEMO)
-    frames = list(sequence)
+    shipped = list(sequence)
     for name in ('rgb', 'depth'):
         (folder / name).mkdir(parents=True)
     for name in ('camera.yaml', 'sequence.yaml'):
         shutil.copy(str(DEMO / name), str(folder / name))
-    depths = np.array([frame.depth for frame in frames])
+    depths = np.array([frame.depth for frame in shipped])
     farthest, (rows, columns) = depths.argmax(axis=0), np.indices(depths.shape[1:])
-    room = CutOut(np.array([frame.bgr for frame in frames])[farthest, rows, columns],
+    room = CutOut(np.array([frame.bgr for frame in shipped])[farthest, rows, columns],
                   depths.max(axis=0) / np.float32(1000), np.ones(farthest.shape, bool))
-    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(frames, read_truth(DEMO)[0]['frames'])]
+    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(shipped, read_truth(DEMO)[0]['frames'])]
     forth_and_back = cut + cut[-2:0:-1]
-    for number, both in enumerate(cut):
-        copies = [_moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence)
-                  for row, late, *shift in _COPIES[:max(people - 2, 0)]]
+    for number, (count, time) in enumerate(itertools.product(people, range(frames))):
+        copies = [_moved(forth_and_back[(time + late) % len(forth_and_back)][row], shift, sequence)
+                  for row, late, *shift in _COPIES[:max(count - 2, 0)]]
         bgr, depth = room.bgr.copy(), room.depth.copy()
-        for person in (*both[max(2 - people, 0):], *copies):
+        for person in (*cut[time][max(2 - count, 0):], *copies):
             nearer = person.mask & ((depth == 0) | (person.depth < depth))
             bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
         cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
@@ -60,7 +61,7 @@ def make_crowd(people: int, folder: Path) -> Path:
 
 
 def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
-    """Return the people of a frame, who are truly there, in the order of their ids."""
+    """Return the true people of a frame, in the order of their ids."""
     depth, cut = frame.depth / np.float32(1000), []
     for person in sorted(people, key=lambda person: person['id']):
         middle = np.array(person['xyz'], np.float32)[:, 2].mean()

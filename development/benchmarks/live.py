@@ -1,14 +1,12 @@
 #!/usr/bin/python3
 """Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
 
-Each row of the table: a camera driver in C++ plays a sequence of 960 x 540 forth and back, on a ROS master of its own;
-the nodes are started, and their results are counted for a while: the 3D chain with its visualization, or for 2d the
-service node in stream mode. The sequences are made of the shipped one (1, 2, 5 or 8 people), or given by --folder. In
-3D `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message
-in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after each row, while the
-nodes do not run. Start: to the first result. Networks alone: images of the sequence through the same networks, one
-after the other, with the stamps of the results, when the nodes have ended. --points cloud_to_depth: the cloud becomes a
-depth image in the driver's process.
+Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, and the results of the nodes are
+counted for a while: the 3D chain with its visualization, or for 2d the service node in stream mode. The sequences
+are made of the shipped one, or given by --folder. In 3D `target_rate` is the camera's rate unless it is given. Latency:
+from the camera's stamp to the arrival of the message in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on
+two threads, before and after the nodes run. Start: to the first result. Networks alone: images of the sequence through
+the same networks, with the stamps of the results. --points cloud_to_depth: a nodelet makes depth images of clouds.
 
     ./run bench live 3d                                       # the table of docs/accuracy_and_speed.md
     ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
@@ -18,26 +16,15 @@ import argparse
 import itertools
 import sys
 from pathlib import Path
-from typing import List, Sequence
+from typing import Dict, List, Sequence
 
 import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
-from common import Figures, Parser, markdown, run_live
+import nodes
+from common import Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import (
-    NAMESPACE,
-    PEOPLE_3D,
-    NetworksAlone,
-    Unit,
-    Watched,
-    by_node,
-    make_bag,
-    median_and_95,
-    start_camera,
-    watch_nodes,
-)
 from session import Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
@@ -45,14 +32,11 @@ PEOPLE_2D = '/openpose_ros/detected_poses'
 SERVICE = '/openpose_ros_service_node'
 EXTRACTOR = '/skeleton_extract_3d_node'
 STAGES_2D = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
-MADE_DEPTH = f'{NAMESPACE}/depth_registered'
+MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
 # Points for the chain: arguments of demo.launch.
 POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
                              f'camera_info:={MADE_DEPTH}/camera_info']}
-COLUMNS = ('camera [Hz]', 'people', 'points', 'T [ms]', 'results [Hz]', 'wanted', 'networks alone [Hz]',
-           'latency median / 95 % [ms]', 'sum of the stages', 'stages, means [ms]', 'processor [% of a core]',
-           'memory [MB]', 'start [s]')
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -67,66 +51,62 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_live()
 
 
-def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> Watched:
+def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> nodes.Watched:
     """Run the nodes before a camera; `points` is one of POINTS, '-' in 2D."""
-    camera = start_camera(session, bag, rate)
+    children = [nodes.start_camera(session, bag, rate)]
     if points == 'cloud_to_depth':
-        session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch',
-                                         'manager:=/camera'])
+        children.append(session.start('cloud_to_depth', [
+            'roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch', 'manager:=/camera']))
     if points == '-':
-        seen = watch_nodes(session, [
+        seen = nodes.watch_nodes(session, [
             'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
-            f'_image_topic:={NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
+            f'_image_topic:={nodes.NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
             {PEOPLE_2D: PersonDetectionArray}, arguments, f'{SERVICE}/timing')
     else:
-        seen = watch_nodes(session, [
+        seen = nodes.watch_nodes(session, [
             'roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false', f'target_rate:={rate}',
-            *POINTS[points], *arguments.launch], {PEOPLE_3D: PersonDetection_3dArray}, arguments, f'{EXTRACTOR}/timing')
-    session.stop(camera)
+            *POINTS[points], *arguments.launch], {nodes.PEOPLE_3D: PersonDetection_3dArray}, arguments,
+            f'{EXTRACTOR}/timing')
+    for child in reversed(children):
+        session.stop(child)
     return seen
 
 
-def figures_of(seen: Watched) -> Figures:
-    """Return the figures of the nodes in a row."""
+def figures_of(seen: nodes.Watched, stages: Sequence[str]) -> Dict[str, object]:
+    """Return the cells of the nodes in a row."""
     arrivals, latencies, people = (each[0] for each in seen[2:5])
-    return {'frames': len(arrivals), 'rate_hz': len(arrivals) / seen.seconds, 'start_s': seen.start,
-            'latency_ms': median_and_95(latencies), 'stages_ms': seen.stages,
-            'longest_gap_ms': 1000 * float(np.diff(arrivals).max(initial=0.0)),
-            'people_per_frame': {str(number): int((people == number).sum()) for number in sorted({*people.tolist()})},
-            'cpu_percent_of_a_core': seen.processor, 'memory_mb': seen.memory}
+    means = {name: seen.stages[name] for name in stages if np.isfinite(seen.stages.get(name, np.nan))}
+    return {'results [Hz]': round(len(arrivals) / seen.seconds, 1),
+            'latency median / 95 % [ms]': nodes.median_and_95(latencies),
+            'sum of the stages': round(sum(means.values())),
+            'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
+            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
+            'processor [% of a core]': nodes.by_node(seen.processor), 'memory [MB]': nodes.by_node(seen.memory),
+            'start [s]': round(seen.start, 1)}
 
 
-def table_row(row: Figures, stages: Sequence[str]) -> List[object]:
-    """Return the cells of COLUMNS."""
-    means = {name: row['stages_ms'][name] for name in stages if np.isfinite(row['stages_ms'].get(name, np.nan))}
-    wanted = min(row['camera_hz'] * 29 / 30, 2000 / (0.6 * sum(row['T_ms'])))  # all but a frame, or 1 / 0.6 T
-    return [f"{row['camera_hz']:.0f}", row['people'], row['points'], ' - '.join(f'{each:.0f}' for each in row['T_ms']),
-            f"{row['rate_hz']:.1f}", f"{wanted:.1f}",
-            f"{row['networks_alone_hz']:.1f}", row['latency_ms'], f'{sum(means.values()):.0f}',
-            ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
-            by_node(row['cpu_percent_of_a_core']), by_node(row['memory_mb']), f"{row['start_s']:.1f}"]
-
-
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
     rospy.init_node('live', disable_signals=True)
-    unit, rows, table = Unit(), [], [COLUMNS]
+    unit, rows = nodes.Unit(), []
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
-        people: make_crowd(people, folder / f'crowd_{people}') for people in arguments.people}
+        people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}
     for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
-        seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
-        log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+        seen = measure_row(session, nodes.make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
         values = next((each for each in seen.parameters.values() if 'target_rate' in each), {})
-        rows.append({'camera_hz': rate, 'people': people, 'points': points, **figures_of(seen),
-                     'log': [line for line in log if 'networks may take' in line or 'WARN' in line],
-                     'networks_alone_hz': NetworksAlone(values).rate(sequence, seen.arrivals[0] - seen.latencies[0]),
-                     'T_ms': [before, unit.milliseconds()]})
-        table.append(table_row(rows[-1], stages))
-        print(markdown([COLUMNS, table[-1]]).splitlines()[-1], flush=True)
-    print('\n' + markdown(table), flush=True)
-    return {'rows': rows}
+        alone = nodes.networks_alone(values, sequence, seen.arrivals[0] - seen.latencies[0])
+        after = unit.milliseconds()
+        wanted = min(rate * 29 / 30, 2000 / (0.6 * (before + after)))  # all but a frame, or 1 / 0.6 T
+        rows.append({'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
+                     'wanted [Hz]': round(wanted, 1), 'networks alone [Hz]': round(alone, 1),
+                     **figures_of(seen, stages)})
+        log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+        print(' | '.join(map(str, rows[-1].values())),
+              *(line for line in log if 'networks may take' in line or 'WARN' in line), sep='\n', flush=True)
+    print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
+    return []
 
 
 if __name__ == '__main__':

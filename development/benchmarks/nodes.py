@@ -1,4 +1,4 @@
-"""Running nodes: a camera driver that plays sequences of a chosen number of people, watched results, networks alone."""
+"""Running nodes: a camera driver that plays sequences, watched results, networks alone, the unit of time."""
 import argparse
 import contextlib
 import io
@@ -152,27 +152,24 @@ class Unit:
         return statistics.median(1e3 * self._detector.compute(self._frame).network_seconds for _ in range(_PASSES))
 
 
-class NetworksAlone:
-    """The networks of a node in this process.
+def networks_alone(values: Mapping[str, Any], sequence: Path, stamps: Sequence[float]) -> float:
+    """Return the images per second that the networks of a node do in this process, without the first fifth.
 
     Args:
         values: the node's parameters; others than those of its detection do not count.
+        sequence: of the images.
+        stamps: of the node's results [s].
     """
-
-    def __init__(self, values: Mapping[str, Any]) -> None:
-        names = {field.name for field in parameter_fields(ServiceSettings)}
-        settings = build(ServiceSettings, {name: value for name, value in values.items() if name in names})
-        self._stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
-        self._stream.warm_up()
-
-    def rate(self, sequence: Path, stamps: Sequence[float]) -> float:
-        """Return the images of a sequence per second, without the first fifth, with the stamps of results [s]."""
-        images = [frame.bgr for frame in open_sequence(sequence)]
-        times = []
-        for bgr, stamp in zip(itertools.cycle(images + images[-2:0:-1]), stamps):
-            frame = self._stream.prepare(ImageFrame('alone', stamp, bgr))
-            times.append(elapsed(lambda frame=frame: self._stream.finish(self._stream.compute(frame)))[0])
-        return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
+    names = {field.name for field in parameter_fields(ServiceSettings)}
+    settings = build(ServiceSettings, {name: value for name, value in values.items() if name in names})
+    stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
+    stream.warm_up()
+    images = [frame.bgr for frame in open_sequence(sequence)]
+    times = []
+    for bgr, stamp in zip(itertools.cycle(images + images[-2:0:-1]), stamps):
+        frame = stream.prepare(ImageFrame('alone', stamp, bgr))
+        times.append(elapsed(lambda frame=frame: stream.finish(stream.compute(frame)))[0])
+    return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
 
 
 def by_node(values: Mapping[str, float]) -> str:

@@ -2,32 +2,29 @@
 """Run the whole chain for long under disturbances: is anything lost, does it leak or slow down?
 
 Two chains at once: `people_3d_node` with visualization, a camera of 960 x 540 at 30 Hz and the floor nodelet; and
-detection service and extractor as two nodes, with a camera of their own at 5 Hz. In the images people come and go, 0 to
-5 of them. All results are recorded by record.launch. In each cycle (5 min of 60) the detection service of the second
-chain is killed (SIGKILL) and has to come again by respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in
-turn; parameters are changed by dynamic_reconfigure, and back; subscribers of everything, as RViz is, come, hang
-(SIGSTOP), and are killed; one is slow.
+detection service and extractor as two nodes, with a camera at 5 Hz. In the images people come and go, 0 to 5 of them.
+record.launch records all results. In each cycle (5 min of 60) the detection service of the second chain is killed and
+has to respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in turn; parameters change by
+dynamic_reconfigure, and back; subscribers of everything come, hang (SIGSTOP), and are killed; one is slow.
 
-The last fifth of a cycle is quiet. That of the first is compared with that of the last: memory of each node at most
-101 %, no more threads or files. Runs of less than half an hour compare the middle with the end, and allow 256 MB and 4
-threads and files, as buffers and pools still grow. The slope of the age of the results is no growth, with 95 %
-confidence. In each chain, frames that came = answered frames + frames counted as dropped; no published result is
-missing in the bags. The exit status is 1 if one of these fails.
+The last fifth of a cycle is quiet. That of the first is compared with that of the last, in runs of less than half an
+hour that of the middle one, as buffers and pools still grow. The exit status is 1 if memory, threads or files of a node
+or the age of the results grow, if frames that came are neither answered nor counted as dropped, or if a published
+result is missing in the bags. docs/reliability.md has the limits.
 
     ./run bench soak --minutes 60 --json soak.json
 """
+import json
 import os
-import shutil
 import signal
 import struct
 import subprocess
 import sys
-import threading
 import time
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
@@ -38,7 +35,7 @@ from dynamic_reconfigure.client import Client
 from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
-from common import Figures, Parser, markdown, new_path, run_live
+from common import Parser, markdown, new_path, run_live
 from crowd import make_crowd
 from nodes import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from openpose_ros_pkg.errors import OpenposeRosError
@@ -62,6 +59,9 @@ PARAMETERS = ({'person_min_score': 0.4, 'tracking': False}, {'smoothing': False,
 EVERYTHING = [f'/{RESULTS}/{topic}' for topic in (
     'detected_poses_image', 'detected_poses_image/compressed', 'input_rgb', 'input_pointcloud', 'camera_info',
     'visualization_markers', 'visualization_skeleton')] + ['/floor/plane']
+
+
+Figures = Dict[str, Any]
 
 
 class Chain(NamedTuple):
@@ -94,7 +94,7 @@ RECORDED += [ONE.results(topic) for topic in ('visualization_markers', 'visualiz
 
 
 class Sampler:
-    """Samples the processes of nodes every `period` [s], in a thread.
+    """Samples the processes of nodes every `period` [s] while the run waits.
 
     Attributes:
         samples: of each node: time since the begin [s], memory of its own [MB], threads, files.
@@ -105,30 +105,24 @@ class Sampler:
         self._period, self._began, self._processes = period, time.monotonic(), {}
         self.samples: Dict[str, List[Tuple[float, ...]]] = {node: [] for node in nodes}
         self.lives = dict.fromkeys(nodes, 0)
-        self._stopped, self._thread = threading.Event(), threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
 
-    def sleep_until(self, seconds: float) -> None:
-        """Sleep until a time since the begin [s]."""
-        time.sleep(max(seconds - (time.monotonic() - self._began), 0.0))
+    def wait_until(self, seconds: float) -> None:
+        """Sample until a time since the begin [s]."""
+        while time.monotonic() < self._began + seconds:
+            for node in self.samples:
+                self._sample(node)
+            time.sleep(max(min(self._period, self._began + seconds - time.monotonic()), 0.0))
 
-    def stop(self) -> None:
-        """End the thread."""
-        self._stopped.set()
-        self._thread.join()
-
-    def _run(self) -> None:
-        while not self._stopped.wait(self._period):
-            for node, samples in self.samples.items():
-                try:
-                    if node not in self._processes:
-                        self._processes[node] = node_process(node)
-                        self.lives[node] += 1
-                    process = self._processes[node]
-                    samples.append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
-                                    process.num_threads(), process.num_fds()))
-                except (OSError, psutil.Error):  # it was killed and is not there again
-                    self._processes.pop(node, None)
+    def _sample(self, node: str) -> None:
+        try:
+            if node not in self._processes:
+                self._processes[node] = node_process(node)
+                self.lives[node] += 1
+            process = self._processes[node]
+            self.samples[node].append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
+                                       process.num_threads(), process.num_fds()))
+        except (OSError, psutil.Error):  # it was killed and is not there again
+            self._processes.pop(node, None)
 
 
 class Result(NamedTuple):
@@ -190,10 +184,9 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
     parts = [np.array([sample for sample in samples if begin <= sample[0] <= end]) for begin, end in windows]
     if not all(map(len, parts)):
         return {}, ['no samples']
-    found: Figures = {'memory': [float(np.median(part[:, 1])) for part in parts]}
-    # the least numbers, as subscribers come and go
-    for column, name in ((2, 'threads'), (3, 'files')):
-        found[name] = [int(part[:, column].min()) for part in parts]
+    found = {'memory': [float(np.median(part[:, 1])) for part in parts],
+             'threads': [int(part[:, 2].min()) for part in parts],  # the least, as subscribers come and go
+             'files': [int(part[:, 3].min()) for part in parts]}
     most = {name: values[0] + limits[2] for name, values in found.items()}
     most['memory'] = limits[0] * found['memory'][0] + limits[1]
     return found, [f'{name} grew from {values[0]:.1f} to {values[1]:.1f}' for name, values in found.items()
@@ -201,34 +194,16 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
 
 
 def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[str]]:
-    """Return the latency of the results between two times [ns], from the stamp to the recorder, and if it grows.
-
-    `parts` are the median [s] of each part of the run, by its middle [s since the begin].
-    """
-    seconds, stamps = np.array([(result.received - begin, result.stamp - begin) for result in results]).T / 1e9
-    ages, edges = pd.Series(seconds - stamps), np.linspace(0, (end - begin) / 1e9, AGE_PARTS + 1)
-    parts = ages.groupby(pd.cut(seconds, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()
-    hours = parts.index.astype(float).to_numpy() / 3600
+    """Return the latency of the results between two times [ns], from the stamp to the recorder, and if it grows."""
+    hours, stamps = np.array([(result.received - begin, result.stamp - begin) for result in results]).T / 3.6e12
+    ages, edges = pd.Series(3600 * (hours - stamps)), np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
+    parts = ages.groupby(pd.cut(hours, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()
+    hours = parts.index.astype(float).to_numpy()
     slope, _, low, high = (float(value) for value in theilslopes(parts, hours, 0.95))
     figures = {'median': ages.median(), 'percentile_95': ages.quantile(0.95), 'worst': ages.max(),
-               'slope, s/h': (slope, low, high), 'parts': dict(zip((3600 * hours).tolist(), parts.tolist()))}
+               'slope, s/h': (slope, low, high)}
     grows = low * (hours[-1] - hours[0]) > AGE_GROWTH * figures['median']
     return figures, [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
-
-
-def make_sequence(folder: Path) -> Path:
-    """Write a sequence in which people come and go."""
-    sequence = folder / 'sequence'
-    for name in ('rgb', 'depth'):
-        (sequence / name).mkdir(parents=True)
-    for part, people in enumerate(PEOPLE):
-        crowd = make_crowd(people, folder / f'crowd_{people}')
-        for name in ('camera.yaml', 'sequence.yaml'):
-            shutil.copy(str(crowd / name), str(sequence / name))
-        for name in ('rgb', 'depth'):
-            for number, image in enumerate(sorted((crowd / name).iterdir())[:PART], PART * part):
-                shutil.copy(str(image), str(sequence / name / f'{number:05d}{image.suffix}'))
-    return sequence
 
 
 class Soak:
@@ -240,7 +215,7 @@ class Soak:
 
     def __init__(self, session: Session, folder: Path, minutes: float) -> None:
         self._session, self._folder, self._seconds = session, folder, 60 * minutes
-        self._bag = make_bag(make_sequence(folder), folder / 'camera.bag', cloud=False)
+        self._bag = make_bag(make_crowd(folder / 'crowd', PEOPLE, PART), folder / 'camera.bag', cloud=False)
         self._cycles = max(int(min(CYCLES, self._seconds / LEAST_CYCLE)), 2)
         self._runs: Dict[Chain, List[Path]] = {chain: [] for chain in CHAINS}
         self._cameras: Dict[Chain, subprocess.Popen] = {}
@@ -265,10 +240,9 @@ class Soak:
             (0.65, self._visitors_go))
         for cycle in range(self._cycles):
             for share, event in events:  # events that took longer than planned are late
-                self._sampler.sleep_until((cycle + share) * cycle_seconds)
+                self._sampler.wait_until((cycle + share) * cycle_seconds)
                 event(cycle)
-        self._sampler.sleep_until(self._seconds)
-        self._sampler.stop()
+        self._sampler.wait_until(self._seconds)
         self._ended = rospy.get_rostime().to_nsec()
         for camera in self._cameras.values():
             self._session.stop(camera)
@@ -353,34 +327,31 @@ class Soak:
                 faults.append(f'{topic}: {each[-1].seq - each[0].seq + 1 - len(each)} messages are not in the bag')
         faults += [f'{node}: ended {lives - 1} times' for node, lives in self._sampler.lives.items()
                    if node != KILLED and lives != 1]
-        print(markdown([('chain', 'frames sent', 'came', 'answered', 'dropped, counted',
-                         'age median / 95 % / worst [ms]'),
-                        *((name, *each.values(), ' / '.join(f'{1000 * ages[name][key]:.0f}' for key in
-                                                            ('median', 'percentile_95', 'worst')))
+        print(markdown([('chain', *next(iter(frames.values())), 'age: median', '95 %', 'worst [s]'),
+                        *((name, *each.values(), *(f'{seconds:.3f}' for seconds in [*ages[name].values()][:3]))
                           for name, each in frames.items())]))
         return {'minutes': self._seconds / 60, 'cycles': self._cycles, 'faults': faults, 'frames': frames,
                 'age_s': ages, 'growth': grown, 'recorded': {topic: len(each) for topic, each in results.items()},
-                'lives': self._sampler.lives,
                 'samples': {node: each[::len(each) // 60 + 1] for node, each in samples.items()}}
 
 
-def main() -> int:
-    """Run the benchmark; return the exit status."""
-    parser, faults = Parser(__doc__), []
+def parse_arguments() -> Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
     parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
     parser.add_argument('--json', type=new_path, help='write the figures here')
+    return parser.parse_args()
 
-    def measure(session: Session, folder: Path, arguments: Namespace) -> Figures:
-        soak = Soak(session, folder, arguments.minutes)
-        soak.run()
-        figures = soak.figures()
-        faults.extend(figures['faults'])
-        return figures
 
-    status = run_live(measure, parser.parse_args())
-    print('\n'.join(['FAILED:', *faults] if faults else ['nothing lost, nothing grown']) if status == 0 else 'NOT RUN')
-    return status or bool(faults)
+def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
+    """Run the chains, print and write what was measured; return what has failed."""
+    soak = Soak(session, folder, arguments.minutes)
+    soak.run()
+    figures = soak.figures()
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures, indent=1))
+    return figures['faults']
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_live(measure, parse_arguments()))

@@ -1,5 +1,6 @@
-"""A benchmark that is ended, whatever ends it, ends the master and the nodes that it started."""
+"""A benchmark or demo that is ended, whatever ends it, ends the master and the nodes that it started."""
 import os
+import runpy
 import signal
 import subprocess
 import sys
@@ -8,9 +9,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from session import PATIENCE
+from session import PATIENCE, await_true
 
 ROOT = Path(__file__).resolve().parents[2]
+BENCHMARKS = ROOT / 'development' / 'benchmarks'
+PROGRAMS = [path for path in sorted(BENCHMARKS.rglob('*.py')) if path.read_text().startswith('#!')]
 BENCHMARK = """
 import sys, time
 from common import run_live
@@ -22,15 +25,24 @@ def measure(session, folder, arguments):
 
 sys.exit(run_live(measure, None))
 """
+# A master that takes connections, and answers nothing.
+SILENT_MASTER = """#!{python}
+import pathlib, socket, sys, time
+with socket.create_server(('localhost', int(sys.argv[2]))) as server:
+    connection = server.accept()
+    pathlib.Path('{folder}/is_asked').touch()
+    time.sleep(600)
+"""
 
 
 @pytest.fixture
 def start(tmp_path):
     """What starts a program; every process that it leaves is found at the end by its folder for temporary files."""
     environment = {**os.environ, 'TMPDIR': str(tmp_path), 'PYTHONPATH': os.pathsep.join(
-        [str(ROOT / 'development/benchmarks'), str(ROOT / 'tests/support'), os.environ.get('PYTHONPATH', '')])}
-    yield lambda *command: subprocess.Popen([sys.executable, *command], env=environment, text=True,
-                                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        [str(BENCHMARKS), str(ROOT / 'tests/support'), os.environ.get('PYTHONPATH', '')])}
+    yield lambda *command, **variables: subprocess.Popen(
+        [sys.executable, *command], env={**environment, **variables}, text=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     left = [process for process in psutil.process_iter(['environ'])
             if (process.info['environ'] or {}).get('TMPDIR') == str(tmp_path)]
     assert psutil.wait_procs(left, PATIENCE)[1] == []
@@ -44,3 +56,20 @@ def test_benchmark_that_is_ended(start, number, status, tmp_path):
     benchmark.send_signal(number)
     assert (benchmark.wait(PATIENCE), 'Traceback' in benchmark.stderr.read()) == (status, False)
     assert number == signal.SIGKILL or list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('program', PROGRAMS, ids=lambda path: f'{path.parent.name}/{path.stem}')
+def test_benchmark_finds_what_it_imports(program, monkeypatch):
+    for folder in (program.parent, BENCHMARKS):
+        monkeypatch.syspath_prepend(folder)
+    assert runpy.run_path(str(program), run_name='imported')['__doc__']
+
+
+def test_demo_that_is_ended_while_it_waits_for_its_master(start, tmp_path):
+    (tmp_path / 'roscore').write_text(SILENT_MASTER.format(python=sys.executable, folder=tmp_path))
+    (tmp_path / 'roscore').chmod(0o755)
+    demo = start(str(ROOT / 'development/demo/demo.py'), '--output', str(tmp_path / 'output'),
+                 PATH=f'{tmp_path}{os.pathsep}{os.environ["PATH"]}')
+    await_true((tmp_path / 'is_asked').exists, 'a question to the master')
+    demo.send_signal(signal.SIGTERM)
+    assert demo.wait(PATIENCE) == 130

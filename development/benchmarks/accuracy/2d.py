@@ -14,12 +14,13 @@ import io
 import json
 import sys
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import cv2
 import numpy as np
 
-from common import Parser, elapsed, errors_end_the_program
+from common import Parser, elapsed
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
 from openpose_ros_pkg.detect.recipes import FASTER, Recipe
 from openpose_ros_pkg.networks.backends import Backend
@@ -38,31 +39,22 @@ class NetworksOf(Networks):
         self._recipe = recipe
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        """See `Networks.load`."""
         return super().load(self._recipe)
 
 
-def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path,
-               reference: Optional[Detector] = None) -> Tuple[List[dict], np.ndarray]:
-    """Run the detector, and another one that is only timed, on each image in turn.
-
-    Returns:
-        COCO results; milliseconds, (images, 1 or 2), of the detector and the reference.
-    """
-    detectors = [detector] if reference is None else [detector, reference]
+def detect_all(detectors: Sequence[Detector], images: List[Dict[str, Any]], folder: Path
+               ) -> Tuple[List[dict], np.ndarray]:
+    """Return COCO results of the first detector, and the milliseconds of all on each image in turn, (images, D)."""
     results, times = [], []
     for entry in images:
         image = cv2.imread(str(folder / entry['file_name']), cv2.IMREAD_COLOR)
         if image is None:
             raise SystemExit(f"{folder / entry['file_name']} is missing or not an image")
-        row = []
         for each in detectors:
             each.detect(image)  # compiles the networks for images of this shape
-            milliseconds, people = elapsed(lambda each=each, image=image: each.detect(image))
-            row.append(milliseconds)
-            if each is detector:
-                results.extend(coco_results(people, entry['id']))
-        times.append(row)
+        found = [elapsed(lambda each=each, image=image: each.detect(image)) for each in detectors]
+        results.extend(coco_results(found[0][1], entry['id']))
+        times.append([milliseconds for milliseconds, _ in found])
     return results, np.array(times)
 
 
@@ -102,36 +94,37 @@ def precision_and_recall(run: Any) -> Dict[str, float]:
             'wrong': wrong, 'people': there}
 
 
-def main() -> None:
-    """Parse the command line, measure, print."""
+def main() -> int:
+    """Parse the command line, measure, print; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--images', type=Path, required=True, help='folder of the images')
     parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
-    parser.add_settings('of the detector, its backend or its decoder')
-    parser.add_settings('of another setting, which is timed on each image in turn', '--time-against')
+    add_settings(parser, 'of the detector, its backend or its decoder')
+    parser.add_argument('--time-against', metavar='KEY=VALUE', action='append', default=[],
+                        help='a parameter of another detector, which is timed on each image in turn')
     parser.add_argument('--recipe', type=int, choices=range(len(FASTER)), metavar=f'0..{len(FASTER) - 1}',
                         help='one of the recipes for target_rate, from the slowest to the fastest')
     parser.add_argument('--limit', type=int, help='number of images (default: all; fewer are timed, but not scored)')
     args = parser.parse_args()
-    values, reference_values = parser.settings(args.set), parser.settings(args.time_against)
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
-    with errors_end_the_program():
-        settings = build(DetectorSettings, values)
-        detector = (Detector(settings, NetworksOf(settings, FASTER[args.recipe]))
-                    if args.recipe is not None else create_detector(settings))
-        reference = create_detector(build(DetectorSettings, reference_values)) if reference_values else None
-        results, times = detect_all(detector, images, args.images, reference)
-    report = [f'{len(images)} images, {len(results)} people found, {detector.description}',
-              f'computed: {detector.recipe.description}',
+    settings = build(DetectorSettings, setting_values(parser, args.settings))
+    detectors = [create_detector(settings) if args.recipe is None else
+                 Detector(settings, NetworksOf(settings, FASTER[args.recipe]))]
+    if args.time_against:
+        detectors.append(create_detector(build(DetectorSettings, setting_values(parser, args.time_against))))
+    results, times = detect_all(detectors, images, args.images)
+    report = [f'{len(images)} images, {len(results)} people found, {detectors[0].description}',
+              f'computed: {detectors[0].recipe.description}',
               f'ms per image: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']
-    if reference is not None:
-        report.append(f'time against {reference.recipe.description}: median of the ratios '
+    if args.time_against:
+        report.append(f'time against {detectors[1].recipe.description}: median of the ratios '
                       f'{np.median(times[:, 0] / times[:, 1]):.2f}')
     if results and args.limit is None:
         report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'
                    for name, value in evaluate(args.annotations, results).items()]
-    sys.stdout.write('\n'.join(report) + '\n')
+    print('\n'.join(report))
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

@@ -2,10 +2,9 @@
 """Measure the 3D chain, without ROS, on RGB-D sequences with known joints (see chain_runs.py).
 
 Writes the joints of each sequence as the CSV that `rostopic echo -p` makes of the per-person 3D message; the script of
---evaluate scores them. --lag: the frames are estimated a second time without smoothing, and the delays of both against
-the truth are printed. --budget: people are followed, and the networks may do that much work per frame, in units of one
-pass of mobilenet_thin over 656 x 368 pixels. Work counts the pixels that networks see, so that results do not depend on
-the machine. With --set following=always alone, every search_period-th image is searched in full.
+--evaluate scores them. --lag: the delays with and without smoothing against the truth. --budget: people are followed,
+and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels; work
+counts pixels, not time. With --set following=always alone, every search_period-th image is searched in full.
 
     ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --evaluate evaluate.py --lag
     ./run bench accuracy 3d SEQUENCE --exact-2d --out FOLDER
@@ -19,10 +18,11 @@ from typing import Any, List, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import linear_sum_assignment
 
 import chain_runs
-from common import Parser, errors_end_the_program, new_path
+from common import Parser, new_path
+from openpose_ros_pkg.assignment import match
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain import PeopleChain
@@ -43,18 +43,17 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     for folder, run in zip(folders, runs):
         for true, people in zip(chain_runs.exact_joints(folder), run.people):
             apart = np.array([[_apart(xy, uv, labels) for xy in people.xy] for uv, labels in true])
-            pairs = linear_sum_assignment(apart) if apart.size else ((), ())
-            match = {row: column for row, column in zip(*pairs) if apart[row, column] < SAME_IN_IMAGE}
+            found_as = dict(match(apart, apart < SAME_IN_IMAGE))
             for row, (uv, labels) in enumerate(true):
                 visible = labels == chain_runs.VISIBLE
                 if visible.sum() >= LEAST_VISIBLE:
-                    count, joints, found = count + 1, joints + visible.sum(), found + (row in match)
-                    there = people.xy[match[row]] if row in match else np.full_like(uv, np.nan)
+                    count, joints, found = count + 1, joints + visible.sum(), found + (row in found_as)
+                    there = people.xy[found_as[row]] if row in found_as else np.full_like(uv, np.nan)
                     near += (np.linalg.norm(there - uv, axis=1)[visible] < NEAR).sum()
-    text = f'in the image: {found / count:.3f} of the people, {near / joints:.3f} of the visible joints within 20 px\n'
+    text = f'in the image: {found / count:.3f} of the people, {near / joints:.3f} of the visible joints within 20 px'
     work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])
     by_people = ', '.join(f'{number}: {mean:.2f}' for number, mean in work.groupby(0)[1].mean().items())
-    return f'{text}work per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}\n'
+    return f'{text}\nwork per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}'
 
 
 def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
@@ -67,9 +66,9 @@ def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
 
 def report_warnings(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     """Return in how many frames the points of a sequence were doubted, as text."""
-    lines = [f'{folder}: {event} in {number} of {len(run.frames)} frames\n'
+    lines = [f'{folder}: {event} in {number} of {len(run.frames)} frames'
              for folder, run in zip(folders, runs) for event, number in run.warnings.items()]
-    return ''.join(lines) or 'no warning of points\n'
+    return '\n'.join(lines) or 'no warning of points'
 
 
 def measured_paths(folder: Path, frames: chain_runs.Frames) -> Paths:
@@ -129,41 +128,38 @@ def report_lag(folders: Sequence[Path], runs: Sequence[chain_runs.Run], settings
         again = chain_runs.run_chain(chain_runs.open_sequence(folder), chain)
         paths += measured_paths(folder, run.frames)
         raw_paths += measured_paths(folder, again.frames)
-    return f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n'
+    return f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}'
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_sequences()
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
-    parser.add_settings('of the chain')
+    add_settings(parser, 'of the chain')
     parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     parser.add_argument('--lag', action='store_true', help='print the delay of the smoothed joints')
     parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     arguments = parser.parse_args()
-    folders = arguments.sequences
-    with errors_end_the_program(), tempfile.TemporaryDirectory() as temporary:
-        settings = build(ChainSettings, parser.settings(arguments.set))
+    folders, settings = arguments.sequences, build(ChainSettings, setting_values(parser, arguments.settings))
+    with tempfile.TemporaryDirectory() as temporary:
         out = arguments.out or Path(temporary)
         out.mkdir(parents=True, exist_ok=True)
         runs = run_all(arguments, settings)
         tables = [out / f'{chain_runs.name_of(folder)}.csv' for folder in folders]
         for path, run in zip(tables, runs):
             chain_runs.write_csv(path, run.frames)
-        detecting, estimating = ([each for run in runs for each in getattr(run, name)]
-                                 for name in ('detecting', 'estimating'))
-        sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
-        sys.stdout.write(report_warnings(folders, runs))
+        detecting, estimating = 1e3 * np.median([times for run in runs for times in run.times], axis=0)
+        print(f'median ms per frame: 2D {detecting:.1f}, 3D {estimating:.2f}')
+        print(report_warnings(folders, runs))
         if not arguments.exact_2d:
-            sys.stdout.write(report_2d(folders, runs))
+            print(report_2d(folders, runs))
         if arguments.lag:
-            sys.stdout.write(report_lag(folders, runs, settings))
-        if arguments.evaluate:
-            raise SystemExit(chain_runs.evaluate(arguments.evaluate, zip(folders, tables)))
+            print(report_lag(folders, runs, settings))
+        return chain_runs.evaluate(arguments.evaluate, zip(folders, tables)) if arguments.evaluate else 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

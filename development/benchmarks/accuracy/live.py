@@ -1,28 +1,27 @@
 #!/usr/bin/python3
 """Measure how accurate the running nodes are: play sequences with known joints, and score the 3D results.
 
-A camera driver in C++ plays one sequence after the other into the launched chain, each once and with a frame_id of its
-own, with stamps of the moment of publishing. The first one is played before, under another frame_id, until results
-come. A sequence begins when the chain has subscribed to every topic, and ends with the result of its last frame, or
-when that does not come. At another rate than that of the recording, everything moves faster or slower.
+A camera driver plays one sequence after the other into the launched chain, each once and with a frame_id of its own,
+with stamps of the moment of publishing. The first one is played before, under another frame_id, until results come. At
+another rate than that of the recording, everything moves faster or slower.
 
-The 3D messages are written as CSV with the times of the sequence, as `accuracy 3d` writes the joints without ROS, and
-scored by the script of --evaluate. A frame without a result counts as one in which no person was found.
+The 3D messages are written as CSV with the times of the sequence, as by `accuracy 3d`, and scored by the script of
+--evaluate. A frame without a result counts as one in which no person was found.
 
     ./run bench accuracy live SEQUENCE ... --evaluate evaluate.py --rate 30 --points point_cloud target_rate:=30
 """
 import argparse
+import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Dict, List, Tuple
 
-import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from chain_runs import Frames, evaluate, name_of, open_sequence, write_csv
-from common import Figures, Parser, markdown, new_path, run_live
+from common import Parser, markdown, new_path, run_live
 from nodes import PEOPLE_3D, TOPICS, Unit, make_bag, median_and_95, played_stamps, start_camera
 from session import Session, wait_for
 from skeleton_extract_3d.people import People3D
@@ -38,12 +37,11 @@ LAST_RESULT = 2.0
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_sequences()
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--points', choices=TOPICS, default='depth_image', help='(default %(default)s)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
-    parser.add_argument('--json', type=new_path, help='write the figures here')
     return parser.parse_live()
 
 
@@ -66,39 +64,38 @@ class Player:
         latency = (rospy.get_rostime() - message.header.stamp).to_sec()
         self._results[message.header.stamp.to_nsec()] = (people_from_array(message), latency)
 
+    def _start(self, sequence: Path, **parameters: object) -> Tuple['subprocess.Popen[bytes]', Path]:
+        bag = make_bag(sequence, self._folder / f'{name_of(sequence)}.bag', self._points == 'point_cloud')
+        return start_camera(self._session, bag, self._rate, topics=TOPICS[self._points],
+                            **parameters), bag.with_suffix('.txt')
+
     def lead_in(self, sequence: Path) -> None:
         """Play a sequence again and again until results come."""
-        bag = make_bag(sequence, self._folder / 'lead_in.bag', self._points == 'point_cloud')
-        camera = start_camera(self._session, bag, self._rate, frame_id='lead_in', topics=TOPICS[self._points])
+        camera, _ = self._start(sequence, frame_id='lead_in')
         wait_for(lambda: len(self._results) >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
         self._session.stop(camera)
 
     def play(self, sequence: Path) -> Tuple[Frames, List[object]]:
         """Play a sequence once; return the frames with a result, with their times in the sequence, and a table row."""
         source = open_sequence(sequence)
-        bag = make_bag(sequence, self._folder / 'sequence.bag', self._points == 'point_cloud')
-        count, log = len(source), bag.with_suffix('.txt')
-        camera = start_camera(self._session, bag, self._rate, frame_id=name_of(sequence), once=True,
-                              topics=TOPICS[self._points])
+        count, (camera, log) = len(source), self._start(sequence, frame_id=name_of(sequence), once=True)
         wait_for(lambda: len(played_stamps(log)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
                  self.nodes)
         stamps, deadline = played_stamps(log), time.monotonic() + LAST_RESULT
         wait_for(lambda: stamps[-1] in self._results or time.monotonic() > deadline, 2 * LAST_RESULT, 'last result',
                  self.nodes)
         self._session.stop(camera)
-        order = [stamp for stamp in self._results if stamp in set(stamps)]
-        latencies = [self._results[stamp][1] for stamp in order]
-        late = int((np.array(order) < np.maximum.accumulate(order)).sum()) if order else 0
-        return ([(number / source.fps, self._results[stamp][0]) for number, stamp in enumerate(stamps)
-                 if stamp in self._results],
-                [name_of(sequence), count, len(order), late, median_and_95(latencies)])
+        found = [(number / source.fps, *self._results[stamp]) for number, stamp in enumerate(stamps)
+                 if stamp in self._results]
+        return ([(seconds, people) for seconds, people, _ in found],
+                [name_of(sequence), count, len(found), median_and_95([latency for *_, latency in found])])
 
 
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
-    """Run everything; return the figures, and print the tables."""
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
+    """Play everything, print the tables."""
     out, pairs = arguments.out or folder, []
     out.mkdir(parents=True, exist_ok=True)
-    rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'late', 'latency median / 95 % [ms]']]
+    rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'latency median / 95 % [ms]']]
     rospy.init_node('accuracy_live', disable_signals=True)
     unit = Unit()
     before, player = unit.milliseconds(), Player(session, folder, arguments)
@@ -110,13 +107,12 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
         rows.append(row)
         pairs.append((sequence, path))
     session.stop(player.nodes)
-    after, log = unit.milliseconds(), (folder / 'nodes.log').read_text(errors='replace').splitlines()
-    print(markdown(rows))
+    log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+    print(f'{markdown(rows)}\nT: {before:.0f} - {unit.milliseconds():.0f} ms',
+          *(line for line in log if 'networks may take' in line or 'WARN' in line or 'ERROR' in line), sep='\n')
     if arguments.evaluate:
         evaluate(arguments.evaluate, pairs)
-    return {'T_ms': [before, after], 'rate': arguments.rate, 'points': arguments.points, 'launch': arguments.launch,
-            'log': [line for line in log if 'networks may take' in line or 'WARN' in line or 'ERROR' in line],
-            'rows': rows[1:]}
+    return []
 
 
 if __name__ == '__main__':

@@ -21,17 +21,17 @@ import json
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from time import thread_time
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from chain_runs import VISIBLE, Finder, Frames, camera_poses, open_sequence, read_truth, write_csv
-from common import Parser, elapsed, errors_end_the_program, markdown
+from common import Parser, elapsed, markdown
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
+from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_tools.alignment.people import pair_people
@@ -50,8 +50,8 @@ RATE, UPDATES, WARM_UP = 30.0, 300, 30
 # Sigma: rates of the cameras [Hz], length [s], error of the joints per axis [m], time in which errors fade [s].
 RATES, SECONDS, NOISE, CORRELATION = (5.0, 10.0, 15.0, 30.0, 60.0), 6.0, 0.06, 0.5
 
-@dataclass(frozen=True)
-class Recorded:
+
+class Recorded(NamedTuple):
     """Name, model and pose of a camera in the world, and stamp [s] and people of its frames."""
 
     name: str
@@ -60,24 +60,21 @@ class Recorded:
     frames: List[Tuple[float, People3D, People2D]]
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """How the recorded cameras are given to the fusion.
 
     Attributes:
-        cameras: numbers of the cameras that take part; None: all.
+        sent: (cameras, frames) whether a camera sends a frame.
         rgb: numbers of the cameras whose depth is withheld.
         moved: number of the camera that is believed to stand 100 mm aside.
-        sees: whether a camera sends a frame, by their numbers.
-        late: error of the stamp of a frame, by their numbers [s].
+        late: (cameras, frames) error of the stamps [s].
     """
 
     title: str
-    cameras: Optional[Tuple[int, ...]] = None
+    sent: np.ndarray
     rgb: Tuple[int, ...] = ()
     moved: Optional[int] = None
-    sees: Callable[[int, int], bool] = lambda camera, frame: True
-    late: Callable[[int, int], float] = lambda camera, frame: 0.0
+    late: Optional[np.ndarray] = None
 
 
 def record(stage: Path) -> List[Recorded]:
@@ -94,22 +91,19 @@ def record(stage: Path) -> List[Recorded]:
 def cases(number: int, frames: int) -> List[Case]:
     """Return the cases for a number of cameras and frames."""
     everyone, jitter = tuple(range(number)), np.random.RandomState(0).uniform(-0.02, 0.02, (number, frames))
+    every, camera, frame = np.ones((number, frames), bool), np.arange(number)[:, np.newaxis], np.arange(frames)
     return [
-        Case('all cameras'),
-        *(Case(f'camera {camera} alone', (camera,)) for camera in everyone),
-        *(Case(f'without camera {camera}', tuple(other for other in everyone if other != camera))
-          for camera in everyone),
-        *(Case(f'camera {camera} dead from the middle on', sees=lambda one, frame, dead=camera:
-               one != dead or frame < frames // 2) for camera in everyone),
-        *(Case(f'camera {camera} moved by 100 mm', moved=camera) for camera in everyone),
-        *(Case(f'camera {camera} at half the rate', sees=lambda one, frame, slow=camera:
-               one != slow or frame % 2 == 0) for camera in everyone),
-        Case('stamps wrong by up to 20 ms', late=lambda camera, frame: float(jitter[camera, frame])),
-        Case('camera 0 with depth, the others without', rgb=everyone[1:]),
-        Case('no depth', rgb=everyone),
-        *(Case(f'no depth, cameras {first} and {second}', (first, second), everyone)
-          for first, second in itertools.combinations(everyone, 2)),
-    ]
+        Case('all cameras', every),
+        *(Case(f'camera {one} alone', every & (camera == one)) for one in everyone),
+        *(Case(f'without camera {one}', every & (camera != one)) for one in everyone),
+        *(Case(f'camera {one} dead from the middle on', (camera != one) | (frame < frames // 2)) for one in everyone),
+        *(Case(f'camera {one} moved by 100 mm', every, moved=one) for one in everyone),
+        *(Case(f'camera {one} at half the rate', (camera != one) | (frame % 2 == 0)) for one in everyone),
+        Case('stamps wrong by up to 20 ms', every, late=jitter),
+        Case('camera 0 with depth, the others without', every, everyone[1:]),
+        Case('no depth', every, everyone),
+        *(Case(f'no depth, cameras {first} and {second}', every & ((camera == first) | (camera == second)), everyone)
+          for first, second in itertools.combinations(everyone, 2))]
 
 
 def fuse(recorded: Sequence[Recorded], case: Case) -> Tuple[Frames, List[float]]:
@@ -118,7 +112,7 @@ def fuse(recorded: Sequence[Recorded], case: Case) -> Tuple[Frames, List[float]]
     for frame in range(min(len(camera.frames) for camera in recorded)):
         stamp = recorded[0].frames[frame][0]
         sightings = [_sighting(camera, frame, case, number) for number, camera in enumerate(recorded)
-                     if (case.cameras is None or number in case.cameras) and case.sees(number, frame)]
+                     if case.sent[number, frame]]
         took, people = elapsed(lambda seen=sightings, at=stamp: fusion.update(seen, at))
         fused.append((stamp, people))
         times.append(took)
@@ -127,7 +121,8 @@ def fuse(recorded: Sequence[Recorded], case: Case) -> Tuple[Frames, List[float]]
 
 def _sighting(camera: Recorded, frame: int, case: Case, number: int) -> Sighting:
     stamp, people, image = camera.frames[frame]
-    stamp += case.late(number, frame)
+    if case.late is not None:
+        stamp += case.late[number, frame]
     pose = (camera.pose[0], camera.pose[1] + np.array([0.1 if case.moved == number else 0.0, 0.0, 0.0]))
     if number in case.rgb:
         return from_image(camera.name, stamp, image, camera.model, pose)
@@ -199,8 +194,8 @@ def speed(cameras: int, people: int) -> str:
             f'processor {np.median(computing[WARM_UP:]):.2f} ms\n')
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--cameras', type=int, default=3, help='number of simulated cameras (default: 3)')
     parser.add_argument('--people', type=int, default=5, help='number of simulated people (default: 5)')
@@ -210,14 +205,11 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.stage and not arguments.evaluate:
         parser.error('--stage needs --evaluate')
-    with errors_end_the_program():
-        if arguments.sigma:
-            sys.stdout.write(sigma())
-        else:
-            sys.stdout.write(speed(arguments.cameras, arguments.people))
-        if arguments.stage:
-            sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate))
+    sys.stdout.write(sigma() if arguments.sigma else speed(arguments.cameras, arguments.people))
+    if arguments.stage:
+        sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate))
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

@@ -1,10 +1,9 @@
 #!/usr/bin/python3
 """Measure how many cameras one detector serves: rate, latency and people of each, for numbers of cameras and modes.
 
-Each row of the table: camera drivers in C++ play sequences of 960 x 540 forth and back, on a ROS master of their own;
-`cameras.launch` starts the chain, and the results of all cameras are counted for a while. The sequences are made of
-the shipped one (--people), or given by --folder. Of several rates, numbers of people or folders the first is that of
-the first camera, the second that of the next, and so on, in turn. `target_rate` is the greatest of the rates.
+Each row of the table: camera drivers play sequences of 960 x 540 forth and back, `cameras.launch` starts the chain, and
+the results of all cameras are counted for a while. The sequences are made of the shipped one (--people). Several rates
+and numbers of people are those of the cameras in turn. `target_rate` is the greatest of the rates.
 
 Fairness: least rate of a camera by the greatest; of cameras of several rates, by their share of the frames. Latency:
 from the camera's stamp to the arrival of the 3D message in a subscriber, all cameras together. People: mean number per
@@ -18,21 +17,19 @@ import itertools
 import os
 import sys
 from pathlib import Path
-from typing import List, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from common import Figures, Parser, markdown, run_live
+from common import Parser, markdown, run_live
 from crowd import make_crowd
 from nodes import PEOPLE_3D, TOPICS, Unit, by_node, make_bag, median_and_95, start_camera, watch_nodes
 from session import Session
 
 # One process, or a service and an extractor for each camera: arguments of cameras.launch.
 PROCESSES = {'one': 'one_process:=true', 'extractors': 'one_process:=false'}
-COLUMNS = ('mode', 'processes', 'cameras', 'T [ms]', 'load', 'results of a camera [Hz]', 'of all [Hz]', 'fairness',
-           'latency median / 95 % [ms]', 'people', 'processor [% of a core]', 'memory [MB]')
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -44,13 +41,12 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--rates', type=float, nargs='+', default=[15.0], help='of the cameras in turn [Hz]')
     parser.add_argument('--people', type=int, nargs='+', default=[1], choices=range(9), metavar='0..8',
                         help='before the cameras in turn')
-    parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
     parser.add_live(seconds=15.0, warm_up=8.0)
     return parser.parse_live()
 
 
 def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, int, str],
-                arguments: argparse.Namespace) -> Figures:
+                arguments: argparse.Namespace) -> Dict[str, object]:
     """Run the chain in a mode before a number of cameras, in one process or not, and return the figures."""
     mode, count, processes = combination
     names = [f'camera{number}' for number in range(1, count + 1)]
@@ -66,36 +62,27 @@ def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, 
     for driver in drivers:
         session.stop(driver)
     found = np.array([len(each) / seen.seconds for each in seen.arrivals])
-    return {'mode': mode, 'processes': processes, 'cameras': count, 'load': load, 'camera_hz': rates,
-            'rates_hz': found.tolist(), 'fairness': float((found / rates).min() / (found / rates).max()),
-            'latency_ms': median_and_95(np.concatenate(seen.latencies)),
-            'people': [float(np.mean(each)) if len(each) else float('nan') for each in seen.people],
-            'cpu_percent_of_a_core': seen.processor, 'memory_mb': seen.memory}
+    return {'mode': mode, 'processes': processes, 'cameras': count, 'load': round(load, 1),
+            'results of each camera [Hz]': ', '.join(f'{rate:.1f}' for rate in found),
+            'of all [Hz]': round(found.sum(), 1),
+            'fairness': round((found / rates).min() / (found / rates).max(), 2),
+            'latency median / 95 % [ms]': median_and_95(np.concatenate(seen.latencies)),
+            'people': ', '.join(f'{np.mean(each) if len(each) else np.nan:.2f}' for each in seen.people),
+            'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory)}
 
 
-def table_row(row: Figures) -> List[object]:
-    """Return the cells of COLUMNS."""
-    rates = row['rates_hz']
-    each = f'{min(rates):.1f} - {max(rates):.1f}' if len(set(row['camera_hz'])) == 1 else ', '.join(
-        f'{rate:.1f}' for rate in rates)
-    return [row['mode'], row['processes'], row['cameras'], f"{row['T_ms']:.0f}", f"{row['load']:.1f}", each,
-            f'{sum(rates):.1f}', f"{row['fairness']:.2f}", row['latency_ms'],
-            ', '.join(f'{number:.2f}' for number in row['people']),
-            by_node(row['cpu_percent_of_a_core']), by_node(row['memory_mb'])]
-
-
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
     rospy.init_node('many_cameras', disable_signals=True)
     unit, rows = Unit(), []
-    sequences = arguments.folder or [make_crowd(people, folder / f'crowd_{people}') for people in arguments.people]
+    sequences = [make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people]
     bags = [make_bag(sequence, folder / f'{number}.bag', cloud=False) for number, sequence in enumerate(sequences)]
     for combination in itertools.product(arguments.modes, arguments.cameras, arguments.processes):
-        milliseconds = unit.milliseconds()
-        rows.append({'T_ms': milliseconds, **measure_row(session, bags, combination, arguments)})
-        print(markdown([COLUMNS, table_row(rows[-1])]).splitlines()[-1], flush=True)
-    print('\n' + markdown([COLUMNS, *map(table_row, rows)]), flush=True)
-    return {'rows': rows}
+        milliseconds = round(unit.milliseconds())
+        rows.append({'T [ms]': milliseconds, **measure_row(session, bags, combination, arguments)})
+        print(*rows[-1].values(), sep=' | ', flush=True)
+    print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
+    return []
 
 
 if __name__ == '__main__':

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from chain_runs import BEGIN, CountedNetwork, evaluate, open_sequence, read_truth
-from common import Parser, elapsed, errors_end_the_program
+from common import Parser, elapsed
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
@@ -72,7 +73,7 @@ def write_csv(path: Path, frames: Found) -> None:
 
 def compared(folder: Path, frames: Found) -> str:
     """Return the errors of the directions of heads, and whether sigma of hands is honest, as text."""
-    truth = read_truth(folder)[0] if (folder / 'gt.json').is_file() else {}
+    truth, _ = read_truth(folder)
     if 'face_points' not in truth:
         return ''
     angles, errors = [], []
@@ -124,28 +125,29 @@ def report(frames: Found, networks: Dict[Model, CountedNetwork], unit: Backend) 
             + ''.join(f'{name}: {each / whole:.3f} of it\n' for name, each in pace.items()) + f'passes: {passes}\n')
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_sequences()
-    parser.add_settings('of the chain')
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
+    add_settings(parser, 'of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores a sequence folder and a CSV')
     arguments = parser.parse_args()
-    with errors_end_the_program(), tempfile.TemporaryDirectory() as temporary:
-        settings, frames = build(ChainSettings, parser.settings(arguments.set)), []
-        unit, *both = (create_backend(model, weights_path(model, settings.detector.detector.model_folder),
-                                      settings.detector.backend) for model in (MOBILENET_THIN, HAND.model, FACE.model))
-        networks = {kind.model: CountedNetwork(network) for kind, network in zip((HAND, FACE), both)}
-        for folder in arguments.sequences:
-            found = find(folder, settings, networks)
-            sys.stdout.write(compared(folder, found))
-            frames += found
-        sys.stdout.write(report(frames, networks, unit))
-        if arguments.evaluate:
-            path = Path(temporary) / 'hands.csv'
-            write_csv(path, frames)
-            raise SystemExit(evaluate(arguments.evaluate, [(arguments.sequences[0], path)]))
+    settings, frames = build(ChainSettings, setting_values(parser, arguments.settings)), []
+    unit, *both = (create_backend(model, weights_path(model, settings.detector.detector.model_folder),
+                                  settings.detector.backend) for model in (MOBILENET_THIN, HAND.model, FACE.model))
+    networks = {kind.model: CountedNetwork(network) for kind, network in zip((HAND, FACE), both)}
+    for folder in arguments.sequences:
+        found = find(folder, settings, networks)
+        sys.stdout.write(compared(folder, found))
+        frames += found
+    sys.stdout.write(report(frames, networks, unit))
+    if not arguments.evaluate:
+        return 0
+    with tempfile.TemporaryDirectory() as temporary:
+        path = Path(temporary) / 'hands.csv'
+        write_csv(path, frames)
+        return evaluate(arguments.evaluate, [(arguments.sequences[0], path)])
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

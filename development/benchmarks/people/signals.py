@@ -8,7 +8,6 @@ second; postures and places on the floor are compared frame by frame. --step 2 o
     ./run bench people signals signals floor wave turn group --evaluate evaluate_signals.py --step 2
 """
 import csv
-import subprocess
 import sys
 import tempfile
 from collections import defaultdict
@@ -17,11 +16,11 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from chain_runs import Finder, Frames, camera_poses, open_sequence, read_truth
-from common import Parser, elapsed, errors_end_the_program, markdown
+from chain_runs import Finder, Frames, camera_poses, evaluate, open_sequence, read_truth
+from common import Parser, elapsed, markdown
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import body_of, joints_of, stature_of
@@ -29,6 +28,7 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import UNKNOWN, PersonSignals, Target
+from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
@@ -76,16 +76,8 @@ class Sequence:
         """Yield number, ids of the true people by those of the found ones, and signals of each frame."""
         persons_at = dict(signals)
         for number, ((_, true), (stamp, people)) in enumerate(zip(self.true, self.found)):
-            yield number, pairs(true, people), persons_at.get(stamp, ())
-
-
-def pairs(true: People3D, people: People3D) -> Dict[int, int]:
-    """Return the id of each true person that was found, by the id of the found one."""
-    apart = np.array([[np.nanmedian(np.linalg.norm(one - other, axis=1)) for other in people.xyz] for one in true.xyz])
-    if not apart.size:
-        return {}
-    return {int(people.ids[column]): int(true.ids[row]) for row, column in zip(*linear_sum_assignment(apart))
-            if apart[row, column] < SAME_PERSON}
+            pairs = pair_people(people.xyz, true.xyz, SAME_PERSON)
+            yield number, {people.ids[row]: true.ids[other] for row, other in pairs}, persons_at.get(stamp, ())
 
 
 def read_sequence(folder: Path, finder: Finder, step: int) -> Sequence:
@@ -236,9 +228,8 @@ def print_labelled(sequence: Sequence, signals: Signals, script: Optional[Path])
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'labels.csv'
             write_labels(path, sequence.found, signals)
-            sys.stdout.flush()
-            subprocess.run([sys.executable, str(script), str(sequence.folder), str(path), '--margin', str(MARGIN)],
-                           check=True)
+            if evaluate(script, [(sequence.folder, path)], '--margin', str(MARGIN)):
+                raise SystemExit(f'{script} has failed')
     rows, errors = label_rows(sequence, signals)
     print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *rows]))
     answered = np.array(errors)[np.isfinite(errors)]
@@ -265,21 +256,21 @@ def report(sequence: Sequence, script: Optional[Path]) -> Tuple[float, float, fl
     return signals[-1][0] - signals[0][0], false, took / max(sum(len(persons) for _, persons in signals), 1)
 
 
-def main() -> None:
-    """Run the benchmark from the command line."""
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_sequences()
-    parser.add_settings('of the chain')
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
+    add_settings(parser, 'of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores labels')
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')
     arguments = parser.parse_args()
-    with errors_end_the_program():
-        finder = Finder(build(ChainSettings, parser.settings(arguments.set)))
-        sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
-        seconds, false, cost = np.array([report(sequence, arguments.evaluate) for sequence in sequences]).T
+    finder = Finder(build(ChainSettings, setting_values(parser, arguments.settings)))
+    sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
+    seconds, false, cost = np.array([report(sequence, arguments.evaluate) for sequence in sequences]).T
     print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} '
           f'per minute\n{np.median(cost):.2f} ms per person and frame')
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

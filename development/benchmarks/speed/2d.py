@@ -2,8 +2,8 @@
 """Measure where the time of the 2D detector goes on this machine, with one network alone.
 
 For each size of the network's input, number of threads and runtime: milliseconds of the bare network, of preprocessing,
-of decoding, and of a whole `detect()`. All are medians of rounds in which everything takes its turn, so that a busy
-moment hits all alike. The image shows one person of the shipped sequence --people times.
+of decoding, and of a whole `detect()`. All are medians of rounds in which the runtimes take turns. The image shows one
+person of the shipped sequence --people times.
 
     ./run bench speed 2d
     ./run bench speed 2d --rounds 20 --sizes 656x368 --threads 2 --backends openvino --people 20
@@ -11,14 +11,15 @@ moment hits all alike. The image shows one person of the shipped sequence --peop
 import argparse
 import itertools
 import sys
-from typing import Any, Callable, Dict, List
+from typing import Dict, List
 
 import cv2
 import numpy as np
 import pandas as pd
 
 from common import DEMO, Parser, elapsed, markdown
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
+from openpose_ros_pkg.command_line import run_command
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 
@@ -44,55 +45,48 @@ def image_of(people: int) -> np.ndarray:
     return canvas
 
 
-def time_rounds(cases: Dict[Any, Callable[[], float]], rounds: int) -> pd.DataFrame:
-    """Return the milliseconds of every case in each round, after two rounds that do not count."""
-    return pd.DataFrame([{name: measure() for name, measure in cases.items()} for _ in range(rounds + 2)][2:])
-
-
-def decoding(detector: Detector, frame: PreparedFrame) -> float:
-    """Return the milliseconds from the outputs of the networks to people."""
-    computing, computed = elapsed(lambda: detector.compute(frame))
-    return computing + elapsed(lambda: detector.finish(computed))[0] - 1e3 * computed.network_seconds
-
-
-def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:
-    """Load one network with one runtime for one size of its input."""
+def load_detectors(size: str, threads: int, options: argparse.Namespace) -> Dict[str, Detector]:
+    """Load the network for one size of its input with each runtime that can compute it."""
     width, height = (int(side) for side in size.split('x'))
-    return create_detector(build(DetectorSettings, {
-        'pose_model': model, 'net_input_width': width, 'net_input_height': height, 'backend': backend,
-        'threads': threads}))
+    detectors = {}
+    for backend in options.backends:
+        try:
+            detectors[backend] = create_detector(build(DetectorSettings, {
+                'pose_model': options.model, 'net_input_width': width, 'net_input_height': height, 'backend': backend,
+                'threads': threads}))
+        except OpenposeRosError as error:
+            sys.stderr.write(f'{backend} is left out: {error}\n')
+    return detectors
 
 
-def whole_table(options: argparse.Namespace) -> List[List[str]]:
+def time_stages(detector: Detector, image: np.ndarray) -> Dict[str, float]:
+    """Return the milliseconds of each stage of a detection, and of a whole one."""
+    preparing, frame = elapsed(lambda: detector.prepare(image))
+    computing, computed = elapsed(lambda: detector.compute(frame))
+    finishing, _ = elapsed(lambda: detector.finish(computed))
+    network = 1e3 * computed.network_seconds
+    return {'network': network, 'prepare': preparing, 'decode': computing + finishing - network,
+            'detect': elapsed(lambda: detector.detect(image))[0]}
+
+
+def whole_table(options: argparse.Namespace) -> List[List[object]]:
     """Time runtimes, sizes and threads; return the rows of the table."""
     rows, image = [], image_of(options.people)
     for size, threads in itertools.product(options.sizes, options.threads):
-        cases = {}
-        for backend in options.backends:
-            try:
-                detector = detector_for(backend, size, threads, options.model)
-            except OpenposeRosError as error:
-                sys.stderr.write(f'{backend} is left out: {error}\n')
-                continue
-            frame = detector.prepare(image)
-            cases.update({
-                f'prepare {backend}': lambda d=detector: elapsed(lambda: d.prepare(image))[0],
-                f'network {backend}': lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds,
-                f'decode {backend}': lambda d=detector, f=frame: decoding(d, f),
-                f'detect {backend}': lambda d=detector: elapsed(lambda: d.detect(image))[0]})
+        detectors = load_detectors(size, threads, options)
         cv2.setNumThreads(threads)
-        times = time_rounds(cases, options.rounds)
-        for backend in [name for name in options.backends if f'network {name}' in times]:
-            columns = [times[f'{name} {backend}'] for name in ('network', 'prepare', 'decode', 'detect')]
-            against = times.get('network opencv_dnn')
-            rows.append([size, str(threads), backend, *(f'{column.median():.2f}' for column in columns),
-                         f'{(columns[3] / columns[0]).median():.2f}',
-                         '-' if against is None else f'{(against / columns[0]).median():.2f}'])
+        rounds = [{backend: time_stages(detector, image) for backend, detector in detectors.items()}
+                  for _ in range(options.rounds + 2)][2:]
+        times = {backend: pd.DataFrame([each[backend] for each in rounds]) for backend in detectors}
+        for backend, table in times.items():
+            against = times.get('opencv_dnn', np.nan * table)['network']
+            rows.append([size, threads, backend, *(f'{ms:.2f}' for ms in table.median()),
+                         *(f"{(each / table['network']).median():.2f}" for each in (table['detect'], against))])
     return rows
 
 
-def main() -> None:
-    """Parse the command line, measure, print."""
+def main() -> int:
+    """Parse the command line, measure, print; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('--model', default='mobilenet_thin', help='network (default: %(default)s)')
     parser.add_argument('--sizes', nargs='+', default=SIZES, help='inputs of the network (default: all)')
@@ -104,7 +98,8 @@ def main() -> None:
     print(f'\n{options.model}, {options.people} people, ms: medians of {options.rounds} rounds\n')
     print(markdown([['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()',
                      'detect() / network', 'opencv_dnn / this'], *whole_table(options)]), flush=True)
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_command('bench', main))

@@ -41,7 +41,7 @@ def test_crowds_have_more_of_the_image(tmp_path):
     shares = []
     scene = np.max([frame.depth for frame in RgbdSequence.read(DEMO)][::3], axis=0).astype(float)
     for people in (1, 2, 4):
-        sequence = RgbdSequence.read(make_crowd(people, tmp_path / str(people)))
+        sequence = RgbdSequence.read(make_crowd(tmp_path / str(people), [people]))
         assert len(sequence) == 40
         shares.append(float((scene - sequence.frame(0).depth > 100).mean()))  # [mm]
     assert 0.03 < shares[0] < shares[1] < shares[2] < 0.5
