@@ -51,7 +51,7 @@ class TrackingParams(Parameters):
         2.0, 'A person who is not seen for longer gets a new person_ID on return. A longer time bridges longer '
              'occlusions, but a newcomer may inherit the id of a person who left at the same place.',
         unit='s', minimum=0.0, maximum=60.0)
-    track_gate: float = parameter(
+    image_track_gate: float = parameter(
         0.7, 'Largest mean distance between measured and predicted joints of the same person, as a share of the size '
              'of the person (half the diagonal of the bounding box of the joints).',
         minimum=0.01, maximum=10.0)
@@ -184,7 +184,7 @@ class ImageTracks:
         scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
         costs = distances + self.constants.fragment_cost * (1 - shared_joints(expected, people.xy))
-        return match(costs, distances <= self.params.track_gate)
+        return match(costs, distances <= self.params.image_track_gate)
 
 
 class KeypointTracker:
