@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from common import DEMO, Parser, elapsed, markdown
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedImage, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 
@@ -49,7 +49,7 @@ def time_rounds(cases: Dict[Any, Callable[[], float]], rounds: int) -> pd.DataFr
     return pd.DataFrame([{name: measure() for name, measure in cases.items()} for _ in range(rounds + 2)][2:])
 
 
-def decoding(detector: Detector, frame: PreparedFrame) -> float:
+def decoding(detector: Detector, frame: PreparedImage) -> float:
     """Return the milliseconds from the outputs of the networks to people."""
     computing, computed = elapsed(lambda: detector.compute(frame))
     return computing + elapsed(lambda: detector.finish(computed))[0] - 1e3 * computed.network_seconds

@@ -16,7 +16,7 @@ from openpose_ros_pkg.detect.recipes import DetectorSettings as DetectorSettings
 from openpose_ros_pkg.detect.recipes import LiveDetectorSettings as LiveDetectorSettings
 from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
-from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, Setup, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
@@ -49,7 +49,7 @@ CANDIDATES = CandidateConstants()
 
 
 @dataclass(frozen=True)
-class ComputedFrame:
+class ComputedImage:
     """What was found in an image."""
 
     image_size: Tuple[int, int]  # (width, height) [px]
@@ -224,11 +224,11 @@ class Detector:
             computed = self.compute(prepared)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedFrame:
+    def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedImage:
         """Check an image and bring it to the sizes that the networks want; see `detect`."""
         return prepare_frame(bgr, self._setup, depth=depth)
 
-    def compute(self, frame: PreparedFrame) -> ComputedFrame:
+    def compute(self, frame: PreparedImage) -> ComputedImage:
         """Compute the networks for a prepared image, and find the people, with `lock` held.
 
         Crop refinement needs the people of the full image, so decoding lies between the networks.
@@ -252,9 +252,9 @@ class Detector:
                 recovered = recover(frame, accepted_people(poses, setup.acceptance, size)[0])
                 poses = poses.joined(recovered.poses)
                 seconds += recovered.seconds
-        return ComputedFrame(size, poses, seconds, setup, opinions)
+        return ComputedImage(size, poses, seconds, setup, opinions)
 
-    def finish(self, frame: ComputedFrame) -> People2D:
+    def finish(self, frame: ComputedImage) -> People2D:
         """Return the people of a computed image; see `detect`."""
         return accepted_people(frame.poses, frame.setup.acceptance, frame.image_size)[0]
 
@@ -280,14 +280,14 @@ def create_detector(settings: DetectorSettings, following: FollowingParams = NEV
 
 
 def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Optional[DepthView] = None
-                  ) -> PreparedFrame:
+                  ) -> PreparedImage:
     """Check an image and bring it to the sizes that the networks want; see `Detector.detect`.
 
     Args:
         views: False: only check it, as the networks may not see all of it.
     """
     _check_image(bgr)
-    return PreparedFrame(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
+    return PreparedImage(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
 
 
 def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:

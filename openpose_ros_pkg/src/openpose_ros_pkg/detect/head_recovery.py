@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, View
+from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
@@ -129,7 +129,7 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def recover(frame: PreparedFrame, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
+def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton explains, on crops.
 
     Args:

@@ -8,12 +8,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.crop_search import Run, Search, SearchPlan, assign, likely, look, search_parts
 from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import (
-    USUAL_SIZE,
-    ComputedFrame,
-    Detector,
-    prepare_frame,
-)
+from openpose_ros_pkg.detect.detector import USUAL_SIZE, ComputedImage, Detector, prepare_frame
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, next_parts, small_grey
@@ -25,7 +20,7 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingConstants,
     TrackingParams,
 )
-from openpose_ros_pkg.detect.views import PreparedFrame, Setup
+from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -37,7 +32,7 @@ class PreparedDetection:
     """An image that is ready for the networks, and how it is searched, whatever is reconfigured meanwhile."""
 
     frame: ImageFrame
-    image: PreparedFrame
+    image: PreparedImage
     plan: SearchPlan
 
 
@@ -47,7 +42,7 @@ class ComputedDetection:
 
     frame: ImageFrame  # the image
     network_seconds: float  # time that the networks took [s]
-    found: Union[ComputedFrame, People2D]  # output of a full search; where people are followed: the people, with ids
+    found: Union[ComputedImage, People2D]  # output of a full search; where people are followed: the people, with ids
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crop
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
-from openpose_ros_pkg.detect.views import PreparedFrame
+from openpose_ros_pkg.detect.views import PreparedImage
 from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, Opinions, most_alike, person_scores, sigmas
 from openpose_ros_pkg.people import Poses
 
@@ -23,7 +23,7 @@ class Candidates(NamedTuple):
         return Poses(self.keypoints, person_scores(self.keypoints))
 
 
-def refine(frame: PreparedFrame, people: Candidates, ensemble: EnsembleConstants = ENSEMBLE
+def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants = ENSEMBLE
            ) -> Tuple[Candidates, float]:
     """Vote again on the surest people with crops of them; doubtful ones seldom become people by it.
 

@@ -110,7 +110,7 @@ class PreparedView:
 
 
 @dataclass(frozen=True)
-class PreparedFrame:
+class PreparedImage:
     """An image and what the networks will see of it."""
 
     bgr: np.ndarray  # (H, W, 3) uint8, the image
