@@ -6,11 +6,10 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crop
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, DetectorSettings
-from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build

@@ -5,16 +5,13 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, prepare_crop
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, prepare_crop, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorSettings as DetectorSettings
 from openpose_ros_pkg.detect.recipes import LiveDetectorSettings as LiveDetectorSettings
-from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
@@ -84,8 +81,7 @@ class Networks:
         """Load the networks of a recipe; without a network that is missing, unless it is the first, it computes less.
 
         Raises:
-            ParameterError: a runtime that is not installed.
-            ModelError: weights of its first network are missing or damaged, or it computes wrong results.
+            ParameterError, ModelError: the first network can not be loaded, see `Detector`.
         """
         first, wanted = recipe.passes[0].model, recipe
         missing: List[Model] = []
@@ -122,8 +118,7 @@ class Networks:
 class Detector:
     """Find people in images. Any thread may call it; the networks compute one image at a time.
 
-    `detect` does it all. To prepare the next image and finish the last one while the networks are busy, call `prepare`,
-    `compute` and `finish` separately.
+    To pipeline, call `prepare`, `compute` and `finish` in place of `detect`.
 
     Args:
         settings: what is computed, and from which thresholds on.
@@ -191,10 +186,7 @@ class Detector:
         self._setup = _setup(recipe, loaded, settings)
 
     def warm_up(self) -> None:
-        """Let the networks see a blank image, and crops of it: they are compiled for each size that they see first.
-
-        The first camera image then takes no longer than the others.
-        """
+        """Let the networks see a blank image, and crops of it, so that they are compiled before the first image."""
         recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, USUAL_SIZE
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
         rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
@@ -207,14 +199,7 @@ class Detector:
                     compute_crops(people * [crop], networks[refinement.model.name])
 
     def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> People2D:
-        """Find the people in an image, the surest first.
-
-        Args:
-            bgr: (H, W, 3) uint8 BGR; not modified.
-            depth: of the image; None: it is not known.
-
-        Returns:
-            People in pixels of the image, without ids. Joints lie within it: x in 0 .. W - 1, y in 0 .. H - 1.
+        """Return the people in an image, (H, W, 3) uint8 BGR, the surest first, without ids; no joint lies beyond it.
 
         Raises:
             BadInputError: not such an image, or an empty one.
@@ -270,12 +255,7 @@ class Detector:
 
 
 def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:
-    """Load the networks that the parameters ask for, and reduce what is computed for `target_rate`; see `Detector`.
-
-    Raises:
-        ParameterError: no such network, or a runtime that is not installed.
-        ModelError: weights are missing or damaged, or the network computes wrong results.
-    """
+    """Return the `Detector` of these settings, which has its own networks."""
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
 
 
@@ -294,19 +274,14 @@ def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:
     return [prepare_views(bgr, one) for one in recipe.passes]
 
 
-def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
+def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings,
+           constants: CandidateConstants = CANDIDATES) -> Setup:
     decode, direct = settings.decode, settings.direct
-    if recipe.is_ensemble:
-        decode, direct = _candidate_thresholds(decode, direct)
+    if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
+        score = min(constants.decoded_share * decode.person_min_score, constants.most_decoded)
+        decode = replace(decode, person_min_score=score)
+        direct = replace(direct, direct_person_score=constants.direct_person, direct_joint_score=constants.direct_joint)
     return Setup(recipe, networks, decode, direct, settings)
-
-
-def _candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams, constants: CandidateConstants = CANDIDATES
-                          ) -> Tuple[DecodeParams, DirectDecodeParams]:
-    """Return thresholds of the decoders for candidates, on which other networks vote."""
-    score = min(constants.decoded_share * decode.person_min_score, constants.most_decoded)
-    return replace(decode, person_min_score=score), replace(
-        direct, direct_person_score=constants.direct_person, direct_joint_score=constants.direct_joint)
 
 
 def _voted(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:

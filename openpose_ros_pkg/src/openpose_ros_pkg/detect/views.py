@@ -165,8 +165,8 @@ def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional
 def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
                   ) -> List[PreparedView]:
     """Bring an image, (H, W, 3) uint8 BGR, to what a pass sees; see `views_of`."""
-    views = views_of((bgr.shape[1], bgr.shape[0]), network_pass, columns)
-    return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
+    return [view.prepare(bgr, network_pass.model.input.padding)
+            for view in views_of((bgr.shape[1], bgr.shape[0]), network_pass, columns)]
 
 
 def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: Setup) -> List[Poses]:
