@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.ensemble import sigmas, similarity, surest
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses, keypoints_in
@@ -150,8 +150,8 @@ def _decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[in
 
 
 _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
-    'movenet_multipose': _decode_movenet, 'movenet_singlepose': _decode_single_person, 'rtmo': _decode_rtmo,
-    'yolo_pose': _decode_yolo}
+    Decoder.MOVENET_MULTIPOSE: _decode_movenet, Decoder.MOVENET_SINGLEPOSE: _decode_single_person,
+    Decoder.RTMO: _decode_rtmo, Decoder.YOLO_POSE: _decode_yolo}
 
 
 def _without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:

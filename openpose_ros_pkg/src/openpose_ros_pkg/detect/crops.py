@@ -20,7 +20,7 @@ from openpose_ros_pkg.ensemble import (
     similarity,
 )
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses, keypoints_in
@@ -71,7 +71,7 @@ def prepare_crop(image: CrowdImage, person: np.ndarray, refinement: CropRefineme
     recipe = refinement.model.input
     plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
     crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
-    if refinement.model.decoder != 'movenet_singlepose':
+    if refinement.model.decoder != Decoder.MOVENET_SINGLEPOSE:
         return crop
     turns = quarter_turns(person, skeleton, constants)
     if len(people) < 2:

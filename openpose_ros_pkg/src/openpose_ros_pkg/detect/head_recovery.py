@@ -15,6 +15,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
+from openpose_ros_pkg.networks.model_types import Decoder
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
@@ -160,7 +161,7 @@ def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = H
 
 def crop_of_one(recipe: Recipe) -> Optional[CropRefinement]:
     """Return the refinement whose network shows one person; None: none does."""
-    return next((one for one in recipe.refinements if one.model.decoder == 'movenet_singlepose'), None)
+    return next((one for one in recipe.refinements if one.model.decoder == Decoder.MOVENET_SINGLEPOSE), None)
 
 
 def _in_depth(xy: np.ndarray, bgr: np.ndarray, view: DepthView) -> np.ndarray:

@@ -10,7 +10,7 @@ from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import keypoints_in
@@ -122,7 +122,7 @@ class NetworkPass:
     @property
     def opinions(self) -> int:
         """Number of opinions on a person that it gives."""
-        return 1 if self.model.decoder == 'paf' else len(self.zooms)
+        return 1 if self.model.decoder == Decoder.PAF else len(self.zooms)
 
     @property
     def description(self) -> str:
@@ -290,7 +290,9 @@ def recipe_of(params: DetectorParams) -> Recipe:
     if params.pose_model not in (AUTO, 'COCO'):
         recipe = _searched_by(find_model(params.pose_model, params.model_folder), params)
     first = recipe.passes[0]
-    mirror = first.mirror if params.mirror == 'auto' else params.mirror == 'always' and first.model.decoder == 'paf'
+    mirror = first.mirror
+    if params.mirror != 'auto':
+        mirror = params.mirror == 'always' and first.model.decoder == Decoder.PAF
     first = replace(first, box=_wanted_box(params, first.box), zooms=_wanted_zooms(params, first.zooms), mirror=mirror)
     recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
     if params.look_closer == 0:
@@ -303,9 +305,9 @@ def _searched_by(model: Model, params: DetectorParams) -> Recipe:
 
     It sees the image at the size of OpenPose's input, a larger one, or a smaller one; YOLO-pose at those of `_SIDES`.
     """
-    first = next((one for one in MODES[params.mode].passes if one.model.decoder == 'paf'), _thin(0.5))
-    first = replace(first, model=model, mirror=first.mirror and model.decoder == 'paf')
-    if model.decoder == 'yolo_pose':
+    first = next((one for one in MODES[params.mode].passes if one.model.decoder == Decoder.PAF), _thin(0.5))
+    first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
+    if model.decoder == Decoder.YOLO_POSE:
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
     if params.look_closer <= 0:
         return Recipe((first,))

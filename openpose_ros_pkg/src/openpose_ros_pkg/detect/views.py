@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -172,7 +172,7 @@ def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[
 def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: Setup) -> List[Poses]:
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
-    if model.decoder == 'paf':
+    if model.decoder == Decoder.PAF:
         first, fields = views[0].view, averaged_fields(views, model)
         poses = decode_fields(fields, model, setup.decode, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]
