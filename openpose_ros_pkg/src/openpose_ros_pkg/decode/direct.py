@@ -155,12 +155,7 @@ _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
 
 
 def _without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:
-    """Return the indices of boxes without those that share more than `overlap` of their union with a surer one.
-
-    Args:
-        boxes: (N, 4): x1, y1, x2, y2.
-        scores: (N,), above 0.
-    """
+    """Return the indices of (N, 4) boxes x1, y1, x2, y2 without those that overlap a surer one (share of the union)."""
     sides = boxes[:, 2:] - boxes[:, :2]
     kept = cv2.dnn.NMSBoxes(np.hstack([boxes[:, :2], sides]).tolist(), scores.tolist(), 0.0, overlap)
     return np.asarray(kept, np.int64).ravel()

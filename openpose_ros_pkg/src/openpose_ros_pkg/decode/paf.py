@@ -168,7 +168,6 @@ def _settings(params: DecodeParams, constants: DecodeConstants) -> openpose_ros_
 
 @functools.lru_cache(maxsize=16)
 def _limb_table(skeleton: SkeletonModel) -> np.ndarray:
-    """Return the limbs as records of numbers of joints and channels."""
     index = skeleton.index
     return np.array([(index[limb.start], index[limb.end], *limb.paf, limb.starts_person) for limb in skeleton.limbs],
                     openpose_ros_decode.LIMB)

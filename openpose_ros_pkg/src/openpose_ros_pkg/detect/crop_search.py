@@ -91,11 +91,7 @@ class SearchPlan:
     @classmethod
     def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]],
            schedule: ScheduleConstants = SCHEDULE, rate: TargetRateConstants = RATE) -> 'SearchPlan':
-        """Return the plan for the present parameters, after measuring the networks where no pace is given.
-
-        Args:
-            fixed: [s] per pixel, by the models' names, which stays; None: it is measured.
-        """
+        """Return the plan for the present parameters; fixed: [s] per pixel by model; None: measured where needed."""
         setup = detector.setup
         params = setup.settings.detector
         follows = bool(setup.recipe.refinements) and following.wanted(params)

@@ -145,12 +145,7 @@ def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants
 
 
 def quarter_turns(person: np.ndarray, skeleton: SkeletonModel, constants: CropConstants = CROP) -> int:
-    """Return by how many quarter turns, counter-clockwise, a person has to be turned to be upright: 0 to 3.
-
-    Args:
-        person: (K, 3) float: x, y, score; NaN where missing.
-        skeleton: their K joints.
-    """
+    """Return by how many quarter turns, counter-clockwise, a person, (K, 3), has to be turned to be upright: 0 to 3."""
     shoulders, hips, knees, ankles = (
         _middle(person, skeleton, joint, constants.sure_joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
     # a person who bends down stands all the same: visible legs tell the direction

@@ -60,13 +60,8 @@ class ComputedImage:
 class Networks:
     """Loads networks when they are first wanted, each once.
 
-    Args:
-        params: what computes them.
-        model_folder: folder of the weights; empty for the default one.
-
     Attributes:
-        faults: what is missing or computed by something slower than the parameters ask for, and why, by the names of
-            the networks.
+        faults: what is missing or computed by something slower than the parameters ask for, and why, by network.
         not_installed: optional networks whose weights are not there, and what that changes: no fault.
     """
 
@@ -141,7 +136,6 @@ class Detector:
 
     @property
     def setup(self) -> Setup:
-        """What frames are computed with that are prepared now."""
         return self._setup
 
     @property
@@ -210,7 +204,6 @@ class Detector:
         return self.finish(computed)
 
     def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedImage:
-        """Check an image and bring it to the sizes that the networks want; see `detect`."""
         return prepare_frame(bgr, self._setup, depth=depth)
 
     def compute(self, frame: PreparedImage) -> ComputedImage:
@@ -240,11 +233,10 @@ class Detector:
         return ComputedImage(size, poses, seconds, setup, opinions)
 
     def finish(self, frame: ComputedImage) -> People2D:
-        """Return the people of a computed image; see `detect`."""
         return accepted_people(frame.poses, frame.setup.acceptance, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
-        """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
+        """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
         recipe, loaded = self._networks.load(recipe_of(params))
         follows = bool(recipe.refinements) and self._following.wanted(params)
         if params.target_rate > 0 and params.mode != 'accurate' and not follows:

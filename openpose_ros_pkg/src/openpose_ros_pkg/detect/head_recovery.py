@@ -241,5 +241,4 @@ def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthVi
 
 
 def _score(person: np.ndarray, least: float) -> float:
-    """Return the root mean square of the scores of the joints with a least score."""
     return float(np.sqrt((person[person[:, 2] >= least, 2] ** 2).mean()))

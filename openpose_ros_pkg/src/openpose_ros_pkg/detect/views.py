@@ -21,19 +21,13 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 @dataclass(frozen=True)
 class Setup:
-    """What a frame is computed with, whatever is reconfigured in the meantime.
-
-    Attributes:
-        networks: of the recipe, by the models' names.
-        decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
-        settings: as the user gave them.
-    """
+    """What a frame is computed with, whatever is reconfigured in the meantime."""
 
     recipe: Recipe
-    networks: Dict[str, Backend]
-    decode: DecodeParams
+    networks: Dict[str, Backend]  # of the recipe, by the models' names
+    decode: DecodeParams  # thresholds of the decoders; where several opinions follow, those of candidates
     direct: DirectDecodeParams
-    settings: DetectorSettings
+    settings: DetectorSettings  # as the user gave them
 
     @property
     def acceptance(self) -> Acceptance:

@@ -168,7 +168,6 @@ def _box(points: np.ndarray, angle: float) -> Region:
 
 
 def _angle(up: np.ndarray) -> float:
-    """Return the clockwise angle from up in the image to a direction, (2,)."""
     return float(np.arctan2(up[0], -up[1]))
 
 
@@ -180,5 +179,4 @@ def _distance(joints: Dict[str, np.ndarray], first: str, second: str) -> float:
 
 
 def _longest(lengths: Sequence[float]) -> float:
-    """Return the greatest of lengths that may be NaN."""
     return max((length for length in lengths if np.isfinite(length)), default=float('nan'))

@@ -101,7 +101,7 @@ class Health:
             self.warn('report failed', repr(error))
 
     def _ask(self, ask: Callable[[], _Value], otherwise: _Value) -> _Value:
-        """Return what a part of the node says of itself; otherwise, counted and warned of, where it raises."""
+        """Return what a part of the node says of itself; otherwise, with a warning, where it raises."""
         try:
             return ask()
         except Exception as error:  # one part that can not tell must not hide the others

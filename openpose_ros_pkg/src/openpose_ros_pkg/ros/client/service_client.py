@@ -18,14 +18,11 @@ REQUEST_LEAD = 0.015
 
 
 class DetectionClient:
-    """Client of openpose_ros_msgs/GetPersons.
+    """Client of openpose_ros_msgs/GetPersons; `name` is the resolved one of the service.
 
-    Each call makes its own connection. On one machine that costs no more than a persistent one (measured), and a
-    service that was restarted is found again. While the service computes one image, the next may be sent: `begin` is
-    for one thread at a time, and so is `result`.
-
-    Attributes:
-        name: resolved name of the service.
+    Each call makes its own connection: on one machine that costs no more (measured), and a service that was restarted
+    is found again. While the service computes one image, the next may be sent. `begin` and `result` are for one thread
+    each.
     """
 
     def __init__(self, service: str, params: ServiceClientParams) -> None:
@@ -51,8 +48,7 @@ class DetectionClient:
         """Return the people in an image, in pixels of that image.
 
         Raises:
-            ServiceCallError: there is no such service, it answered with an error, or not within `service_timeout`
-                from now.
+            ServiceCallError: no such service, an error, or no answer within `service_timeout` from now.
         """
         if not call.ended.wait(self._timeout):
             call.give_up()
@@ -72,11 +68,7 @@ class DetectionClient:
 
 
 class Call:
-    """One call in a thread of its own, since rospy itself waits without limit, even to be let in.
-
-    Attributes:
-        ended: set when `detections` or `error` hold the answer.
-    """
+    """A call in a thread of its own, as rospy waits without limit. `ended` is set with `detections` or `error`."""
 
     def __init__(self, name: str, image: Image) -> None:
         self.ended = threading.Event()
