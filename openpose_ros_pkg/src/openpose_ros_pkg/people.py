@@ -51,23 +51,14 @@ class Poses(NamedTuple):
 
 @dataclass(frozen=True)
 class People2D:
-    """The keypoints of P people with the K joints of a skeleton model.
+    """The keypoints of P people; ValueError: an array has the wrong shape, or a joint is half missing."""
 
-    Attributes:
-        skeleton: names of the K joints.
-        keypoints: (P, K, 3) float32: x, y [px of the source image, an integer is a pixel's centre] and score [0..1].
-            A missing joint has x = y = NaN and score 0.
-        scores: (P,) float32, how sure the detector is of each person [0..1].
-        ids: (P,) int64 track ids; negative where no tracker has named the person.
-
-    Raises:
-        ValueError: an array has the wrong shape, or a joint is half missing.
-    """
-
-    skeleton: SkeletonModel
+    skeleton: SkeletonModel  # names of the K joints
+    # (P, K, 3) float32: x, y [px of the source image, an integer is a pixel's centre] and score [0..1]; a missing joint
+    # has x = y = NaN and score 0
     keypoints: np.ndarray
-    scores: np.ndarray
-    ids: np.ndarray
+    scores: np.ndarray  # (P,) float32, how sure the detector is of each person [0..1]
+    ids: np.ndarray  # (P,) int64 track ids; negative where no tracker has named the person
 
     def __post_init__(self) -> None:
         joints = len(self.skeleton.joints)

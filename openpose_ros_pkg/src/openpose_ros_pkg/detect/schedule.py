@@ -133,8 +133,7 @@ class Schedule:
 def fair_share(own: float, *others: float) -> float:
     """Return which share of the time a camera has, by the shares that it and others want.
 
-    A camera that wants no more than an equal share of what is left has that; what is left over is divided in
-    proportion to the wants.
+    All get what they want up to an equal level; what is left over is divided in proportion to the wants.
     """
     left, level = 1.0, 0.0
     wanted = sorted((own, *others))

@@ -51,18 +51,12 @@ FACE_REGION = FaceRegionConstants()
 
 @dataclass(frozen=True)
 class Region:
-    """A rotated square.
+    """A rotated square."""
 
-    Attributes:
-        x, y: centre [px of the image, an integer is a pixel's centre].
-        side: [px].
-        angle: by which what points up in the region is turned clockwise in the image [rad].
-    """
-
-    x: float
+    x: float  # centre [px of the image, an integer is a pixel's centre]
     y: float
-    side: float
-    angle: float = 0.0
+    side: float  # [px]
+    angle: float = 0.0  # by which what points up in the region is turned clockwise in the image [rad]
 
     @property
     def axes(self) -> np.ndarray:

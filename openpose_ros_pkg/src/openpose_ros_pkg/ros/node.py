@@ -157,7 +157,7 @@ def check_topic_name(key: str, topic: str) -> None:
 
 
 def _how_to_delete(error: OpenposeRosError) -> str:
-    """Return what to do about a wrong parameter of an earlier start: the server keeps those of nodes that have ended."""
+    """Return what to do about a wrong parameter that an earlier start set: the server keeps those of ended nodes."""
     if not isinstance(error, ParameterError) or not error.key or not rospy.has_param(f'~{error.key}'):
         return ''
     name = rospy.resolve_name(f'~{error.key}')

@@ -31,11 +31,7 @@ class DetectionClient:
         self._hung: Deque[Call] = deque()
 
     def begin(self, image: Image) -> 'Call':
-        """Send an image and return at once.
-
-        Raises:
-            ServiceCallError: a call before has not ended though it was given up `service_timeout` ago.
-        """
+        """Send an image and return at once; ServiceCallError: a call that was given up has not ended."""
         # as long as a call can not be ended no other is begun, so that they do not pile up
         while self._hung:
             if not self._hung[0].ended.wait(self._timeout):

@@ -25,16 +25,13 @@ class _Transport(xmlrpc.client.Transport):
 
 
 def call_master(calls: Sequence[Tuple[Any, ...]]) -> Sequence[Tuple[int, str, Any]]:
-    """Make calls of the master API in one request.
+    """Make calls of the master API in one request; CALL_ERRORS: there was no answer.
 
     Args:
         calls: name of the method and its arguments but for the first, the name of this node.
 
     Returns:
         Code (1: success), text and value of each.
-
-    Raises:
-        CALL_ERRORS: there was no answer.
     """
     with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport()) as master:
         request = xmlrpc.client.MultiCall(master)
