@@ -14,16 +14,10 @@ _MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip',
 
 
 def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonModel) -> np.ndarray:
-    """Return the keypoints of one joint set in another, by the joints' names.
+    """Return (P, K, 3) keypoints, x, y, score, of one joint set in another, (P, L, 3), by the joints' names.
 
-    Joints that the source does not have are missing, but for neck and mid_hip: the middle of shoulders or hips, with
-    the lower of their scores.
-
-    Args:
-        keypoints: (P, K, 3) float: x, y, score; NaN, NaN, 0 where missing.
-
-    Returns:
-        (P, L, 3) of the same type.
+    Joints that the source does not have are missing (NaN, NaN, 0), but for neck and mid_hip: the middle of shoulders or
+    hips, with the lower of their scores.
     """
     result = np.full((len(keypoints), len(target.joints), 3), (np.nan, np.nan, 0), keypoints.dtype)
     index = source.index

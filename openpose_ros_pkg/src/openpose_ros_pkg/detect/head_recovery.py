@@ -131,12 +131,7 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
 
 
 def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
-    """Find people at heads that no skeleton explains, on crops.
-
-    Args:
-        frame: an image; without depth, no person is found.
-        people: the detected people.
-    """
+    """Find people at heads that no skeleton of the detected people explains, on crops; none without depth."""
     bgr, view, setup = frame.bgr, frame.depth, frame.setup
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
     free = [] if one is None or view is None else _unexplained(

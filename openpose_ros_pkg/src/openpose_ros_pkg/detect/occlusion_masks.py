@@ -225,13 +225,9 @@ def _doubted(pose: np.ndarray, foreground: Foreground, doubt: float) -> np.ndarr
 
 def cover_others(crop: PreparedView, person: np.ndarray, others: Sequence[np.ndarray], skeleton: SkeletonModel,
                  foreground: Optional[Foreground] = None, cover: CoverConstants = COVER) -> PreparedView:
-    """Return a crop of a person with the other people in the mean colour of the crop.
+    """Return a crop of a person, (K, 3) float, with the other people, (K, 3) each, in the mean colour of the crop.
 
-    Args:
-        person: (K, 3) float: x, y [px of the image], score; NaN where missing.
-        others: the same of each of the other people who are not in front.
-        skeleton: their K joints.
-        foreground: in front of the person; None: no person, or unknown.
+    Pixels of a foreground, in front of the person, are covered too; None: no person, or unknown.
     """
     shape = crop.input.shape[:2]
     covered = np.zeros(shape, bool)

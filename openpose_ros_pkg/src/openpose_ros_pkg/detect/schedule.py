@@ -251,9 +251,8 @@ def next_parts(schedule: Schedule, budget: Budget, stamp: float, lost: Sequence[
                ) -> Tuple[List[Part], Schedule, Budget]:
     """Return the parts that are searched in a frame, and schedule and budget after it.
 
-    Args:
-        lost: boxes of lost people: least and greatest x and y, (2, 2) each [px].
-        urgent: whether a person was lost a moment ago: without a rate, the image is searched in full at once.
+    Without a rate, the image is searched in full where it is `urgent`: a person was lost a moment ago. `lost` has the
+    boxes of lost people: least and greatest x and y, (2, 2) each [px].
     """
     for low, high in lost:
         schedule = schedule.lost(low[0], high[0])
