@@ -89,7 +89,7 @@ class DemandTest(unittest.TestCase):
     def assert_idle(self):
         await_true(lambda: self.listeners() == (0, 0), 'the extractor leaves the camera')
         for node in ('extractor', 'visualization'):
-            self.diagnostics.await_state(node, 'idle: nobody listens')
+            self.diagnostics.await_state(node, 'idle: no subscriber')
         answered = self.detector.answered
         time.sleep(3 / RATE)
         self.assertEqual(self.detector.answered, answered, 'no network runs')

@@ -17,40 +17,23 @@ MESSAGE_JOINTS = (
 
 @dataclass(frozen=True)
 class Limb:
-    """A pair of joints that a part affinity field connects.
+    """A pair of joints that a part affinity field connects."""
 
-    Attributes:
-        start, end: joint names; the field points from start to end.
-        paf: channels of its x and y component within the part affinity block of the network's output.
-        starts_person: False for limbs that only add to a person or join two (ear to shoulder).
-    """
-
-    start: str
+    start: str  # joint names; the field points from start to end
     end: str
-    paf: Tuple[int, int]
-    starts_person: bool = True
+    paf: Tuple[int, int]  # channels of its x and y component within the part affinity block of the network's output
+    starts_person: bool = True  # False for limbs that only add to a person or join two (ear to shoulder)
 
 
 @dataclass(frozen=True)
 class SkeletonModel:
-    """A joint set.
+    """A joint set; ValueError: the parts contradict each other, or left and right are no mirror images."""
 
-    Attributes:
-        name: as published in `pose_model` of the array messages.
-        joints: names in channel order; those of bodies are among `MESSAGE_JOINTS`.
-        limbs: all pairs with a part affinity field, in the order of assembly; none for networks without fields.
-        drawn_limbs: pairs of joint names of the drawn skeleton.
-        colours: RGB per joint, as OpenPose draws them.
-
-    Raises:
-        ValueError: the parts contradict each other, or left and right are no mirror images.
-    """
-
-    name: str
-    joints: Tuple[str, ...]
-    limbs: Tuple[Limb, ...]
-    drawn_limbs: Tuple[Tuple[str, str], ...]
-    colours: Tuple[Colour, ...]
+    name: str  # as published in `pose_model` of the array messages
+    joints: Tuple[str, ...]  # names in channel order; those of bodies are among `MESSAGE_JOINTS`
+    limbs: Tuple[Limb, ...]  # all pairs with a part affinity field, in the order of assembly; none without fields
+    drawn_limbs: Tuple[Tuple[str, str], ...]  # pairs of joint names of the drawn skeleton
+    colours: Tuple[Colour, ...]  # RGB per joint, as OpenPose draws them
 
     def __post_init__(self) -> None:
         if len(set(self.joints)) != len(self.joints) or len(self.colours) != len(self.joints):

@@ -5,7 +5,16 @@ from typing import Optional, Tuple, Union
 
 from openpose_ros_pkg.skeletons import SkeletonModel
 
-DECODERS = ('paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose')
+
+class Decoder:
+    """Names of what turns the outputs of a network into people."""
+
+    PAF = 'paf'
+    MOVENET_MULTIPOSE = 'movenet_multipose'
+    MOVENET_SINGLEPOSE = 'movenet_singlepose'
+    RTMO = 'rtmo'
+    YOLO_POSE = 'yolo_pose'
+
 
 # Sizes along the axes of an array; None: free.
 Shape = Tuple[Optional[int], ...]
@@ -121,7 +130,7 @@ class Model:
         input: what the network takes.
         outputs: nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence
             maps first. Caffe: the layer that computes it. Empty: all outputs of the graph in its order.
-        decoder: one of `DECODERS`, or 'landmarks' for the points of a hand or a face.
+        decoder: a `Decoder`, or 'landmarks' for the points of a hand or a face.
         output_layout: of the fields, 'NHWC' or 'NCHW'; backends give NCHW.
         stride: network pixels per output cell.
         heatmaps: number of confidence maps, with the background's; the PAF channels follow them.
@@ -137,7 +146,7 @@ class Model:
     source: Union[Archive, UserFiles]
     input: InputRecipe
     outputs: Tuple[str, ...]
-    decoder: str = 'paf'
+    decoder: str = Decoder.PAF
     output_layout: str = 'NCHW'
     stride: int = 8
     heatmaps: int = 0
