@@ -254,7 +254,7 @@ def main() -> int:
         if path.is_file():
             print(f'[demo] {path}  {path.stat().st_size / 1e3:.0f} kB')
     if with_people == 0:
-        print('[demo] nobody was found in any frame', file=sys.stderr)
+        print('[demo] no person was found in any frame', file=sys.stderr)
         return 1
     return 0
 

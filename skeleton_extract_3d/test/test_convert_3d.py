@@ -10,7 +10,8 @@ from openpose_ros_msgs.msg import (
     PersonDetection_3d,
     PersonDetection_3dArray,
 )
-from sensor_msgs.msg import CameraInfo, PointCloud2, PointField, RegionOfInterest
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import PointCloud2, PointField, RegionOfInterest
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
@@ -65,36 +66,19 @@ def sent(message):
 
 
 @pytest.mark.parametrize('layout', [
-    {}, {'names': ('z', 'x', 'y')}, {'offsets': (8, 0, 4)}, {'offsets': (17, 3, 9), 'point_step': 21},
-    {'names': ('intensity', 'x', 'ring', 'y', 'z'), 'offsets': (0, 4, 8, 12, 16), 'point_step': 48},
-    {'double': True, 'offsets': (0, 8, 16), 'point_step': 32}, {'padding': 13}, {'big': True},
+    {}, {'names': ('intensity', 'x', 'ring', 'y', 'z'), 'offsets': (0, 4, 8, 12, 16), 'point_step': 48},
     {'double': True, 'big': True, 'padding': 5, 'offsets': (24, 9, 1), 'point_step': 40}], ids=str)
 def test_points_are_read_whatever_the_layout(layout):
     cloud = convert.cloud_from_message(sent(cloud_message(points_of_pixels(), **layout)))
     np.testing.assert_array_equal(all_points(cloud), points_of_pixels())
 
 
-def spoilt(**changes):
+@pytest.mark.parametrize('datatype, text', [(PointField.INT32, 'int32'), (99, 'unknown type 99')])
+def test_fields_that_are_no_floats_are_refused(datatype, text):
     message = cloud_message(points_of_pixels())
-    for name, value in changes.items():
-        setattr(message, name, value)
-    return message
-
-
-@pytest.mark.parametrize('message, words', [
-    (PointCloud2(), ['empty', '0 x 0']),
-    (spoilt(fields=spoilt().fields[:2]), ['no field z', 'x, y']),
-    (spoilt(data=bytes(100)), ['truncated', '100', str(16 * W * H)]),
-    (spoilt(row_step=16 * W - 1), ['row_step', str(16 * W)]),
-    (spoilt(point_step=10), ['point_step is 10']),
-    (spoilt(fields=[PointField(axis, 4 * i, PointField.INT32, 1) for i, axis in enumerate('xyz')]), ['int32']),
-    (spoilt(fields=[PointField(axis, 4 * i, 99, 1) for i, axis in enumerate('xyz')]), ['unknown type 99']),
-    (cloud_message(points_of_pixels().reshape(1, -1, 3)), ['not organized', 'width 35, height 1'])],
-    ids=lambda value: value[0] if isinstance(value, list) else '')
-def test_what_is_no_organized_cloud_is_refused_with_its_values(message, words):
-    with pytest.raises(BadInputError) as error:
+    message.fields = [PointField(axis, 4 * i, datatype, 1) for i, axis in enumerate('xyz')]
+    with pytest.raises(BadInputError, match=text):
         convert.cloud_from_message(sent(message))
-    assert all(word in str(error.value) for word in words)
 
 
 def test_a_cloud_comes_back_from_its_message():
@@ -141,14 +125,6 @@ def test_depth_images_give_the_points_that_project_to_their_pixels(camera, encod
     np.testing.assert_allclose(camera.project(points), np.stack([u.ravel(), v.ravel()], axis=-1), atol=1e-3)
 
 
-def test_missing_depth_is_missing():
-    z = np.full((H, W), 1.5, np.float32)
-    z[0, :4] = 0, np.nan, np.inf, -1
-    info = convert.camera_to_message(LENS, HEADER)
-    points = all_points(convert.depth_image_from_messages(depth_message(z, '32FC1'), info))
-    assert np.isnan(points[0, :4]).all() and np.isfinite(points[0, 4:]).all() and np.isfinite(points[1:]).all()
-
-
 @pytest.mark.parametrize('rectified', [False, True])
 def test_a_depth_image_of_a_region_of_interest_has_its_part_of_the_camera(rectified):
     sensor = CameraModel(1280, 720, [900, 0, 640, 0, 900, 360, 0, 0, 1])
@@ -185,14 +161,6 @@ def test_a_camera_comes_back_from_its_message(camera):
     np.testing.assert_array_equal(back.distortion, camera.distortion)
 
 
-@pytest.mark.parametrize('info, words', [
-    (CameraInfo(), '0 x 0'), (CameraInfo(width=W, height=H), 'not calibrated'),
-    (CameraInfo(width=W, height=H, K=LENS.matrix.ravel().tolist(), distortion_model='mirror', D=[1.0]), "'mirror'")])
-def test_cameras_without_calibration_are_refused(info, words):
-    with pytest.raises(BadInputError, match=words):
-        convert.camera_from_message(info)
-
-
 def some_people():
     """Three people: complete, with one joint of each status, with none."""
     random = np.random.default_rng(3)
@@ -213,13 +181,11 @@ def as_array(messages, velocities=()):
                                         velocities=list(velocities)))
 
 
-def nobody():
-    return People3D(COCO_18, np.zeros((0, K, 3)), np.zeros((0, K)), np.zeros((0, K)), np.zeros((0, K)), [])
-
-
-def test_nobody_comes_back_as_nobody():
-    assert convert.people_to_messages(nobody(), HEADER) == convert.velocities_to_messages(nobody()) == []
-    array = sent(convert.people_to_array(nobody(), HEADER))
+def test_no_people_come_back_as_none():
+    none = People3D.empty(COCO_18)
+    assert convert.people_to_messages(none, HEADER) == convert.velocities_to_messages(none) == []
+    assert convert.people_to_transforms(none, HEADER) == []
+    array = sent(convert.people_to_array(none, HEADER))
     assert (array.pose_model, array.header.frame_id, array.persons, array.velocities) == ('COCO_18', 'camera', [], [])
     assert len(convert.people_from_array(array)) == 0
 
@@ -234,15 +200,6 @@ def test_people_come_back_from_their_messages():
         np.testing.assert_array_equal(getattr(back, name), getattr(people, name), name)
 
 
-def test_velocities_name_their_person_and_are_nan_where_unknown():
-    people, (first, second, _) = some_people(), convert.velocities_to_messages(some_people())
-    assert (first.person_ID, second.person_ID) == (4, 17)
-    np.testing.assert_allclose([first.neck.x, first.neck.y, first.neck.z],
-                               people.velocity[0, COCO_18.index['neck']])
-    for vector in (first.left_shoulder, first.chest, first.mid_hip, second.neck):
-        assert np.isnan([vector.x, vector.y, vector.z]).all()
-
-
 def test_velocities_of_some_only_are_refused():
     people = some_people()
     array = as_array(convert.people_to_messages(people, HEADER), convert.velocities_to_messages(people)[:2])
@@ -252,7 +209,6 @@ def test_velocities_of_some_only_are_refused():
 
 def test_each_position_is_a_frame_of_its_own():
     people = some_people()
-    assert convert.people_to_transforms(nobody(), HEADER) == []
     transforms = {transform.child_frame_id: transform for transform in convert.people_to_transforms(people, HEADER)}
     assert set(transforms) == {f'person_4/{joint}' for joint in COCO_18.joints} | {
         'person_17/right_wrist', 'person_17/left_wrist'}
@@ -304,12 +260,9 @@ def test_markers_carry_header_pose_lifetime_and_points():
 
 @pytest.mark.parametrize('angles', [(0, 0, 0), (90, 0, 0), (0, 180, 0), (-95, 10, 170), (20, -30, 40)], ids=str)
 def test_a_transform_comes_back_from_its_message(angles):
-    a, b, c = np.radians(angles)
-    about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
-    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
-    about_z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = about_z @ about_y @ about_x, (1, -2, 0.5)
+    matrix[:3, :3] = np.transpose(Rotation.from_euler('xyz', angles, degrees=True).apply(np.eye(3)))
+    matrix[:3, 3] = 1, -2, 0.5
     message = sent(convert.transform_from_matrix(matrix, Header(frame_id='world'), 'camera'))
     assert (message.header.frame_id, message.child_frame_id) == ('world', 'camera')
     rotation, translation = convert.rotation_and_translation(message)

@@ -1,4 +1,4 @@
-"""What was computed from is published without a copy, without delaying results, and only for those who listen."""
+"""What was computed from is published without a copy, without delaying results, and only to subscribers."""
 import threading
 
 import numpy as np
@@ -59,7 +59,7 @@ def echo(topics):
     return InputEcho('somewhere', None, topics)
 
 
-def test_nothing_is_done_for_nobody(topics, echo, frame):
+def test_without_subscribers_nothing_is_done(topics, echo, frame):
     echo.submit(frame)
     images, clouds = topics.of_type.values()
     images.listeners = 1

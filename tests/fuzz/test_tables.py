@@ -35,7 +35,7 @@ def csv_text(layout, dimensions):
     writer = KeypointCsvWriter(out, layout, dimensions)
     for number in range(3):
         parts = np.full((len(MESSAGE_JOINTS), len(FIELDS[dimensions])), 0.5, np.float32)
-        writer.write(PersonRow(10 ** 18 + number, number, 10 ** 18 + number, 'camera, left', 1, 7, parts))
+        writer.write([PersonRow(10 ** 18 + number, number, 10 ** 18 + number, 'camera, left', 1, 7, parts)])
     return out.getvalue().encode()
 
 

@@ -12,8 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'
 
 from foreign_packages import DEFINITIONS, write_packages
 from openpose_ros_bridges.node_params import VisionParams
-from openpose_ros_bridges.ros.people_msgs_node import PeopleMessages
-from openpose_ros_bridges.ros.spencer_node import SpencerMessages
+from openpose_ros_bridges.ros.people_nodes import PeopleMessages, SpencerMessages
 from openpose_ros_bridges.ros.vision_msgs_node import VisionMessages
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
 from openpose_ros_pkg.people import People2D

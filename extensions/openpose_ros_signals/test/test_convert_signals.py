@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 import rospy
 from openpose_ros_msgs.msg import PersonGesture, PersonSignals
-from openpose_ros_signals.show.presence import Present
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
+from openpose_ros_signals.reader import Present
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
 from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array, summary_to_message
 

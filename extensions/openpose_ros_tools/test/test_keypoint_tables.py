@@ -1,6 +1,5 @@
 """Keypoints between bags and CSV: equal to what rostopic echo writes, and back again; no master is needed."""
 import subprocess
-from pathlib import Path
 
 import genpy
 import genpy.dynamic
@@ -128,39 +127,11 @@ def test_extended_is_what_rostopic_writes(tmp_path, dimensions):
     assert converted(tmp_path, bag, '--extended') == text
 
 
-@pytest.mark.parametrize('dimensions', [2, 3])
-def test_arrays_hold_the_same_people(tmp_path, dimensions):
-    topic = single_topic(dimensions)
-    bag = recording(tmp_path, dimensions)
-    single = converted(tmp_path, bag, '--extended', '--time', 'stamp')
-    array = converted(tmp_path, bag, '--extended', '--time', 'stamp', '--topic', topic.replace('_keypoints', ''))
-    assert array == single
-    alone = record(tmp_path / 'arrays.bag', frames(20, dimensions), array='/people')
-    assert converted(tmp_path, alone, '--extended', '--time', 'stamp') == single
-
-
 def test_a_bag_without_people(tmp_path):
     messages = [message for message in frames(5, 3) if not message.persons]
     bag = record(tmp_path / 'empty.bag', messages, single_topic(3), f'{SPACE}_3d')
     assert converted(tmp_path, bag) == ','.join(columns('original', 3)) + '\n'
     assert len(read_keypoint_bag(bag)) == 0
-
-
-def test_the_long_form_has_each_known_joint_once(tmp_path):
-    bag = recording(tmp_path, 3)
-    lines = converted(tmp_path, bag, '--tidy').splitlines()
-    table = read_keypoint_bag(bag)
-    rows, joints = np.nonzero(table.status)
-    assert len(lines) == 1 + len(rows)
-    for line, r, j in list(zip(lines[1:], rows, joints))[::17]:
-        time, frame, frame_id, person, joint, x, _, _, _, status, _ = line.split(',')
-        assert (int(time), frame_id, int(person), joint) == (table.stamps[r], 'camera', table.ids[r],
-                                                             MESSAGE_JOINTS[j])
-        assert np.float32(x) == table.positions[r, j, 0]
-        assert status == {MEASURED: 'measured', INFERRED: 'inferred'}[table.status[r, j]]
-        # frames 2, 7, ... have no people
-        index = (table.stamps[r] - FIRST) // PERIOD
-        assert int(frame) == index - (index + 2) // 5
 
 
 def test_several_bags_follow_each_other(tmp_path):
@@ -358,14 +329,6 @@ def test_the_originals_columns_leave_the_rest_unknown(tmp_path):
         people = people_from_array(message)
         assert isinstance(people, People3D) and people.skeleton is COCO_18
         assert set(np.unique(people.status)) <= {MISSING, MEASURED} and np.isnan(people.sigma).all()
-
-
-def test_a_wrong_value_leaves_no_bag(tmp_path, capsys):
-    path = tmp_path / 'wrong.csv'
-    path.write_text(','.join(columns('original', 3)) + '\n' + '5,1,1' + ',far' * 76 + '\n')
-    assert csv_to_bag.main([str(path), '-o', str(tmp_path / 'out.bag')]) == 2
-    assert "line 2, column 'field.nose.x'" in capsys.readouterr().err
-    assert [entry.name for entry in Path(tmp_path).iterdir()] == ['wrong.csv']
 
 
 # ---- tables

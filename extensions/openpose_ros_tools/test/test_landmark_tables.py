@@ -16,7 +16,7 @@ from openpose_ros_pkg.landmarks.records import (
     Hands2D,
     Landmarks2D,
 )
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_hand_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
 from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
 from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag import work
@@ -138,15 +138,9 @@ def test_tables_have_a_row_for_each_point(processed, tmp_path):
     assert np.linalg.norm([float(faces[0][f'orientation_{axis}']) for axis in 'xyzw']) == pytest.approx(1)
 
 
-def test_a_table_of_the_image_is_made_of_its_topic(processed, tmp_path):
-    out, _ = processed(*BOTH)
-    hands = rows(tmp_path / 'hands.csv', out, '--hands', '--topic', '/openpose_ros/skeleton_3d/detected_hands')
-    assert list(hands[0]) == landmark_columns('hands', 2) and hands[0]['status'] == 'measured'
-
-
 def test_points_of_hands_are_plotted(processed, tmp_path):
     out, _ = processed(*BOTH)
-    table = read_hand_bag(out)
+    table = read_keypoint_bag(out, part='hands')
     found = [hand for message, _ in messages(out, '/openpose_ros/skeleton_3d/detected_hands_3d')
              for hand in message.hands]
     tip, right = (table.joints.index(name) for name in ('left_hand_index_4', 'right_hand_index_4'))

@@ -69,12 +69,6 @@ def test_several_frames_of_reference_are_told(tmp_path, poses, capsys):
     assert 'several frames of reference (camera_0, camera_1)' in capsys.readouterr().err
 
 
-def test_chosen_people_and_joints(tmp_path, poses):
-    assert main([str(poses), '-o', str(tmp_path), '--persons', '4', '--joints', 'neck', '--end', '0.15']) == 0
-    assert sorted(path.name for path in tmp_path.glob('*.png')) == [
-        'detections.png', 'signals.png', 'top_view.png', 'trajectory_neck.png', 'visibility_person_4.png']
-
-
 def test_list_writes_no_files(tmp_path, poses, capsys):
     assert main([str(poses), '--list']) == 0
     text = capsys.readouterr().out

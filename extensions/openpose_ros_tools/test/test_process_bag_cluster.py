@@ -3,12 +3,10 @@ import functools
 import importlib.util
 import json
 import os
-import signal
 import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
 from known_recording import knowing_detector, write_recording
@@ -132,30 +130,11 @@ def test_an_existing_cluster_does_it(folder, capsys):
             process.wait(60)
 
 
-def test_an_interrupt_leaves_nothing(folder):
-    (folder / 'command.py').write_text(
-        'import functools, sys\n'
-        'from known_recording import knowing_detector\n'
-        'from openpose_ros_tools.ros.process_bag.program import main\n'
-        "if __name__ == '__main__':\n"
-        '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=1.0)))\n')
-    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    with (folder / 'errors').open('w') as errors:
-        command = subprocess.Popen([sys.executable, str(folder / 'command.py'), str(folder / 'in'), '-o', str(
-            folder / 'out'), '--workers', '2'], env=environment, start_new_session=True, stderr=errors)
-    _until(lambda: any(folder.glob('out/.*.part')))
-    os.killpg(command.pid, signal.SIGINT)
-    assert command.wait(60) == 130
-    assert everything(folder) == ['command.py', 'errors', 'in/a.bag', 'in/b.bag']
-    assert (folder / 'errors').read_text() == 'process_bag: interrupted\n'
-
-
 @ON_A_CLUSTER
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
     monkeypatch.setattr('openpose_ros_tools.parallel.cluster._CONNECT_SECONDS', 1)
     with pytest.raises(ClusterError, match='no scheduler answers at tcp'):
-        list(run_on_cluster(print, {'a': 1}, scheduler='tcp://127.0.0.1:9', retries=0,
-                            on_progress=lambda name, share: None))
+        list(run_on_cluster(print, {'a': 1}, 'tcp://127.0.0.1:9'))
 
 
 def _until(there):

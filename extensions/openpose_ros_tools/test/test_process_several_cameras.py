@@ -251,15 +251,6 @@ def test_people_that_are_there_are_fused_without_networks(run, room, out, tmp_pa
     assert 'no people of the camera door: expected /door' in capsys.readouterr().err
 
 
-def test_what_is_done_is_not_done_again_until_something_changes(run, room, capsys):
-    assert run(room) == 0
-    assert run(room) == 0
-    assert '1 of 1 bags are done already' in capsys.readouterr().out
-    assert run(room, '--clock-offset', 'left=0.001') == 2
-    assert 'is there already' in capsys.readouterr().err
-    assert run(room, '--clock-offset', 'left=0.001', '--overwrite') == 0
-
-
 @pytest.mark.parametrize(('cameras', 'arguments', 'words'), [
     (('left', 'door'), (), 'has no topics in the namespace /door; it has /left/camera_info'),
     (('left', 'left'), (), "names 'left' twice"),

@@ -19,9 +19,7 @@ from openpose_ros_pkg.ros.convert import people_to_messages
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Gesture, PersonSignals, Posture
 from openpose_ros_signals.ros.convert import signals_to_array
-from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
-from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
-from openpose_ros_tools.ros.report.program import main
+from openpose_ros_tools.ros.report import main
 from skeleton_extract_3d.ros.convert import people_to_array
 
 SPACE = '/openpose_ros/skeleton_3d'
@@ -86,12 +84,6 @@ def test_missing_images_are_named_on_the_page(tmp_path):
     assert 'data:image/jpeg' not in text
 
 
-def test_without_people(tmp_path):
-    text = report(write_results(tmp_path / 'a.bag', people=False))
-    assert 'No people were found.' in text
-    assert f'{FRAMES} frames, {FRAMES} of them without people' in text
-
-
 def test_recordings_without_results_have_a_page_of_topics(tmp_path):
     write_recording(tmp_path / 'images.bag', image=IMAGE)
     text = report(tmp_path / 'images.bag')
@@ -135,10 +127,3 @@ def test_the_page_is_beside_the_recording_and_stays(tmp_path):
     assert main([str(path)]) == 2
     assert main([str(path), '--overwrite']) == 0
     assert (tmp_path / 'a.html').is_file()
-
-
-def test_plot_keypoints_draws_a_table_of_signals(tmp_path):
-    path = write_results(tmp_path / 'a.bag', signals=True)
-    assert keypoints_to_csv([str(path), '--signals', '-o', str(tmp_path / 'signals.csv')]) == 0
-    assert plot_keypoints([str(tmp_path / 'signals.csv'), '-o', str(tmp_path / 'plots')]) == 0
-    assert [file.name for file in (tmp_path / 'plots').iterdir()] == ['signals.png']

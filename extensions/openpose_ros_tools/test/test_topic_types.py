@@ -6,10 +6,10 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.ros import calibrate_cameras, time_report
+from openpose_ros_tools.ros import time_report
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoints import keypoints_to_csv, plot_keypoints
-from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, merged_types
+from openpose_ros_tools.ros.keypoints.keypoint_bag import merged_types
 from openpose_ros_tools.ros.process_bag.input import copied_topics
 from openpose_ros_tools.ros.process_bag.program import main as process_bag
 
@@ -42,21 +42,11 @@ def test_it_is_refused_with_its_types(recording, tmp_path, capsys, main, options
     assert BOTH in capsys.readouterr().err
 
 
-def test_no_program_takes_it_for_people(recording, tmp_path, capsys):
-    assert calibrate_cameras.main([str(recording), '-o', str(tmp_path / 'rig')]) == 2
-    assert 'has no people of a camera' in capsys.readouterr().err
-
-
 def test_types_in_several_bags_are_those_of_all(recording, tmp_path):
     with rosbag.Bag(str(tmp_path / 'one.bag'), 'w') as bag:
         bag.write('/only', String('a'), genpy.Time(7))
     assert merged_types([]) == {}
     assert merged_types([recording, tmp_path / 'one.bag']) == {TOPIC: BOTH, NOTES: BOTH, '/only': 'std_msgs/String'}
-
-
-def test_its_messages_are_not_read(recording):
-    with open_bag(recording) as bag, pytest.raises(BadInputError, match=f'messages on {NOTES} are of several types'):
-        next(bag_messages(bag, NOTES))
 
 
 @pytest.mark.parametrize('wanted', [NOTES, 'all'])

@@ -38,6 +38,17 @@ def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonM
     return result
 
 
+def values_in(values: np.ndarray, source: SkeletonModel, target: SkeletonModel, missing: float) -> np.ndarray:
+    """Return values (P, K, ...) of the joints of one joint set in another, (P, L, ...); `missing` where it has none."""
+    if source == target:
+        return values
+    result = np.full((len(values), len(target.joints), *values.shape[2:]), missing, values.dtype)
+    for row, joint in enumerate(target.joints):
+        if joint in source.index:
+            result[:, row] = values[:, source.index[joint]]
+    return result
+
+
 class Poses(NamedTuple):
     """People as a decoder gives them."""
 

@@ -72,12 +72,6 @@ def _unnamed(people: People2D) -> People2D:
     return replace(people, ids=np.full(len(people), -1))
 
 
-def _without_space(people_2d: People2D) -> Estimate:
-    """Return that no person of the image has a place in space."""
-    none = np.zeros(0, np.int64)
-    return Estimate(People3D.empty(people_2d.skeleton), people_2d.select(none), unplaced=_unnamed(people_2d))
-
-
 class PeopleEstimator:
     """Tracks the people in view of one camera; not thread-safe.
 
@@ -125,21 +119,21 @@ class PeopleEstimator:
             people_2d = people_2d.select(np.flatnonzero(present))
         summary = summarize(frame.grid, method.plausibility)
         memory = self._memory.with_points(frame, summary, method)
-        camera = _camera(frame.grid, memory) if self._settings.needs_camera else None
+        camera = None
+        if self._settings.needs_camera:
+            camera = frame.grid.camera_model() or memory.camera_of((frame.grid.width, frame.grid.height))
         if camera is not None:
             self._memory, estimate = self._tracked(memory, people_2d, frame, camera, summary.doubt is None)
         elif summary.doubt is None and not self._settings.needs_camera:
-            self._memory, estimate = memory, Estimate(self._original(people_2d, frame), people_2d)
+            params = self._settings.lifting
+            people = lift_by_window(people_2d, frame.image_size, frame.grid, params.window, params.statistic)
+            self._memory, estimate = memory, Estimate(people, people_2d)
         else:
-            self._memory, estimate = memory, _without_space(people_2d)
+            self._memory, estimate = memory, Estimate(
+                People3D.empty(people_2d.skeleton), People2D.empty(people_2d.skeleton), unplaced=_unnamed(people_2d))
         doubts = (summary.doubt, memory.still and memory.still.doubt(method.plausibility),
                   self._memory.agreement.doubt(method))
         return replace(estimate, points=summary, doubts=tuple(doubt for doubt in doubts if doubt))
-
-    def _original(self, people_2d: People2D, frame: Frame) -> People3D:
-        """Return people by the original's method: each joint at the mean of the points around it."""
-        params = self._settings.lifting
-        return lift_by_window(people_2d, frame.image_size, frame.grid, params.window, params.statistic)
 
     def _tracked(self, memory: Memory, people_2d: People2D, frame: Frame, camera: CameraModel, has_depth: bool
                  ) -> Tuple[Memory, Estimate]:
@@ -186,10 +180,10 @@ class PeopleEstimator:
         unseen = people.others(len(before))
         if occlusion.occlusion:
             seen = complete(seen, view, occlusion.inference_timeout, method)
-            lost = walk_on(without(before.kept(unseen), seen.tracks), view, method.track)
-            hidden = lost.kept(hidden_and_there(lost, view, method.track.out_of_sight))
+            lost = walk_on(without(before.select(unseen), seen.tracks), view, method.track)
+            hidden = lost.select(hidden_and_there(lost, view, method.track.out_of_sight))
         else:
-            lost, hidden = without(found.expected.kept(unseen), seen.tracks), Tracks.none()
+            lost, hidden = without(found.expected.select(unseen), seen.tracks), Tracks.none()
         seen, people, misplaced = separate(seen, people, view.stamp, method.track)
         if view.floor is not None and occlusion.occlusion:
             seen = stand(seen, people.lifted.measured, view.floor, method)
@@ -220,11 +214,6 @@ class _Identified(NamedTuple):
         """Return some of the people, by indices."""
         return self._replace(row=self.row[people], observed=self.observed.select(people),
                              clothes=self.clothes.select(people))
-
-
-def _camera(points: PointGrid, memory: Memory) -> Optional[CameraModel]:
-    """Return the camera of points, or else that of the frames before; None if neither is known."""
-    return points.camera_model() or memory.camera_of((points.width, points.height))
 
 
 def check_points(points: PointGrid, image_size: Tuple[int, int], settings: EstimatorSettings) -> None:

@@ -1,6 +1,6 @@
 """What a camera gives at one time."""
 from dataclasses import dataclass
-from typing import Any, Hashable, NamedTuple, Optional, Tuple
+from typing import Any, Hashable, NamedTuple, Optional, Tuple, TypeVar
 
 import numpy as np
 
@@ -8,13 +8,15 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform
 
+Value = TypeVar('Value')
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
     """What one camera gives at one time.
 
     Attributes:
-        camera: name of the camera: frame_id of the points, or of the image where there are none.
+        camera: names the camera, as the frame_id of its points does: people are tracked for each camera alone.
         stamp: of the points, or of the image where there are none [s]; 0 or less: the frame has no history.
         bgr: (H, W, 3) uint8, the image; None: people are told apart without the colours of their clothes.
         points: organized cloud or depth image of the same view; None: no joint has a place in space.
@@ -39,16 +41,8 @@ class Frame:
 
     @property
     def image_size(self) -> Tuple[int, int]:
-        """Width and height of the image [px].
-
-        Raises:
-            ValueError: the frame has neither image nor size.
-        """
-        if self.bgr is not None:
-            return self.bgr.shape[1], self.bgr.shape[0]
-        if self.size is None:
-            raise ValueError('the frame has neither image nor size')
-        return self.size
+        """Width and height of the image [px]; ValueError where the frame has neither image nor size."""
+        return _given(self.size, 'image nor size') if self.bgr is None else (self.bgr.shape[1], self.bgr.shape[0])
 
     @property
     def image_time(self) -> float:
@@ -57,25 +51,19 @@ class Frame:
 
     @property
     def image(self) -> np.ndarray:
-        """(H, W, 3) uint8 BGR.
-
-        Raises:
-            ValueError: the frame has no image.
-        """
-        if self.bgr is None:
-            raise ValueError('the frame has no image')
-        return self.bgr
+        """(H, W, 3) uint8 BGR; ValueError where the frame has none."""
+        return _given(self.bgr, 'image')
 
     @property
     def grid(self) -> PointGrid:
-        """The points.
+        """The points; ValueError where the frame has none."""
+        return _given(self.points, 'points')
 
-        Raises:
-            ValueError: the frame has none.
-        """
-        if self.points is None:
-            raise ValueError('the frame has no points')
-        return self.points
+
+def _given(value: Optional[Value], name: str) -> Value:
+    if value is None:
+        raise ValueError(f'the frame has no {name}')
+    return value
 
 
 class FrameView(NamedTuple):

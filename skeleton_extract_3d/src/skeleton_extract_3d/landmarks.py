@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, Landmarks2D
-from skeleton_extract_3d.people import INFERRED, MISSING
+from skeleton_extract_3d.people import INFERRED, check_points_of
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Points3D:
         sigma: (N, K) float32 [m], root mean square distance of the true position from xyz; NaN where MISSING.
 
     Raises:
-        ValueError: an array has the wrong shape, a status is unknown, or status and position disagree.
+        ValueError: see `check_points_of`.
     """
 
     xyz: np.ndarray
@@ -28,17 +28,7 @@ class Points3D:
     sigma: np.ndarray
 
     def __post_init__(self) -> None:
-        shape = self.xyz.shape[:2]
-        for name, dtype, expected in (('xyz', np.float32, (*shape, 3)), ('confidence', np.float32, shape),
-                                      ('status', np.uint8, shape), ('sigma', np.float32, shape)):
-            value = np.asarray(getattr(self, name), dtype)
-            if value.shape != expected:
-                raise ValueError(f'{name}: expected {expected}, got {value.shape}')
-            object.__setattr__(self, name, value)
-        if self.status.max(initial=MISSING) > INFERRED:
-            raise ValueError(f'status of a point is {self.status.max()}, expected 0, 1 or 2')
-        if not np.array_equal(self.status != MISSING, np.isfinite(self.xyz).all(axis=2)):
-            raise ValueError('status must be MISSING exactly where x, y and z are not finite')
+        check_points_of(self, self.xyz.shape[:2])
 
     @classmethod
     def empty(cls, points: int) -> 'Points3D':

@@ -1,5 +1,6 @@
 """People in space: the one type that passes between lifting, markers and converters."""
 from dataclasses import dataclass
+from typing import Any, Tuple
 
 import numpy as np
 
@@ -7,6 +8,29 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 # Values of `status`, as in openpose_ros_msgs/BodypartDetection_3d.
 MISSING, MEASURED, INFERRED = 0, 1, 2
+
+
+def check_points_of(record: Any, shape: Tuple[int, ...], more: Tuple[Tuple[str, type, Tuple[int, ...]], ...] = ()
+                    ) -> None:
+    """Give the arrays of a new record their types, and check them: xyz, confidence, status and sigma of its points.
+
+    Args:
+        shape: of `status`.
+        more: names, types and shapes of other arrays.
+
+    Raises:
+        ValueError: an array has the wrong shape, a status is unknown, or status and position disagree.
+    """
+    for name, dtype, expected in (('xyz', np.float32, (*shape, 3)), ('confidence', np.float32, shape),
+                                  ('status', np.uint8, shape), ('sigma', np.float32, shape), *more):
+        value: np.ndarray = np.asarray(getattr(record, name), dtype)
+        if value.shape != expected:
+            raise ValueError(f'{name}: expected {expected}, got {value.shape}')
+        object.__setattr__(record, name, value)
+    if record.status.max(initial=MISSING) > INFERRED:
+        raise ValueError(f'status of a point is {record.status.max()}, expected {MISSING}, {MEASURED} or {INFERRED}')
+    if not np.array_equal(record.status != MISSING, np.isfinite(record.xyz).all(axis=-1)):
+        raise ValueError('status must be MISSING exactly where x, y and z are not finite')
 
 
 @dataclass(frozen=True)
@@ -24,7 +48,7 @@ class People3D:
         velocity: (P, K, 3) float32 [m/s]; NaN where MISSING or not estimated, which is everywhere by default.
 
     Raises:
-        ValueError: an array has the wrong shape, a status is unknown, or status and position disagree.
+        ValueError: see `check_points_of`.
     """
 
     skeleton: SkeletonModel
@@ -39,18 +63,8 @@ class People3D:
         people, joints = len(self.xyz), len(self.skeleton.joints)
         if self.velocity is None:
             object.__setattr__(self, 'velocity', np.full((people, joints, 3), np.nan))
-        fields = (('xyz', np.float32, (people, joints, 3)), ('confidence', np.float32, (people, joints)),
-                  ('status', np.uint8, (people, joints)), ('sigma', np.float32, (people, joints)),
-                  ('ids', np.int64, (people,)), ('velocity', np.float32, (people, joints, 3)))
-        for name, dtype, shape in fields:
-            value = np.asarray(getattr(self, name), dtype)
-            if value.shape != shape:
-                raise ValueError(f'{name} of {self.skeleton.name}: expected {shape}, got {value.shape}')
-            object.__setattr__(self, name, value)
-        if self.status.max(initial=MISSING) > INFERRED:
-            raise ValueError(f'status of a joint is {self.status.max()}, expected {MISSING}, {MEASURED} or {INFERRED}')
-        if not np.array_equal(self.status != MISSING, np.isfinite(self.xyz).all(axis=2)):
-            raise ValueError('status must be MISSING exactly where x, y and z are not finite')
+        check_points_of(self, (people, joints), (('ids', np.int64, (people,)),
+                                                 ('velocity', np.float32, (people, joints, 3))))
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People3D':

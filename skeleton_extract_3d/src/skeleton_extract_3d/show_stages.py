@@ -5,6 +5,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg import show_stages
+from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.command_line import DONE, run_command, setting_values
 from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds
@@ -18,10 +19,9 @@ from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.lift.robust import RobustLifting
-from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
-from skeleton_extract_3d.points.rgbd_sequence import read_camera
 
 # Chart of a person: left edge of the depths, width of a candidate and height of a joint's row [px].
 _LEFT, _CELL, _ROW = 170, 17, 27
@@ -105,7 +105,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     def work() -> int:
         bgr, depth = read_image(options.image), read_image(options.depth, cv2.IMREAD_UNCHANGED)
         settings = build(DetectorSettings, setting_values(parser, options.settings))
-        camera = read_camera(options.camera)
+        camera = calibrated_camera(read_calibration(options.camera))
         people, stages = show_stages.detect_and_draw(settings, bgr, depth_view(DepthImage(depth, camera)))
         folder = options.output
         show_stages.write_stages(stages, folder, folder / 'stages_2d.jpg', 3, options.overwrite)

@@ -45,5 +45,5 @@ FAULTS = [
     Fault('joint that is measured, without a position', people(joint(x=NAN, status=1)), 'two/markers',
           words=('status must be MISSING',)),
     Fault('joint of an unknown status', people(joint(status=99)), 'two/markers',
-          words=('status of a joint is 99',)),
+          words=('status of a point is 99',)),
 ]

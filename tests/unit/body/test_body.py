@@ -1,5 +1,4 @@
 """The model of the body: both sides alike, in agreement with itself and with what was measured on people."""
-import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
@@ -11,23 +10,6 @@ JOINTS = body.JOINTS
 
 def named(joints):
     return [JOINTS[joint] for joint in joints]
-
-
-def test_chains_run_outwards_on_alternating_sides():
-    for chain in zip(named(body.ROOTS), named(body.MIDDLES), named(body.ENDS), body.SIDES):
-        root, middle, end, side = chain
-        assert [name.split('_')[0] for name in (root, middle, end)] == ['left' if side > 0 else 'right'] * 3
-        assert [name.split('_')[1] for name in (root, middle, end)] in (['shoulder', 'elbow', 'wrist'],
-                                                                        ['hip', 'knee', 'ankle'])
-
-
-def test_bones_that_are_measured_and_satisfied_are_of_their_kind():
-    kinds = {('hip', 'hip'): 'hips', ('shoulder', 'shoulder'): 'shoulders', ('shoulder', 'elbow'): 'upper_arm',
-             ('elbow', 'wrist'): 'forearm', ('hip', 'knee'): 'thigh', ('knee', 'ankle'): 'shin'}
-    measured = np.column_stack([body.MEASURED_BONES, body.MEASURED_KINDS[:-1]])
-    for start, end, kind in [*measured.tolist(), *body.SATISFIED_BONES.tolist()]:
-        assert kinds[tuple(name.split('_')[1] for name in named((start, end)))] == body.BONES[kind]
-    assert body.BONES[body.MEASURED_KINDS[-1]] == 'trunk'
 
 
 # Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, as shares of the stature

@@ -42,13 +42,6 @@ def test_no_people():
     assert expected_lengths(none).shape == length_spreads(none).shape == (0, 8)
 
 
-@pytest.mark.parametrize('stature', [1.0, BODY.adult_stature])
-def test_new_people_have_the_proportions_of_adults(stature):
-    one = one_person(stature)
-    np.testing.assert_allclose(expected_lengths(one)[0], BODY.bone_lengths * stature / BODY.adult_stature)
-    np.testing.assert_allclose(length_spreads(one), BODY.proportion_spread)
-
-
 @pytest.mark.parametrize('scale', [0.6, 1.0, 1.1])
 def test_a_person_who_is_watched_is_known(scale):
     one = watched(person(scale))

@@ -4,14 +4,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.params.parameters import build
+from estimating import new_estimator, update
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
-from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
-from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     HEAD_CENTRE,
     HEAD_RADII,
@@ -64,20 +60,11 @@ def people_2d(skeleton, missing=()):
     return People2D(skeleton, keypoints, [0.9], [-1])
 
 
-def update(estimator, people, depth, stamp):
-    frame = scene()
-    return estimator.update(people, Frame('', stamp, frame.bgr, DepthImage(depth, frame.camera)))
-
-
-def new_estimator(skeleton):
-    return PeopleEstimator(build(EstimatorSettings, {}))
-
-
 def answer(people, room=FREE):
     """Return the estimate after people have been shown in a few frames."""
-    estimator = new_estimator(people.skeleton)
+    estimator = new_estimator()
     for i in range(4):
-        result = update(estimator, people, scene(room).depth, i / RATE)
+        result = update(estimator, scene(), i / RATE, people, scene(room).depth)
     return result
 
 
@@ -159,11 +146,11 @@ def test_the_top_of_the_head_is_measured():
 
 @SKELETONS
 def test_a_person_who_is_hidden_is_inferred_with_the_joints_that_can_be(skeleton):
-    depth, estimator = scene().depth, new_estimator(skeleton)
+    depth, estimator = scene().depth, new_estimator()
     for i in range(6):
         shown = i < 4
-        result = update(estimator, people_2d(skeleton) if shown else People2D.empty(skeleton),
-                        depth if shown else np.full_like(depth, 1500), i / RATE)
+        result = update(estimator, scene(), i / RATE, people_2d(skeleton) if shown else People2D.empty(skeleton),
+                        depth if shown else np.full_like(depth, 1500))
     assert len(result.people) == 1 and len(result.people_2d) == 0
     common = [name in COCO_18.joints or name in ('mid_hip', 'chest') for name in skeleton.joints]
     np.testing.assert_array_equal(result.people.status[0, common], INFERRED)

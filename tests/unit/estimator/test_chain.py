@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.detect.detection import IndependentDetection
-from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
@@ -178,14 +178,3 @@ def test_new_settings_hold_for_all_cameras(chain):
         people = seen(chain, camera, 1.1).people_3d
         assert people.ids.tolist() == [1], 'the id in the image'
         assert np.isnan(people.velocity).all()
-
-
-def test_of_a_thousand_cameras_the_newest_are_remembered(chain):
-    seen(chain, 'first')
-    for camera in range(1000):
-        chain.expected(camera, 0.0, FRAME.size)
-        if camera == 998:
-            seen(chain, 'last')
-    assert chain.expected('last', 1.1, FRAME.size) is not None
-    assert chain.expected('first', 1.1, FRAME.size) is None
-    assert len(chain._estimators.all()) == TRACKING.most_cameras

@@ -5,15 +5,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.params.parameters import build
+import estimating
+from estimating import new_estimator
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
-from skeleton_extract_3d.points.cloud import OrganizedCloud
-from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
     HIDDEN_BY_PERSON,
@@ -40,17 +35,11 @@ SMALL, MEDIUM = pinhole(320, 180), pinhole(480, 270)
 RED, GREEN = (50, 50, 200), (60, 180, 60)
 
 
-def new_estimator():
-    """Return an estimator with the default parameters."""
-    return PeopleEstimator(build(EstimatorSettings, {}))
-
-
 def update(estimator, frame, stamp, people=None, depth=None, colours=True):
     """Return the estimate of a frame, of other people or depth if given; whatever comes must be well formed."""
     people = frame.people if people is None else people
-    points = DepthImage(frame.depth if depth is None else depth, frame.camera)
-    bgr = frame.bgr if colours else None
-    return checked(people, estimator.update(people, Frame('', stamp, bgr, points, size=frame.size)))
+    return checked(people, estimating.update(estimator, frame, stamp, people, depth,
+                                             bgr=frame.bgr if colours else None))
 
 
 def checked(people_2d, estimate):
@@ -116,30 +105,6 @@ def test_no_people():
         assert len(estimate.people) == 0 and estimate.people.xyz.shape == (0, 18, 3)
 
 
-def test_people_who_appear_late_and_are_forgotten_after_they_left():
-    estimator, empty = new_estimator(), render(SMALL, [])
-    for i in range(5):
-        update(estimator, empty, 100 + i / RATE)
-    estimate = still(standing_frame(), 1.0, estimator, 101.0)
-    assert len(estimate.people) == 1
-    first = int(estimate.people.ids[0])
-    assert first >= 0
-    for i in range(30):
-        estimate = update(estimator, empty, 102.2 + i / 5)
-        assert set(estimate.people.ids.tolist()) <= {first}
-    assert len(estimate.people) == 0, 'six seconds after a person has left'
-    again = still(standing_frame(), 1.0, estimator, 120.0)
-    assert again.people.ids[0] != first, 'ids are not reused'
-    assert np.nanmedian(errors(again, standing_frame())) < 0.05
-
-
-def test_sizes_of_another_view_are_refused():
-    frame = standing_frame()
-    with pytest.raises(BadInputError, match='aspect'):
-        new_estimator().update(frame.people, Frame('', 0.0, None, DepthImage(frame.depth, frame.camera),
-                                                   size=(320, 240)))
-
-
 # ---------------------------------------------------------------------------------------- strange people
 
 
@@ -169,34 +134,6 @@ def test_people_cut_by_the_border_are_right_where_they_are_seen():
 
 
 # ----------------------------------------------------------------------------------------- strange depth
-
-
-def test_without_depth_nothing_is_measured():
-    frame = standing_frame()
-    nan = np.full(frame.depth.shape, np.nan, np.float32)
-    empty, estimator = OrganizedCloud(nan, nan, nan), new_estimator()
-    for i in range(3):
-        estimate = checked(frame.people, estimator.update(
-            frame.people, Frame('', i / RATE, frame.bgr, empty)))
-        assert not (estimate.people.status == MEASURED).any()
-    again = still(frame, 1.0, estimator, 1.0)
-    assert np.nanmedian(errors(again, frame)) < 0.05, 'as soon as there is depth again'
-    lost = checked(frame.people, estimator.update(frame.people, Frame('', 2.1, None, empty, size=frame.size)))
-    assert lost.people.ids.tolist() == again.people.ids.tolist() and not (lost.people.status == MEASURED).any()
-    # what is said without depth is inferred and still right
-    assert not (np.linalg.norm(lost.people.xyz - frame.xyz, axis=2) > 0.15).any()
-
-
-def test_ninety_percent_of_holes_are_bridged():
-    frame, rng = standing_frame(), np.random.default_rng(5)
-    estimator = new_estimator()
-    for i in range(16):
-        estimate = update(estimator, frame, i / RATE, depth=with_holes(frame.depth, 0.9, rng))
-    trunk = [INDEX[f'{side}_{part}'] for side in ('left', 'right') for part in ('shoulder', 'hip')]
-    assert (estimate.people.status[0, trunk] != MISSING).all()
-    distance = errors(estimate, frame)
-    assert np.nanmedian(distance) < 0.06
-    assert not (distance[estimate.people.status[:1] == MEASURED] > 0.15).any()
 
 
 # ---------------------------------------------------------------------------------------- strange stamps

@@ -4,8 +4,7 @@ import pytest
 
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.rays import pair_rays
-from openpose_ros_fusion.single_view import shift_onto_rays
+from openpose_ros_fusion.rays import pair_rays, shift_onto_rays
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_rig import Room, around, walking
 from skeleton_extract_3d.people import MISSING

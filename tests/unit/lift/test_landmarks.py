@@ -8,7 +8,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.lift.landmarks import lift_landmarks
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.transform import transform_landmarks
@@ -123,14 +123,6 @@ def test_the_end_of_a_finger_folded_behind_the_own_hand_is_inferred_behind_it(le
     assert (points.status[0, 8] == INFERRED) == shows_back and (np.delete(points.status[0], 8) == MEASURED).all()
     behind = 2 * METHOD.landmarks.half_finger if shows_back else 0.0
     assert points.xyz[0, 8, 2] == pytest.approx(1.0 + behind + FLESH[4], abs=1e-3)
-
-
-def test_points_that_the_image_does_not_have_are_missing():
-    hands = hand(1.0)
-    keypoints = hands.keypoints.copy()
-    keypoints[0, 3] = np.nan, np.nan, 0
-    points = lifted(Hands2D(keypoints, hands.scores, hands.people, hands.left), wall(1.0)).points
-    assert points.status[0, 3] == MISSING and (np.delete(points.status[0], 3) == MEASURED).all()
 
 
 def face(turn):

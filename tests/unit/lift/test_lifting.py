@@ -4,7 +4,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift.window_mean import lift_by_window, nearest_pixels
@@ -88,9 +87,3 @@ def test_in_a_cloud_of_other_resolution_the_same_place_is_found(scale):
     np.testing.assert_array_equal(people.xyz[0, :4, :2], [[30, 10], [30, 10], [0, 0], [W - 1, H - 1]])
     up = lifted(pixel_cloud(scale * W, scale * H), (30, 10), window=1)
     assert (np.abs(up.xyz[0, 0, :2] - (scale * 30.5 - 0.5, scale * 10.5 - 0.5)) <= 0.5).all()
-
-
-@pytest.mark.parametrize('size', [(640, 480), (W, H + 1), (W + 2, H)])
-def test_other_aspect_ratios_are_refused_with_both_sizes(size):
-    with pytest.raises(BadInputError, match=f'image is {size[0]} x {size[1]} but cloud is {W} x {H}'):
-        lifted(pixel_cloud(), (1, 1), size=size)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18
+from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
@@ -86,25 +86,3 @@ def test_a_keypoint_that_no_ray_reaches_counts_as_missing():
     assert not seen.known[0, wrist] and seen.scores[0, wrist] == 0 and np.isnan(seen.uv[0, wrist]).all()
     assert np.isfinite(seen.rays).all()
     assert seen.known[0, INDEX['neck']]
-
-
-def test_other_joint_sets_are_read_by_name():
-    frame = scene()
-    for skeleton in (COCO_17, BODY_25):
-        keypoints = np.full((2, len(skeleton.joints), 3), (np.nan, np.nan, 0))
-        for i, name in enumerate(skeleton.joints):
-            if name in INDEX:
-                keypoints[:, i] = frame.people.keypoints[:, INDEX[name]]
-        seen = look(frame, People2D(skeleton, keypoints, [1, 1], [-1, -1]))
-        # where there is no neck, it is the middle of the shoulders
-        np.testing.assert_allclose(seen.uv, frame.people.xy, atol=1e-3)
-
-
-@pytest.mark.parametrize('scale', [2, 3])
-def test_keypoints_of_a_larger_image_are_brought_to_the_grid(scale):
-    frame = scene()
-    keypoints = frame.people.keypoints.copy()
-    keypoints[..., :2] = (keypoints[..., :2] + 0.5) * scale - 0.5
-    larger = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]), (320 * scale, 180 * scale))
-    np.testing.assert_allclose(larger.uv, frame.people.xy, atol=1e-4)
-    np.testing.assert_array_equal(larger.samples, look(frame).samples)

@@ -6,16 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from estimating import new_estimator
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.params.parameters import build
-from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
 from skeleton_extract_3d.points.plausibility import summarize
-from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 CAMERA = pinhole(320, 180)
@@ -37,7 +35,7 @@ def metres(depth):
 
 def estimates(points, values=None, bgr=FRAME.bgr, camera=CAMERA, frames=SEVERAL):
     """Return what comes of frames in a row with the same keypoints; `points` is called with the number of each."""
-    estimator = PeopleEstimator(build(EstimatorSettings, values or {}))
+    estimator = new_estimator(**values or {})
     return [estimator.update(FRAME.people, Frame('', i / 15, bgr(i) if callable(bgr) else bgr, points(i),
                                                  size=(camera.width, camera.height))) for i in range(frames)]
 

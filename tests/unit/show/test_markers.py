@@ -147,18 +147,6 @@ def test_the_label_stands_above_the_head_in_any_frame(turn):
     assert of(hidden, 'label').text == '31 (hidden)'
 
 
-def test_only_finite_points_are_published():
-    rng = np.random.default_rng(0)
-    for _ in range(20):
-        person = {joint: rng.normal(size=3) for joint in COCO_18.joints if rng.random() < 0.5}
-        inferred = [joint for joint in person if rng.random() < 0.5]
-        sigma = {joint: rng.choice([0.0, 0.1, np.inf, np.nan]) for joint in person}
-        for marker in shown(people({0: person}, inferred, sigma), EVERYTHING):
-            assert np.isfinite(marker.points).all()
-            assert len(marker.points) > 0
-            assert 0 < marker.scale < 4
-
-
 @pytest.mark.parametrize('rate, expected', [(30, 0.15), (15, 0.2), (5, 0.6)])
 def test_the_lifetime_covers_three_frames(rate, expected):
     markers = PeopleMarkers(MarkerParams())

@@ -1,8 +1,4 @@
-"""Images have the same people in any number of processes, also when processes die."""
-import functools
-import os
-import signal
-
+"""Images have the same people in any number of processes."""
 import numpy as np
 import pytest
 
@@ -13,26 +9,16 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
-from openpose_ros_tools.parallel.processes import ProcessLostError
 
 DEFAULTS = build(DetectorSettings, {})
-DEADLY, REFUSED = 66, 67
+REFUSED = 67
 
 
 class LevelDetector:
-    """Finds one person, at x = the depth, or else the grey level of the image.
-
-    Level 66 ends the process, the first time or always.
-    """
-
-    def __init__(self, marker=None):
-        self.marker = marker
+    """Finds one person, at x = the depth, or else the grey level of the image."""
 
     def detect(self, bgr, depth=None):
         level = int(bgr[0, 0, 0])
-        if level == DEADLY and self.marker is not None and not self.marker.exists():
-            self.marker.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
         if level == REFUSED:
             raise BadInputError('not this one')
         keypoints = np.full((1, 18, 3), 0.5, np.float32)
@@ -42,22 +28,6 @@ class LevelDetector:
 
 def level_detector(_settings):
     return LevelDetector()
-
-
-def dying_once(marker, _settings):
-    return LevelDetector(marker)
-
-
-class Forgetful:
-    def exists(self):
-        return False
-
-    def touch(self):
-        pass
-
-
-def always_dying(_settings):
-    return LevelDetector(Forgetful())
 
 
 def broken(_settings):
@@ -87,20 +57,6 @@ def test_every_image_has_its_result(jobs):
         assert pool.skeleton is COCO_18
         with pytest.raises(BadInputError, match='not this one'):
             pool.submit(image(REFUSED)).result(30)
-
-
-def test_a_process_that_dies_loses_no_image(tmp_path):
-    with DetectorPool(2, DEFAULTS, functools.partial(dying_once, tmp_path / 'died')) as pool:
-        assert levels(pool, [1, DEADLY, 3, 4, 5]) == [1, DEADLY, 3, 4, 5]
-        assert (tmp_path / 'died').exists()
-
-
-def test_an_image_that_ends_every_process_is_given_up():
-    with DetectorPool(2, DEFAULTS, always_dying) as pool:
-        found = pool.submit(image(DEADLY))
-        assert levels(pool, [1]) == [1]
-        with pytest.raises(ProcessLostError, match='3 processes'):
-            found.result(60)
 
 
 @pytest.mark.parametrize('jobs', [1, 2])

@@ -79,22 +79,6 @@ def test_most_seen_people_are_chosen():
     assert selection.persons == tuple(range(2, 10)) and selection.left_out == 2
 
 
-@pytest.mark.parametrize('options, text', [
-    ({'joints': ['chest']}, "joint 'chest' is not in it; there are: nose, neck"),
-    ({'persons': [9]}, 'person 9 is not in it; there are: 0, 1'),
-    ({'start': 5.0}, 'no people are in it from 5 to inf s; the recording has 0.9 s')])
-def test_what_is_not_there(options, text):
-    with pytest.raises(BadInputError) as error:
-        select(a_table(range(10), (0, 1)), **options)
-    assert text in str(error.value)
-
-
-def test_gaps_are_those_between_frames():
-    selection = select(a_table([0, 1, 2, 3, 9, 10, 12]))
-    (begin, end), = selection.gaps
-    assert (begin, end) == pytest.approx((0.4, 0.9)), 'a period after frame 3, to frame 9; a lost frame is no gap'
-
-
 def test_frames_without_people_are_no_gap():
     selection = select(a_table([0, 1, 2, 3, 9, 10]), BEGIN + np.arange(12) * STEP)
     assert selection.gaps == [] and len(selection.frames) == 12 and selection.knows_empty_frames

@@ -120,12 +120,6 @@ def write(path, text='new', overwrite=False):
         assert not (path / 'own' / 'file').exists() or (path / 'own' / 'file').read_text() != text
 
 
-def test_a_folder_is_there_at_the_end(tmp_path):
-    write(tmp_path / 'deep' / 'out')
-    assert (tmp_path / 'deep' / 'out' / 'own' / 'file').read_text() == 'new'
-    assert [path.name for path in (tmp_path / 'deep').iterdir()] == ['out']
-
-
 def test_an_older_one_is_replaced_only_when_asked_for(tmp_path):
     write(tmp_path / 'out', 'old')
     with pytest.raises(ParameterError, match='is there already'):
@@ -143,14 +137,3 @@ def test_what_is_foreign_is_never_replaced(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(ParameterError, match='is a file'):
         write(tmp_path / 'file', overwrite=True)
-
-
-@pytest.mark.parametrize('error', [KeyboardInterrupt, ValueError])
-def test_nothing_stays_after_an_error(tmp_path, error):
-    write(tmp_path / 'old', 'old')
-    for name in ('old', 'new'):
-        with pytest.raises(error), output_folder(tmp_path / name, True, ('own',)) as part:
-            (part / 'half').write_text('')
-            raise error
-    assert [path.name for path in tmp_path.iterdir()] == ['old']
-    assert (tmp_path / 'old' / 'own' / 'file').read_text() == 'old'

@@ -12,17 +12,16 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.parallel.processes import ProcessLostError, ProcessPool, no_interrupts, run_in_processes
+from openpose_ros_tools.parallel.processes import ProcessLostError, ProcessPool, run_in_processes
 
 TIMEOUT = 60.0  # [s] of what takes a second, as a loaded machine starts processes slowly
 
 
-def work(task, tell):
+def work(task):
     """Do what the task says, by its file where it tells of tries before."""
     verb, path = task
     if verb == 'wait':
         path.write_text(str(os.getpid()))
-        tell(0.25)
         time.sleep(TIMEOUT)
     with path.open('a') as tries:
         tries.write('x')
@@ -38,11 +37,10 @@ def work(task, tell):
     return f'did {verb}'
 
 
-def run(folder, verbs, workers=2, retries=1):
+def run(folder, verbs, workers=2):
     """Return the outcomes by verb, and the number of tries of each."""
     tasks = {verb: (verb, folder / verb) for verb in verbs}
-    outcomes = dict(run_in_processes(work, tasks, workers=workers, retries=retries,
-                                     on_progress=lambda name, share: None))
+    outcomes = dict(run_in_processes(work, tasks, workers))
     return outcomes, {verb: (folder / verb).stat().st_size for verb in verbs}
 
 
@@ -55,7 +53,7 @@ def test_every_task_has_one_outcome(tmp_path):
 
 
 def test_what_ends_every_process_is_given_up_and_the_others_are_done(tmp_path):
-    outcomes, tries = run(tmp_path, ['die', 'work', 'break'], workers=1, retries=0)
+    outcomes, tries = run(tmp_path, ['die', 'work', 'break'], workers=1)
     assert isinstance(outcomes['die'], ProcessLostError) and tries['die'] == 3
     assert outcomes['work'] == 'did work'
     with pytest.raises(RuntimeError, match='ValueError'):
@@ -63,25 +61,20 @@ def test_what_ends_every_process_is_given_up_and_the_others_are_done(tmp_path):
 
 
 def test_a_result_that_can_not_be_sent_is_an_error_and_the_process_lives_on(tmp_path):
-    outcomes, tries = run(tmp_path, ['return a lock', 'work'], workers=1, retries=0)
+    outcomes, tries = run(tmp_path, ['return a lock', 'work'], workers=1)
     with pytest.raises(RuntimeError, match='can not be sent'):
         raise outcomes['return a lock']
     assert outcomes['work'] == 'did work' and tries['return a lock'] == 1
 
 
-def test_progress_is_told_and_closing_ends_the_processes(tmp_path):
-    told, event = [], threading.Event()
-
-    def on_progress(name, share):
-        told.append((name, share))
-        if share > 0:
-            event.set()
-
+def test_closing_ends_the_processes(tmp_path):
     tasks = {name: (verb, tmp_path / name) for name, verb in (('work', 'work'), ('wait', 'wait'), ('more', 'wait'))}
-    with closing(run_in_processes(work, tasks, workers=1, retries=5, on_progress=on_progress)) as outcomes:
+    waiting = tmp_path / 'wait'
+    with closing(run_in_processes(work, tasks, 1)) as outcomes:
         assert next(outcomes) == ('work', 'did work')
-        assert event.wait(TIMEOUT)
-    assert ('wait', 0.25) in told
+        deadline = time.monotonic() + TIMEOUT
+        while not (waiting.exists() and waiting.read_text()) and time.monotonic() < deadline:
+            time.sleep(0.01)
     assert not (tmp_path / 'more').exists()
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / 'wait').read_text()), 0)
@@ -129,18 +122,3 @@ def lives(pid):
     return True
 
 
-BLOCKED = 'import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))'
-
-
-def test_processes_are_spared_interrupts_for_good_and_this_thread_gets_them_afterwards():
-    def is_blocked():
-        return subprocess.run([sys.executable, '-c', BLOCKED], stdout=subprocess.PIPE, check=True).stdout == b'True\n'
-
-    with no_interrupts():
-        assert is_blocked()
-    assert not is_blocked()
-    done = []
-    with pytest.raises(KeyboardInterrupt), no_interrupts():
-        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-        done.append(1)
-    assert done == [1]

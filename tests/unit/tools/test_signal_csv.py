@@ -3,11 +3,9 @@ import csv
 import io
 
 import numpy as np
-import pytest
 
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, PersonSignals, Pointing, Posture, Walk
-from openpose_ros_tools.tables.signal_csv import SIGNAL_COLUMNS, SignalCsvWriter, is_signal_csv, read_signal_csv
+from openpose_ros_tools.tables.signal_csv import SIGNAL_COLUMNS, SignalCsvWriter
 
 RAY = Pointing(np.array([0.5, 0.0, 1.5]), np.array([1.0, 0.0, 0.0]), 0.25, Hit(np.array([3.0, 0.0, 1.5]), 'lamp, left'))
 BUSY = PersonSignals(7, np.array([0.5, 0.25, 1.0]), Posture('lying', 11.5, 0.75),
@@ -45,30 +43,3 @@ def test_values():
                                                                                       '3.0')
     assert (hidden['posture'], hidden['posture_since'], hidden['x'], hidden['moving'], hidden['fallen']) == (
         'unknown', '', 'nan', '', 'false')
-
-
-def test_a_table_is_read_as_it_was_written(tmp_path):
-    path = tmp_path / 'signals.csv'
-    with path.open('w') as handle:
-        writer = SignalCsvWriter(handle)
-        for time in (12_500_000_000, 12_600_000_000):
-            writer.write(time, 'room', (BUSY, HIDDEN))
-    assert is_signal_csv(path)
-    table, timeline = read_signal_csv(path)
-    assert table.ids.tolist() == [7, 8, 7, 8]
-    assert table.positions[0, table.joints.index('mid_hip')].tolist() == [0.5, 0.25, 1.0]
-    assert np.isnan(table.positions[1]).all()
-    spans = [(span.person, span.kind, span.name, span.arm, round(span.begin, 6), round(span.end, 6))
-             for span in timeline.spans]
-    assert spans == [(7, 'posture', 'lying', '', 12.5, 12.6), (7, 'walking', '', '', 12.5, 12.6),
-                     (7, 'gesture', 'wave', 'left', 12.25, 12.6), (7, 'gesture', 'point', 'right', 12.0, 12.6),
-                     (8, 'posture', 'unknown', '', 12.5, 12.6)]
-    assert [(person, fall.stamp) for person, fall in timeline.falls] == [(7, 11.5)]
-
-
-@pytest.mark.parametrize('row', ['no time', '5,0,room', '5,0,room,x' + ',' * 33])
-def test_a_damaged_table_is_an_error(tmp_path, row):
-    path = tmp_path / 'signals.csv'
-    path.write_text(','.join(SIGNAL_COLUMNS) + '\n' + row + '\n')
-    with pytest.raises(BadInputError, match=r'signals\.csv'):
-        read_signal_csv(path)

@@ -25,25 +25,7 @@ def test_few_items_are_taken_ahead():
         assert len(taken) <= done + 4
 
 
-def test_an_error_is_raised_at_its_turn_and_ends_the_threads():
-    def fails_at_five(item):
-        if item == 5:
-            raise ValueError('five')
-        return item
-
-    before = threading.active_count()
-    found = []
-    with pytest.raises(ValueError, match='five'):
-        found.extend(ordered_map(fails_at_five, range(100), threads=2))
-    assert threading.active_count() == before
-
-
 # ---- reading ahead
-
-
-@pytest.mark.parametrize('count', [0, 1, 10])
-def test_all_items_come_in_order(count):
-    assert list(prefetched(iter(range(count)), 2)) == list(range(count))
 
 
 def test_it_reads_ahead_but_not_further_than_it_may():

@@ -58,14 +58,6 @@ def test_colours_are_cielab(bgr):
     assert weight.tolist() == [1]
 
 
-@pytest.mark.parametrize('pixel', [(-1, 3), (30, 3), (3, -1), (3, 20), (np.nan, np.nan)])
-def test_pixels_outside_the_picture_are_not_usable(pixel):
-    image = picture((0, 0, 0))
-    image[3, 3] = 0, 0, 255
-    lab, _ = colours(image, [[pixel, (3.0, 3.0)]], known([True, True]))
-    np.testing.assert_allclose(lab[0], LAB[0, 0, 255], atol=0.1)
-
-
 def test_the_difference_is_the_mean_of_the_parts_that_are_known_of_both():
     first, second = np.zeros((1, 2, 3)), np.zeros((3, 2, 3))
     second[:, 0], second[:, 1] = (3, 4, 0), (0, 0, 20)

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from estimating import tracks_of
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import JOINTS
 from skeleton_extract_3d.frame import FrameView
@@ -11,7 +12,6 @@ from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.completion import Completion, complete
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
-from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import Person, Room, joints_of, pinhole, render, standing
 
 INDEX = COCO_18.index
@@ -27,18 +27,10 @@ def person(x=0.0, z=2.6, scale=1.0, **values):
 
 def tracks(*xyz, has=True, stamp=0.0, velocity=(0, 0, 0), stature=1.75):
     """Return tracks of people that know the joints of a mask and walk."""
-    if not xyz:
-        return Tracks.none()
-    result = Tracks.begun(np.arange(len(xyz)), stamp, np.stack(xyz), np.tile([1.0, 0, 0], (len(xyz), 1)),
-                          np.full(len(xyz), stature))
-    return moving(replace(result, has=np.full((len(xyz), 18), has), sightings=np.full(len(xyz), 10)), velocity)
-
-
-def moving(those, velocity):
-    """Return tracks whose joints and trunks have a velocity, (3,) or (T, 1, 3) [m/s]."""
+    result = tracks_of(xyz, stamp, has, stature, sightings=np.full(len(xyz), 10))
     joints, root = (each._replace(velocity=np.zeros_like(each.velocity) + velocity)
-                    for each in (those.joints, those.root))
-    return replace(those, joints=joints, root=root)
+                    for each in (result.joints, result.root))
+    return replace(result, joints=joints, root=root)
 
 
 def only(*names):

@@ -1,11 +1,10 @@
 """A person comes back in sight: joints that the frame does not place come along with those that it does."""
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from estimating import tracks_of
 from skeleton_extract_3d.body.body import HEAD
-from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.track.correction import come_along
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -16,8 +15,7 @@ HEAD_SEEN = np.isin(np.arange(18), HEAD)[None]
 def tracks():
     """One person, last seen at 1 s."""
     xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 18, 3)) + np.array([0, 0, 3])
-    begun = Tracks.begun(np.arange(1), 1.0, xyz, np.array([[1.0, 0, 0]]), np.array([METHOD.body.adult_stature]))
-    return replace(begun, has=np.ones((1, 18), bool))
+    return tracks_of(xyz, 1.0)
 
 
 @pytest.mark.parametrize(('unseen', 'seen', 'moves'), [

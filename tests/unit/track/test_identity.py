@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import ParameterError
+from estimating import tracks_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift.observation import observe
@@ -31,10 +31,7 @@ def tracks_at(*places, last_seen=STAMP - 0.1):
     """Return tracks of people who are expected at (x, z)."""
     if not places:
         return Tracks.none()
-    xyz = scene(*places).xyz
-    tracks = Tracks.begun(np.arange(len(xyz)), last_seen, xyz, np.tile([1.0, 0, 0], (len(xyz), 1)),
-                          np.full(len(xyz), 1.75))
-    return replace(tracks, has=np.ones(xyz.shape[:2], bool))
+    return tracks_of(scene(*places).xyz, last_seen)
 
 
 def clothes(people, *colours):
@@ -149,15 +146,6 @@ def joints_after_joining(tracks, frame, people, row):
 UPPER, EVERYTHING = [joint for joint in range(18) if joint not in LOWER], range(18)
 
 
-def test_a_half_is_joined_to_the_track_that_expects_its_joints():
-    frame = scene(LEFT)
-    both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
-    assert joints_after_joining(tracks_at(LEFT), frame, both, [0, -1]) == ([18], [0])
-    assert joints_after_joining(tracks_at(LEFT), frame, both, [-1, 0]) == ([18], [0])
-    assert joints_after_joining(tracks_at(LEFT, RIGHT), frame, both, [1, -1]) == ([12, 6], [1, -1])  # whose is not seen
-    assert joints_after_joining(Tracks.none(), frame, both, [-1, -1]) == ([12, 6], [-1, -1])
-
-
 def test_a_person_with_the_same_joints_is_no_half():
     frame = scene(LEFT, (LEFT[0] + 0.15, LEFT[1]))
     for joints in (EVERYTHING, [*LOWER, 0, 1, 2]):
@@ -174,9 +162,3 @@ def test_legs_at_another_place_or_depth_are_not_joined():
 
 
 # --- the rest -------------------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('values', [{'track_timeout': -1.0}, {'track_gate': 0.0}, {'birth_joints': 0},
-                                    {'birth_joints': 19}, {'tracking': 'yes'}], ids=str)
-def test_parameters_out_of_range_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        IdentityParams(**values)

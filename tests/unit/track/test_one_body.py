@@ -4,13 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.params.parameters import build
+from estimating import new_estimator, tracks_of, update
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.one_body import apart, separate
 from skeleton_extract_3d.track.tracks import Tracks
@@ -46,22 +42,11 @@ class Numbered:
         return Numbered(self.indices[kept])
 
 
-def tracks_of(bodies, alone=None):
-    """Return tracks of bodies, (18, 3) each, the first followed for longest."""
-    xyz = np.array(bodies).reshape(-1, 18, 3)
-    count = len(xyz)
-    tracks = Tracks.begun(np.arange(count), 0.0, xyz, np.tile([1.0, 0, 0], (count, 1)), np.full(count, 1.75))
-    return replace(tracks, alone=tracks.alone if alone is None else np.array(alone, float),
-                   born=np.arange(count, dtype=float), has=np.ones((count, 18), bool))
-
-
-def left(bodies, alone, stamp, trusted=None, placed=None):
+def left(bodies, alone, stamp):
     """Return who of bodies, (18, 3) each, the first followed for longest, is left; and since when they were alone."""
-    tracks = tracks_of(bodies, alone)
-    placed = np.ones(tracks.has.shape, bool) if placed is None else placed
-    trusted = placed if trusted is None else trusted
-    seen, people, _ = separate(Completion(tracks, trusted, placed, np.zeros(placed.shape)),
-                               Numbered(range(len(tracks))), stamp)
+    tracks = tracks_of(bodies, alone=np.array(alone, float), born=np.arange(len(bodies), dtype=float))
+    completion = Completion(tracks, tracks.has, tracks.has, np.zeros(tracks.has.shape))
+    seen, people, _ = separate(completion, Numbered(range(len(tracks))), stamp)
     assert len(seen.tracks) == len(seen.trusted) == len(seen.placed) == len(seen.sigma) == len(people.indices)
     assert seen.tracks.ids.tolist() == people.indices.tolist()
     return people.indices.tolist(), seen.tracks.alone.tolist()
@@ -84,33 +69,10 @@ def test_a_person_in_the_place_of_another_for_too_long_goes(other):
     assert left([body(), other], [9.9, 9.99 - LONGEST], 10.0)[0] == [0]
 
 
-def test_new_people_in_the_place_of_a_track_go_at_once():
-    assert left([body(), body(0.1), body(1.0)], [9.9, -np.inf, -np.inf], 10.0) == ([0, 2], [10.0, 10.0])
-
-
-def test_the_place_of_a_person_who_goes_is_free():
-    """Of three in a row the middle one goes, and the third is alone."""
-    assert left([body(), body(0.12), body(0.24)], [0.0, 0.0, 0.0], 10.0)[0] == [0, 2]
-
-
-def halves(*rows):
-    """Return which joints each half has, (2, 18) bool: the second one the rest, and `rows` in common."""
-    first = np.isin(np.arange(18), UPPER)
-    both = np.isin(np.arange(18), rows)
-    return np.stack([first | both, ~first | both])
-
-
-def test_halves_are_one_by_a_trunk_that_is_told_less_exactly():
-    two = [body(), body(0.2)]
-    assert left(two, [0.0, 0.0], 10.0, halves())[0] == [0]
-    assert left(two, [0.0, 0.0], 10.0, halves(1, 2))[0] == [0]
-    assert left(two, [0.0, 0.0], 10.0, halves(1, 2, 3))[0] == [0, 1]  # both show shoulder and arm: they are two
-    assert left([body(), body(0.3)], [0.0, 0.0], 10.0, halves())[0] == [0, 1]
-
-
 def test_a_person_who_was_elsewhere_before_is_remembered():
     for since, remembered in ((2.5, [1]), (1.5, [])):
-        completion = Completion(tracks_of([body(), body(0.1)], [9.0, since]), *np.ones((3, 2, 18), bool))
+        tracks = tracks_of([body(), body(0.1)], alone=np.array([9.0, since]), born=np.arange(2.0))
+        completion = Completion(tracks, *np.ones((3, 2, 18), bool))
         assert separate(completion, Numbered(range(2)), 10.0)[2].ids.tolist() == remembered
 
 
@@ -123,10 +85,6 @@ def test_hidden_people_are_not_in_the_place_of_visible_ones():
 
 
 # --- with the estimator ----------------------------------------------------------------------------------------------
-
-def people_of(estimator, frame, people_2d, stamp):
-    return estimator.update(people_2d, Frame('', stamp, frame.bgr, DepthImage(frame.depth, frame.camera))).people
-
 
 def in_halves(people, joints):
     """Return each person as two: one with these joints, one with the others."""
@@ -141,9 +99,9 @@ def in_halves(people, joints):
     pytest.param(LEFT, lambda i: i % 2 == 1, id='left and right in every other frame'),
     pytest.param(LEFT, lambda i: i >= 5, id='left and right from some time on')])
 def test_halves_of_a_person_become_one_with_all_joints(joints, cut):
-    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    estimator = new_estimator()
     for i in range(12):
-        people = people_of(estimator, FRAME, in_halves(FRAME.people, joints) if cut(i) else FRAME.people, i / 15)
+        people = update(estimator, FRAME, i / 15, in_halves(FRAME.people, joints) if cut(i) else FRAME.people).people
         assert people.ids.tolist() == [1]
         if i:
             assert (people.confidence[0] > 0).all()
@@ -174,9 +132,9 @@ def test_two_who_touch_stay_two(pair):
     """A detector that finds what the camera sees of each, to two pixels, for 1.5 s."""
     frame, rng = render(pinhole(480, 270), PAIRS[pair], Room(wall=5.0)), np.random.default_rng(0)
     shown = without_joints(frame.people, frame.vis != VISIBLE)
-    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    estimator = new_estimator()
     for i in range(22):
-        people = people_of(estimator, frame, moved_pixels(shown, rng, sigma=2.0), i / 15)
+        people = update(estimator, frame, i / 15, moved_pixels(shown, rng, sigma=2.0)).people
         assert people.ids.tolist() == [1, 2]
     off = np.linalg.norm(people.xyz - frame.xyz, axis=2)
     assert (np.nanmedian(off, axis=1) < 0.15).all()
@@ -187,10 +145,10 @@ def test_a_person_who_was_put_on_another_by_mistake_keeps_the_id():
     frame = render(pinhole(320, 180), [Person(0, -0.25, 2.6, standing()), Person(1, 0.25, 2.6, standing())],
                    Room(wall=6.0))
     twice = frame.people.select(np.array([0, 0]))
-    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    estimator = new_estimator()
     for i in range(40):
         wrong = 20 <= i < 28
-        people = people_of(estimator, frame, twice if wrong else frame.people, i / 15)
+        people = update(estimator, frame, i / 15, twice if wrong else frame.people).people
         if not wrong and i != 28:
             assert people.ids.tolist() == [1, 2]
             assert np.median(np.linalg.norm(people.xyz - frame.xyz, axis=2)) < 0.04

@@ -4,14 +4,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.params.parameters import build
+from estimating import new_estimator, update
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 RETURNING = METHOD.track.returning
@@ -34,7 +30,7 @@ class Story:
     """A camera that sees who comes and goes."""
 
     def __init__(self, **params):
-        self.estimator = PeopleEstimator(build(EstimatorSettings, params))
+        self.estimator = new_estimator(**params)
         self.stamp = 100.0
         self.pose = None
 
@@ -48,8 +44,7 @@ class Story:
         for _ in range(round(seconds * FPS)):
             self.stamp += 1 / FPS
             found = People2D(COCO_18, keypoints, frame.people.scores, np.full(len(keypoints), -1))
-            answer = self.estimator.update(found, Frame(
-                '', self.stamp, frame.bgr, DepthImage(frame.depth, frame.camera), tracking_from_points=self.pose))
+            answer = update(self.estimator, frame, self.stamp, found, tracking_from_points=self.pose)
             ids.append(answer.people_2d.ids.tolist())
         return ids[-1]
 

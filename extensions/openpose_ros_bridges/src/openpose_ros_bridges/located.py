@@ -73,6 +73,11 @@ def reliability_of(confidence: np.ndarray) -> float:
     return float(min(seen.mean(dtype=np.float64), 1.0)) if len(seen) else 0.0
 
 
+def region_round(keypoints: np.ndarray, margin: float) -> Box:
+    """Return the box round keypoints (K, 2), wider on each side by a share of its longer side."""
+    return box_round(keypoints, margin * float(box_round(keypoints, 0.0).size.max()))
+
+
 def box_round(points: np.ndarray, margin: float) -> Box:
     """Return the box round the points (K, D) that are not NaN, one at least, wider by a margin on each side."""
     known = points[np.isfinite(points).all(axis=1)].astype(np.float64)

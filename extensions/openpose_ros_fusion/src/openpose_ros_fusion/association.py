@@ -66,12 +66,7 @@ def associate(tracks: Tracks, sightings: Sequence[Sighting], known: KnownIds, id
 
 def match_people(sighting: Sighting, tracks: Tracks, known: KnownIds, constants: FusionConstants,
                  among: Optional[np.ndarray] = None) -> np.ndarray:
-    """Return the track of each person, (P,) int; -1: none.
-
-    Args:
-        known: as in `associate`.
-        among: indices of the people that are matched; None: all.
-    """
+    """Return the track of each person, (P,) int; -1: none. Those at the indices `among` are matched; None: all."""
     association, people = constants.association, np.arange(len(sighting)) if among is None else among
     rows = np.full(len(sighting), -1)
     if not len(people) or not len(tracks):

@@ -53,11 +53,7 @@ class _Sums:
 
 
 class CameraJudge:
-    """Compares the cameras of a rig; not thread-safe.
-
-    Args:
-        cameras: their names, the more trusted first.
-    """
+    """Compares the cameras of a rig, by name, the more trusted first; not thread-safe."""
 
     def __init__(self, cameras: Sequence[str], constants: CameraConstants = FUSION.cameras) -> None:
         self._names, self._constants = tuple(cameras), constants
@@ -65,12 +61,7 @@ class CameraJudge:
 
     def update(self, sightings: Sequence[Sighting], people: People3D, stamp: float,
                known: Mapping[CameraPerson, int]) -> None:
-        """Take what the cameras see at a time.
-
-        Args:
-            people: fused people of that time.
-            known: their ids by the persons of the cameras.
-        """
+        """Take what the cameras see at a time [s], the fused people then, and their ids by persons of the cameras."""
         fused = {number: (joints, velocity) for number, joints, velocity in zip(
             people.ids.tolist(), people.xyz.astype(np.float64), people.velocity.astype(np.float64))}
         seen = {sighting.camera: _measured(sighting, stamp, fused, known) for sighting in sightings}

@@ -28,29 +28,17 @@ class Update(NamedTuple):
 
 @dataclass
 class _Camera:
-    """Messages of one camera.
+    """Messages of one camera."""
 
-    Attributes:
-        pending: waits for the next update.
-        stamp: of its newest message [s].
-        arrival: time at which that came [s].
-        interval: between its arrivals, a maximum that fades [s].
-        period: between its stamps [s]; 0 while unknown.
-        delay: from the first message of a time to that of this camera, a maximum that fades [s].
-        dropped: messages that were replaced by newer ones before an update.
-        out_of_time: messages that were dropped for their stamps.
-        is_out_of_time: whether the newest one was.
-    """
-
-    pending: Optional[Sighting] = None
-    stamp: float = float('-inf')
-    arrival: float = float('-inf')
-    interval: float = 0.0
-    period: float = 0.0
-    delay: float = 0.0
-    dropped: int = 0
-    out_of_time: int = 0
-    is_out_of_time: bool = False
+    pending: Optional[Sighting] = None  # waits for the next update
+    stamp: float = float('-inf')        # of the newest message [s]
+    arrival: float = float('-inf')      # when that came [s]
+    interval: float = 0.0               # between arrivals, a maximum that fades [s]
+    period: float = 0.0                 # between stamps [s]; 0 while unknown
+    delay: float = 0.0                  # after the first message of a time, a maximum that fades [s]
+    dropped: int = 0                    # messages that were replaced by newer ones before an update
+    out_of_time: int = 0                # messages that were dropped for their stamps
+    is_out_of_time: bool = False        # whether the newest one was
 
 
 class Collector:
@@ -59,7 +47,6 @@ class Collector:
     Args:
         cameras: names of all that may send.
         patience: longest time that a message waits for those of other cameras [s].
-        constants: the other numbers.
     """
 
     def __init__(self, cameras: Sequence[str], patience: float, constants: CollectorConstants = FUSION.collector

@@ -32,19 +32,12 @@ class FusedJoints(NamedTuple):
 
 
 class _Views(NamedTuple):
-    """How the cameras see F people.
+    """How the cameras see F people."""
 
-    Attributes:
-        cameras: (F,) int.
-        measured_by: (F, 18) int, cameras that measure a joint; one with depth counts as two.
-        with_depth: (F, 18) bool, whether one with depth measures or infers it.
-        confidence: (F, 18), the greatest.
-    """
-
-    cameras: np.ndarray
-    measured_by: np.ndarray
-    with_depth: np.ndarray
-    confidence: np.ndarray
+    cameras: np.ndarray      # (F,) int
+    measured_by: np.ndarray  # (F, 18) int, cameras that measure a joint; one with depth counts as two
+    with_depth: np.ndarray   # (F, 18) bool, whether one with depth measures or infers it
+    confidence: np.ndarray   # (F, 18), the greatest
 
 
 class Correction:
@@ -72,11 +65,7 @@ class Correction:
         return after, FusedJoints(status, views.confidence, errors.variance)
 
     def _measurements(self, tracks: Tracks, matches: Matches, views: _Views, beside: np.ndarray) -> Measurements:
-        """Return what cameras measured of the joints of tracks, moved to their stamp.
-
-        Args:
-            beside: (F, 18, 3) where keypoints lie beside the joints [m].
-        """
+        """Return what cameras measured of joints, at the tracks' stamp; keypoints lie `beside` them, (F, 18, 3) [m]."""
         constants, assumed = self._constants, tracks.assumed_positions
         parts = [Measurements(np.zeros(0, np.int64), np.zeros((0, _JOINTS, 3)), np.zeros((0, _JOINTS, 3, 3)))]
         for sighting, rows in matches.pairs:

@@ -8,8 +8,7 @@ from openpose_ros_fusion.association import CameraPerson, Matches, associate, me
 from openpose_ros_fusion.constants import FUSION, FusionConstants
 from openpose_ros_fusion.correction import Correction, FusedJoints
 from openpose_ros_fusion.observations import Sighting
-from openpose_ros_fusion.rays import tracks_where_rays_meet
-from openpose_ros_fusion.single_view import place_by_size
+from openpose_ros_fusion.rays import place_by_size, tracks_where_rays_meet
 from openpose_ros_fusion.tracks import Tracks
 from openpose_ros_pkg.people import FIRST_ID
 from openpose_ros_pkg.skeletons import COCO_18

@@ -12,8 +12,8 @@ from typing import Union
 import numpy as np
 
 from openpose_ros_fusion.constants import FUSION, EstimateConstants, ShapeConstants
-from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
+from openpose_ros_pkg.people import People2D, values_in
+from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import HIPS, SHOULDERS
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
@@ -141,17 +141,17 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform,
         pose: from that frame to the common one.
     """
     rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
-    positions = _in_coco(people.xyz.astype(np.float64), people.skeleton, np.nan) @ rotation.T + origin
+    positions = values_in(people.xyz.astype(np.float64), people.skeleton, COCO_18, np.nan) @ rotation.T + origin
     directions = positions - origin
     with np.errstate(invalid='ignore', divide='ignore'):
         directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
-    sigma = _in_coco(people.sigma.astype(np.float64), people.skeleton, np.nan) / _AXES
-    status = _in_coco(people.status, people.skeleton, MISSING)
+    sigma = values_in(people.sigma.astype(np.float64), people.skeleton, COCO_18, np.nan) / _AXES
+    status = values_in(people.status, people.skeleton, COCO_18, MISSING)
     with np.errstate(invalid='ignore'):
         sigma = np.where(sigma > 0, np.maximum(sigma, constants.least_sigma), constants.unknown_sigma)
     return Sighting(camera, stamp, origin, people.ids, positions, directions,
                     np.where(status == MISSING, np.nan, sigma), status,
-                    _in_coco(people.confidence, people.skeleton, 0.0))
+                    values_in(people.confidence, people.skeleton, COCO_18, 0.0))
 
 
 def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, pose: Transform,
@@ -163,22 +163,11 @@ def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, 
         pose: from the optical frame to the common one.
     """
     rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
-    pixels = _in_coco(people.xy, people.skeleton, np.nan)
+    pixels = values_in(people.xy, people.skeleton, COCO_18, np.nan)
     rays = model.rays(pixels.reshape(-1, 2)).reshape(len(people), _JOINTS, 3)
     directions = rays / np.linalg.norm(rays, axis=2, keepdims=True) @ rotation.T
     angle = constants.pixel_sigma / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     known = np.isfinite(directions).all(axis=2)
     return Sighting(camera, stamp, origin, people.ids, np.full(directions.shape, np.nan), directions,
                     np.where(known, angle, np.nan), np.where(known, MEASURED, MISSING).astype(np.uint8),
-                    _in_coco(people.confidence, people.skeleton, 0.0))
-
-
-def _in_coco(values: np.ndarray, skeleton: SkeletonModel, missing: float) -> np.ndarray:
-    """Return values (P, K, ...) of the joints of a joint set for those of COCO_18, (P, 18, ...)."""
-    if skeleton == COCO_18:
-        return values
-    result = np.full((len(values), _JOINTS, *values.shape[2:]), missing, values.dtype)
-    for row, joint in enumerate(COCO_18.joints):
-        if joint in skeleton.index:
-            result[:, row] = values[:, skeleton.index[joint]]
-    return result
+                    values_in(people.confidence, people.skeleton, COCO_18, 0.0))

@@ -72,11 +72,7 @@ class RigCamera:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """The cameras of a room.
-
-    Attributes:
-        fixed_frame: frame in which they stand.
-        cameras: one at least, each name once.
+    """The cameras that stand in a frame: one at least, each name once.
 
     Raises:
         ValueError: there is no camera, a name is there twice, or a name is no text.
@@ -114,8 +110,6 @@ def rig_camera(name: str, frame_id: str, pose: Transform, clock_offset: float = 
 
 def read_rig(path: Path) -> Rig:
     """Read a rig.
-
-    `clock_offset` may be left out.
 
     Raises:
         BadInputError: it can not be read or is none; the text names the file, the key and what is expected.

@@ -2,14 +2,13 @@
 
 #include <atomic>
 #include <chrono>
-#include <exception>
+#include <mutex>
 
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
+#include <ros/param.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcException.h>
-#include <xmlrpcpp/XmlRpcValue.h>
 
 namespace openpose_ros_nodelets
 {
@@ -17,7 +16,6 @@ namespace
 {
 
 constexpr std::chrono::seconds PERIOD{ 1 };
-constexpr double LOG_PERIOD = 60.0;  // of the same error [s]
 std::atomic<bool> is_replaced{ false };
 
 }  // namespace
@@ -44,47 +42,34 @@ MasterWatch::MasterWatch() : thread_(&MasterWatch::run, this)
 
 MasterWatch::~MasterWatch()
 {
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    ends_ = true;
-  }
-  ended_.notify_all();
+  end_.set_value();
   thread_.join();
 }
 
 void MasterWatch::run()
 {
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!ended_.wait_for(lock, PERIOD, [this] { return ends_; }) && ros::ok())
+  const std::future<void> end = end_.get_future();
+  while (end.wait_for(PERIOD) == std::future_status::timeout && ros::ok())
   {
-    lock.unlock();
     try  // what leaves a thread ends the nodelet manager with all its nodelets
     {
       check();
     }
-    catch (const std::exception& error)
+    catch (...)
     {
-      ROS_WARN_THROTTLE(LOG_PERIOD, "the ROS master could not be asked: %s", error.what());
+      ROS_WARN_THROTTLE(60.0, "the ROS master could not be asked");
     }
-    catch (const XmlRpc::XmlRpcException& error)
-    {
-      ROS_WARN_THROTTLE(LOG_PERIOD, "the ROS master answered with nonsense: %s", error.getMessage().c_str());
-    }
-    lock.lock();
   }
 }
 
 void MasterWatch::check()
 {
-  XmlRpc::XmlRpcValue request, response, run_id;
   const bool was_reachable = is_reachable_;
   is_reachable_ = ros::master::check();
   ROS_ERROR_COND(was_reachable && !is_reachable_, "the ROS master %s does not answer", ros::master::getURI().c_str());
-  request[0] = ros::this_node::getName();
-  request[1] = "/run_id";
-  if (!is_reachable_ || !ros::master::execute("getParam", request, response, run_id, false))
+  std::string id;
+  if (!is_reachable_ || !ros::param::get("/run_id", id))
     return;
-  const std::string id = run_id;
   if (!run_id_.empty() && id != run_id_)
   {
     is_replaced = true;

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <condition_variable>
+#include <future>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 
@@ -28,10 +27,9 @@ private:
   void run();
   void check();
 
-  bool is_reachable_ = true, ends_ = false;
+  bool is_reachable_ = true;
   std::string run_id_;  ///< empty: not set yet
-  std::mutex mutex_;    ///< guards ends_
-  std::condition_variable ended_;
+  std::promise<void> end_;
   std::thread thread_;  ///< as the master may not answer
 };
 

@@ -21,24 +21,32 @@ std::string size(const sensor_msgs::PointCloud2& message)
   return std::to_string(message.width) + " x " + std::to_string(message.height);
 }
 
-/// Return the offset of a float32 field.
-std::size_t offsetOf(const sensor_msgs::PointCloud2& message, const std::string& name)
+std::size_t offsetOfCoordinate(const sensor_msgs::PointCloud2& message, const std::string& name)
+{
+  const std::optional<std::size_t> offset = offsetOf(message, name, sensor_msgs::PointField::FLOAT32);
+  if (!offset)
+    refuse("has no field '" + name + "'");
+  return *offset;
+}
+
+}  // namespace
+
+std::optional<std::size_t> offsetOf(const sensor_msgs::PointCloud2& message, const std::string& name, int datatype)
 {
   for (const sensor_msgs::PointField& field : message.fields)
   {
     if (field.name != name)
       continue;
-    if (field.datatype != sensor_msgs::PointField::FLOAT32)
-      refuse("has field '" + name + "' of datatype " + std::to_string(field.datatype) + ", expected FLOAT32 (7)");
+    if (field.datatype != datatype)
+      refuse("has field '" + name + "' of datatype " + std::to_string(field.datatype) + ", expected " +
+             (datatype == sensor_msgs::PointField::FLOAT32 ? "FLOAT32 (7)" : "UINT32 (6)"));
     if (field.offset + sizeof(float) > message.point_step)
       refuse("has field '" + name + "' at byte " + std::to_string(field.offset) + " of points of " +
              std::to_string(message.point_step) + " bytes");
     return field.offset;
   }
-  refuse("has no field '" + name + "'");
+  return std::nullopt;
 }
-
-}  // namespace
 
 CloudPoints::CloudPoints(const sensor_msgs::PointCloud2& message)
   : data_(message.data.data())
@@ -49,9 +57,9 @@ CloudPoints::CloudPoints(const sensor_msgs::PointCloud2& message)
 {
   if (message.is_bigendian)
     refuse("is big-endian, expected little-endian");
-  x_ = offsetOf(message, "x");
-  y_ = offsetOf(message, "y");
-  z_ = offsetOf(message, "z");
+  x_ = offsetOfCoordinate(message, "x");
+  y_ = offsetOfCoordinate(message, "y");
+  z_ = offsetOfCoordinate(message, "z");
   if (row_step_ < width_ * point_step_)
     refuse("has rows of " + std::to_string(row_step_) + " bytes, expected at least " +
            std::to_string(width_ * point_step_) + " for " + size(message) + " points");

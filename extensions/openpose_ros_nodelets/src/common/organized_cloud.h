@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
+#include <string>
 
 #include <sensor_msgs/PointCloud2.h>
 
@@ -15,6 +17,10 @@ class BadInputError : public std::runtime_error
 {
   using std::runtime_error::runtime_error;
 };
+
+/// Return where in a point a field of four bytes lies; none: there is no field of this name. Throws BadInputError: it is
+/// not FLOAT32 or UINT32, as the caller expects, or lies beyond the point.
+std::optional<std::size_t> offsetOf(const sensor_msgs::PointCloud2& message, const std::string& name, int datatype);
 
 /// The coordinates of a cloud, read in the bytes of its message, which has to live as long.
 class CloudPoints

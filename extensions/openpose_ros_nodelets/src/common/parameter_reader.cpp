@@ -31,7 +31,7 @@ std::string shown(const ros::NodeHandle& handle, const std::string& key)
 /// What to do about a wrong parameter that was not set on purpose: the server keeps those of nodes that have ended.
 std::string howToDelete(const std::string& name)
 {
-  return ". If nobody meant to set it, an earlier start left it: rosparam delete " + name;
+  return ". If it was not set on purpose, an earlier start left it: rosparam delete " + name;
 }
 
 [[noreturn]] void refuse(const ros::NodeHandle& handle, const std::string& key, const std::string& allowed)

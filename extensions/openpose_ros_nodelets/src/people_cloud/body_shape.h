@@ -12,25 +12,8 @@ namespace openpose_ros_nodelets
 /// Joints in the order of COCO_18_JOINTS in openpose_ros_msgs/joints.h.
 enum Joint : std::size_t
 {
-  NOSE,
-  NECK,
-  RIGHT_SHOULDER,
-  RIGHT_ELBOW,
-  RIGHT_WRIST,
-  LEFT_SHOULDER,
-  LEFT_ELBOW,
-  LEFT_WRIST,
-  RIGHT_HIP,
-  RIGHT_KNEE,
-  RIGHT_ANKLE,
-  LEFT_HIP,
-  LEFT_KNEE,
-  LEFT_ANKLE,
-  RIGHT_EYE,
-  LEFT_EYE,
-  RIGHT_EAR,
-  LEFT_EAR,
-  JOINTS
+  NOSE, NECK, RIGHT_SHOULDER, RIGHT_ELBOW, RIGHT_WRIST, LEFT_SHOULDER, LEFT_ELBOW, LEFT_WRIST, RIGHT_HIP, RIGHT_KNEE,
+  RIGHT_ANKLE, LEFT_HIP, LEFT_KNEE, LEFT_ANKLE, RIGHT_EYE, LEFT_EYE, RIGHT_EAR, LEFT_EAR, JOINTS
 };
 
 /// What is known of a person in a frame.

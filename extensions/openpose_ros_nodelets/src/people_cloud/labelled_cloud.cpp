@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include <boost/make_shared.hpp>
@@ -69,22 +70,14 @@ sensor_msgs::PointCloud2Ptr widened(const sensor_msgs::PointCloud2& cloud, std::
 
 sensor_msgs::PointCloud2Ptr withLabels(const sensor_msgs::PointCloud2& cloud, const std::vector<std::uint32_t>& labels)
 {
-  const auto present = std::find_if(cloud.fields.begin(), cloud.fields.end(),
-                                    [](const PointField& field) { return field.name == "label"; });
-  const bool is_present = present != cloud.fields.end();
-  if (is_present && present->datatype != PointField::UINT32)
-    throw BadInputError("cloud has field 'label' of datatype " + std::to_string(present->datatype) +
-                        ", expected UINT32 (6)");
-  if (is_present && present->offset + sizeof(std::uint32_t) > cloud.point_step)
-    throw BadInputError("cloud has field 'label' at byte " + std::to_string(present->offset) + " of points of " +
-                        std::to_string(cloud.point_step) + " bytes");
-  std::size_t offset = is_present ? present->offset : endOf(cloud);
+  const std::optional<std::size_t> present = offsetOf(cloud, "label", PointField::UINT32);
+  std::size_t offset = present ? *present : endOf(cloud);
   const bool has_room = offset + sizeof(std::uint32_t) <= cloud.point_step;
   if (!has_room)
     offset = std::max<std::size_t>(offset, cloud.point_step);
   const sensor_msgs::PointCloud2Ptr labelled =
       has_room ? boost::make_shared<sensor_msgs::PointCloud2>(cloud) : widened(cloud, offset);
-  if (!is_present)
+  if (!present)
     labelled->fields.push_back(labelAt(offset));
   for (std::size_t row = 0; row < cloud.height; ++row)
   {

@@ -4,11 +4,12 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.constants import SIGNALS, PersonConstants, Ramp
 from skeleton_extract_3d.body.body import (
     BODY,
     HIPS,
-    JOINTS,
     MEASURED_BONES,
     MEASURED_KINDS,
     NECK,
@@ -105,12 +106,9 @@ def middle(joints: np.ndarray, pair: np.ndarray) -> np.ndarray:
 
 def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return joints (P, 18, 3) [m], status (P, 18) and sigma (P, 18) [m] in the order of COCO_18."""
-    index = people.skeleton.index
-    columns = np.array([index.get(joint, -1) for joint in JOINTS])
-    there = columns >= 0
-    status = np.where(there, people.status[:, columns], MISSING)
-    joints = np.where((status == MISSING)[..., np.newaxis], np.nan, people.xyz[:, columns].astype(np.float64))
-    return joints, status, np.where(status == MISSING, np.nan, people.sigma[:, columns].astype(np.float64))
+    joints, status, sigma = (values_in(values, people.skeleton, COCO_18, missing) for values, missing in (
+        (people.xyz, np.nan), (people.status, MISSING), (people.sigma, np.nan)))
+    return joints.astype(np.float64), status, np.where(status == MISSING, np.nan, sigma.astype(np.float64))
 
 
 def trunk_place(joints: np.ndarray) -> np.ndarray:
@@ -126,7 +124,6 @@ def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up:
     Args:
         joints: (18, 3) [m], their status (18,) and sigma (18,) [m].
         up: (3,) unit vector.
-        stature: [m].
         most_sigma: see `PersonConstants` [statures].
     """
     xyz, status, sigma = joints
@@ -137,12 +134,7 @@ def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up:
 
 def stature_of(joints: np.ndarray, status: np.ndarray, constants: PersonConstants = SIGNALS.person,
                body: BodyConstants = BODY) -> float:
-    """Return the stature, by the median bone [m]; NaN where too few are measured, or it is too small.
-
-    Args:
-        joints: (18, 3) [m].
-        status: (18,).
-    """
+    """Return the stature [m] of joints (18, 3) [m], status (18,), by the median bone; NaN: too few, or too small."""
     seen = np.where((status == MEASURED)[:, np.newaxis], joints, np.nan)
     bones = seen[MEASURED_BONES]
     trunk = seen[NECK] - seen[HIPS].mean(axis=0)

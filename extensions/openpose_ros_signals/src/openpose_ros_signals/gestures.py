@@ -1,12 +1,11 @@
 """Gestures of one arm or both; how far each one holds, by the joints of the last second."""
-from typing import Dict, NamedTuple, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from openpose_ros_signals.arms import Arm, held_way
-from openpose_ros_signals.constants import GestureConstants, SignalConstants
-from openpose_ros_signals.geometry import Body, angle, least, ramp, unless_hidden
-from openpose_ros_signals.swings import beckon_degree, wave_degree
+from openpose_ros_signals.constants import GestureConstants, SignalConstants, SwingConstants
+from openpose_ros_signals.geometry import TICK, Body, angle, least, ramp, unless_hidden
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
 
@@ -87,3 +86,106 @@ def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstant
         degrees += [ramp(abs(arm.fore[2]), constants.level_forearm), ramp(-arm.wrist[2], constants.chest_height),
                     ramp(arm.wrist[1], constants.before_chest)]
     return least(*degrees)
+
+
+def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
+    """Return how far a hand that is up goes to and fro sideways, 0 to 1; NaN if the arm is hidden.
+
+    Args:
+        arms: of one side, in the last second, the newest last.
+    """
+    arm = arms[-1]
+    posture = least(ramp(arm.wrist[2], constants.wave_height), ramp(arm.forearm, constants.wave_forearm),
+                    unless_hidden(ramp(arm.from_nose, held.off_head)))
+    if not posture > 0:
+        return posture
+    run = _while(arms, [one.forearm < constants.wave_rising for one in arms])
+    ways = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
+    ends = turns(ways[:, 0], constants.wave_back[0])
+    if not _lively(run, ends, constants):
+        return 0.0
+    before, last = np.diff(ways[ends[-3:]], axis=0)
+    # a hand that is raised and lowered again by the side does not wave; at the top, a straight arm moves level
+    lowered = last[0] > 0 and _level(before) < constants.wave_level
+    if _level(last) < (constants.wave_flat if lowered else constants.wave_level):
+        return 0.0
+    if run[ends[-2]].elbow > held.straight_arm[1] and len(ends) < 4:
+        return 0.0
+    shorter, longer = sorted((abs(before[0]), abs(last[0])))
+    return least(posture, ramp(longer, constants.wave),
+                 ramp(shorter, constants.wave if lowered else constants.wave_back))
+
+
+def _level(way: np.ndarray) -> float:
+    """Return how many times as far a way goes to the side as forwards or up."""
+    return float(abs(way[0]) / (max(abs(way[1]), abs(way[2])) + 1e-9))
+
+
+def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
+    """Return how far the elbow of an arm before the body bends and stretches, 0 to 1; NaN if the arm is hidden.
+
+    Args:
+        arms: of one side, in the last second, the newest last.
+    """
+    arm = arms[-1]
+    posture = least(ramp(arm.raised, constants.beckon_arm), ramp(arm.wrist[1], constants.beckon_ahead),
+                    ramp(arm.from_nose, held.off_face), 1 - ramp(arm.over_eyes, held.over_eyes))
+    if not posture > 0:
+        return posture
+    run = _while(arms, [one.elbow < constants.beckon_elbow and one.raised > constants.beckon_arm[0] for one in arms])
+    elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
+    ends = turns(elbows, constants.beckon[0])
+    if not _lively(run, ends, constants):
+        return 0.0
+    before, last = np.abs(np.diff(elbows[ends[-3:]]))
+    ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
+    along = (np.abs(ways[:, 0]) <= constants.beckon_side * np.linalg.norm(ways, axis=1)).all()
+    opened = ramp(elbows[ends[-3:]].max(), constants.beckon_open)
+    bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
+    return least(posture, opened, bent, ramp(min(before, last), constants.beckon)) if along else 0.0
+
+
+def turns(values: np.ndarray, least_way: float) -> List[int]:
+    """Return the rows where values (N,) turn, between ways of at least a length, with the begin and the newest end."""
+    low = high = 0
+    ends: List[int] = []
+    rising = 0
+    for row, value in enumerate(values):
+        if rising >= 0 and value > values[high]:
+            high = row
+        if rising <= 0 and value < values[low]:
+            low = row
+        if rising >= 0 and value <= values[high] - least_way:  # it has turned downwards
+            ends.append(high)
+            rising, low = -1, row
+        elif rising <= 0 and value >= values[low] + least_way:
+            ends.append(low)
+            rising, high = 1, row
+    return [*ends, high if rising > 0 else low]
+
+
+def _smoothed(run: Sequence[Arm], values: np.ndarray, smooth: float) -> np.ndarray:
+    """Return values (N, ...) of an arm over time without their noise, whatever the rate of the frames."""
+    stamps = np.array([arm.stamp for arm in run])
+    near = np.abs(stamps[:, np.newaxis] - stamps) <= smooth + TICK
+    return np.asarray(near @ values / near.sum(axis=1).reshape(-1, *(1,) * (values.ndim - 1)))
+
+
+def _lively(run: Sequence[Arm], ends: List[int], constants: SwingConstants) -> bool:
+    """Return whether a motion goes to and fro, still does, and is seen well where it turns."""
+    if len(ends) < 3:
+        return False
+    begin, turn, end = (run[row] for row in ends[-3:])
+    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= constants.pause
+            and max(turn.sigma, end.sigma) <= constants.most_sigma)
+
+
+def _while(arms: Sequence[Arm], holds: Sequence[bool]) -> List[Arm]:
+    """Return the newest arms in a row for which something holds; hidden ones are left out."""
+    run: List[Arm] = []
+    for arm, one in zip(arms[::-1], holds[::-1]):
+        if arm.known and not one:
+            break
+        if arm.known:
+            run.append(arm)
+    return run[::-1]

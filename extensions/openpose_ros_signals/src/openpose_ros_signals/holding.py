@@ -16,8 +16,8 @@ class Held:
         confidence: mean degree of late.
 
     Args:
-        begin: it is reported when it has held for this long [s]; None: as the constants say.
-        at_once: it is reported at once when it holds wholly, after a part of `begin` when it holds less.
+        begin: time to hold before it is reported [s]; None: as the constants say.
+        at_once: report at once what holds wholly, after a part of `begin` what holds less.
     """
 
     def __init__(self, constants: HoldConstants, begin: Optional[float] = None, at_once: bool = False) -> None:

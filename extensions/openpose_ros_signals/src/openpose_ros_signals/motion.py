@@ -1,7 +1,7 @@
 """A person as a whole: walking, facing, falling, where on the floor."""
 import math
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Sequence
+from typing import Deque, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -15,11 +15,7 @@ _ANKLES = LEGS[:, 2]
 
 
 def floor_velocity(bodies: Sequence[Body], constants: MotionConstants) -> Optional[np.ndarray]:
-    """Return the level velocity of the trunk (3,) [m/s]; None if it was not seen for long enough.
-
-    Args:
-        bodies: of one person, the newest last.
-    """
+    """Return the level velocity of a trunk (3,) [m/s], by bodies, the newest last; None: not seen for long enough."""
     newest = bodies[-1]
     before = [body for body in bodies if newest.stamp - body.stamp <= constants.time + TICK]
     for body in before:
@@ -33,11 +29,7 @@ def floor_velocity(bodies: Sequence[Body], constants: MotionConstants) -> Option
 
 
 def rising_speed(bodies: Sequence[Body], constants: MotionConstants) -> float:
-    """Return the speed of the trunk up or down [statures/s]; 0 if it is not known.
-
-    Args:
-        bodies: of one person, the newest last.
-    """
+    """Return the speed of a trunk up or down [statures/s], by bodies, the newest last; 0 if it is not known."""
     newest = bodies[-1]
     for body in bodies:
         elapsed = newest.stamp - body.stamp
@@ -47,11 +39,7 @@ def rising_speed(bodies: Sequence[Body], constants: MotionConstants) -> float:
 
 
 def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
-    """Return which way trunk or head face; None if their joints are hidden.
-
-    Args:
-        frame: (3, 3), of the neck or the nose, see `joint_frames`.
-    """
+    """Return which way trunk or head face, by the frame (3, 3) of neck or nose; None if their joints are hidden."""
     known = np.isfinite(body.joints[:, 0])
     pairs = [pair for pair in ((EARS, EYES) if head else (SHOULDERS,)) if known[pair].all()]
     if not pairs or (head and not known[NOSE]) or not np.isfinite(frame).all():
@@ -121,13 +109,6 @@ def _level(direction: np.ndarray, up: np.ndarray) -> np.ndarray:
     return unit(direction - (direction @ up) * up)
 
 
-class _Height(NamedTuple):
-    """Height of the shoulders [statures] at a time [s]."""
-
-    stamp: float
-    height: float
-
-
 class FallWatch:
     """Whether a person fell.
 
@@ -138,14 +119,14 @@ class FallWatch:
     def __init__(self, constants: MotionConstants) -> None:
         self._constants = constants
         self.fall: Optional[Fall] = None
-        self._heights: Deque[_Height] = deque()
+        self._heights: Deque[Tuple[float, float]] = deque()  # stamps [s], and heights of the shoulders [statures]
 
     def watch(self, body: Body, posture: str, since: float) -> None:
         """Take a body and its posture, which holds since a time [s]."""
         height = float(body.shoulders @ body.up) / body.stature
         if np.isfinite(height):
-            self._heights.append(_Height(body.stamp, height))
-        while self._heights and self._heights[0].stamp < body.stamp - self._constants.fall_time:
+            self._heights.append((body.stamp, height))
+        while self._heights and self._heights[0][0] < body.stamp - self._constants.fall_time:
             self._heights.popleft()
         if posture == 'lying' and self.fall is None and self._heights:
             self.fall = self._fall(since, body.stature)

@@ -4,21 +4,12 @@ from typing import Deque, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_signals import motion
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, trunk_place, unit, unless_hidden
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
-from openpose_ros_signals.motion import (
-    FallWatch,
-    facing_of,
-    floor_pose,
-    floor_velocity,
-    height_over_floor,
-    level_direction,
-    place_of,
-    rising_speed,
-)
 from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
@@ -96,28 +87,23 @@ class Person:
         # all of them look back: at a motion to and fro, or at a tenth of a second
         self._gestures = [{name: Held(hold, 0.0) if name in _SWINGS else Held(hold, at_once=True)
                            for name in ARM_GESTURES} for _ in SIDES]
-        self._crossed, self._moving, self._falls = Held(hold), Held(hold), FallWatch(constants.motion)
+        self._crossed, self._moving, self._falls = Held(hold), Held(hold), motion.FallWatch(constants.motion)
         self._rays: List[Tuple[float, Optional[Pointing]]] = [(-np.inf, None)] * 2
 
     def read(self, name: int, stamp: float, seen: BodyObservation, up: np.ndarray, around: Surroundings
              ) -> PersonSignals:
-        """Return what the person does at a time [s].
-
-        Args:
-            name: id.
-            up: (3,) unit vector.
-        """
+        """Return what the person with an id does at a time [s]; `up` (3,) is a unit vector."""
         body = self._body(stamp, seen, up)
         posture = self._posture(body)
         self._falls.watch(body, posture.name, posture.since)
         gestures = self._all_gestures(body, seen, around)
-        trunk = facing_of(body, seen.trunk, head=False)
-        head = seen.face or facing_of(body, seen.head, head=True)
+        trunk = motion.facing_of(body, seen.trunk, head=False)
+        head = seen.face or motion.facing_of(body, seen.head, head=True)
         hidden = tuple(side for side, arms in zip(SIDES, self._arms) if not arms[-1].known)
         walk = self._walk(body)
-        forward = level_direction(body, trunk, walk, self._constants.floor)
-        place = place_of(body, seen.joints[0])
-        floor = None if place is None else floor_pose(place, height_over_floor(
+        forward = motion.level_direction(body, trunk, walk, self._constants.floor)
+        place = motion.place_of(body, seen.joints[0])
+        floor = None if place is None else motion.floor_pose(place, motion.height_over_floor(
             body, place, posture.name == 'lying', around.floor, self._constants), forward, body.up)
         return PersonSignals(name, body.place, posture, gestures, trunk, head, walk, self._falls.fall, hidden, floor)
 
@@ -155,7 +141,7 @@ class Person:
         constants = self._constants
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body, constants.gesture)
         self._crossed.take(body.stamp, crossed)
-        settled = least(ramp(rising_speed(self._bodies, constants.motion), constants.gesture.rising),
+        settled = least(ramp(motion.rising_speed(self._bodies, constants.motion), constants.gesture.rising),
                         unless_hidden(1 - crossed))
         up = 0.0 if self._postures['lying'].on else 1.0
         found = []
@@ -185,7 +171,7 @@ class Person:
         return pointing
 
     def _walk(self, body: Body) -> Optional[Walk]:
-        velocity = floor_velocity(self._bodies, self._constants.motion)
+        velocity = motion.floor_velocity(self._bodies, self._constants.motion)
         if velocity is None:
             self._moving.take(body.stamp, np.nan)
             return None

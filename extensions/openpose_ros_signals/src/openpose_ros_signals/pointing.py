@@ -40,8 +40,7 @@ def hit_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, statur
 
     Args:
         points: (N, 3) [m] of a cloud; NaN where missing.
-        wrist: (3,) [m].
-        stature: [m].
+        wrist: (3,) [m]; with the stature [m] it tells where the hand ends.
     """
     away = points.astype(np.float64) - pointing.origin
     along = away @ pointing.direction

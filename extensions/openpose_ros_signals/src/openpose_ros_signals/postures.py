@@ -9,11 +9,7 @@ from openpose_ros_signals.records import POSTURES
 
 
 class _Leg(NamedTuple):
-    """A leg: angles to straight down of thigh and shin, angle of the knee [deg].
-
-    Attributes:
-        sigma: of the ankle [statures].
-    """
+    """A leg: angles of thigh and shin to straight down, and of the knee [deg]; sigma of the ankle [statures]."""
 
     thigh: float
     shin: float

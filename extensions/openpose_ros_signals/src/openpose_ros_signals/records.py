@@ -29,12 +29,7 @@ class Posture:
 
 
 class Target(NamedTuple):
-    """An object to point at.
-
-    Attributes:
-        name: unique.
-        position: (3,) [m].
-    """
+    """An object to point at, by its unique name; `position` (3,) [m]."""
 
     name: str
     position: np.ndarray

@@ -11,13 +11,7 @@ _EXPECTED = 'expected a list of {name: TEXT, frame_id: TEXT, position: [x, y, z]
 
 
 class FixedTarget(NamedTuple):
-    """A target that stands still in a frame.
-
-    Attributes:
-        name: unique.
-        frame_id: of the position.
-        position: (3,) [m].
-    """
+    """A target that stands still in a frame; `position` (3,) [m]."""
 
     name: str
     frame_id: str

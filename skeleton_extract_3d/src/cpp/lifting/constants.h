@@ -24,7 +24,7 @@ using Index = std::int64_t;
 class Step
 {
 public:
-  explicit Step(const py::object& step) : step_(step)
+  Step(const py::object& step) : step_(step)  // NOLINT(google-explicit-constructor): so steps need no constructors
   {
   }
 
@@ -66,7 +66,6 @@ struct Constants : Step
 
   struct Joints : Step
   {
-    using Step::Step;
     std::vector<Index> head = indices("HEAD", JOINTS), hips = indices("HIPS", JOINTS);
     std::vector<Index> roots = indices("ROOTS", JOINTS), middles = indices("MIDDLES", JOINTS);
     std::vector<Index> ends = indices("ENDS", JOINTS);
@@ -79,7 +78,6 @@ struct Constants : Step
 
   struct Body : Step
   {
-    using Step::Step;
     double adult_stature = get("adult_stature"), head_ahead = get("head_ahead");
     std::vector<double> stature_limits = numbers("stature_limits", 2);
     std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
@@ -98,13 +96,11 @@ struct Constants : Step
 
   struct Windows : Step
   {
-    using Step::Step;
     std::vector<double> weights = numbers("weights", SAMPLES);
   } windows{ get<py::object>("windows") };
 
   struct Trunk : Step
   {
-    using Step::Step;
     double nearest = get("nearest"), step = get("step"), full_score = get("full_score");
     double front = get("front"), behind = get("behind"), floor = get("floor");
     std::vector<double> joint_weights = numbers("joint_weights", JOINTS);
@@ -114,7 +110,6 @@ struct Constants : Step
 
   struct Costs : Step
   {
-    using Step::Step;
     int steps = get<int>("steps"), half = get<int>("half");
     double step = get("step"), hidden = get("hidden"), hidden_depth = get("hidden_depth"), under = get("under");
     double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope"), hidden_most = get("hidden_most");
@@ -125,13 +120,11 @@ struct Constants : Step
 
   struct Occluders : Step
   {
-    using Step::Step;
     double least_square = get("least_square"), covering_share = get("covering_share");
   } occluders{ get<py::object>("occluders") };
 
   struct Measuring : Step
   {
-    using Step::Step;
     double agreement = get("agreement"), least_support = get("least_support"), against_front = get("against_front");
     double least_own = get("least_own"), shortest = get("shortest"), longest = get("longest");
     double bone_error = get("bone_error"), folded = get("folded"), sure_end = get("sure_end");
@@ -140,7 +133,6 @@ struct Constants : Step
 
   struct Inference : Step
   {
-    using Step::Step;
     int mode = get<int>("mode");
     double nearest = get("nearest"), pair_error = get("pair_error"), level = get("level");
     double least_length = get("least_length");
@@ -151,34 +143,29 @@ struct Constants : Step
 
   struct Head : Step
   {
-    using Step::Step;
     double error = get("error"), cosine_spread = get("cosine_spread"), sine_spread = get("sine_spread");
   } head{ get<py::object>("head") };
 
   struct Sizes : Step
   {
-    using Step::Step;
     std::size_t least_bones = get<std::size_t>("least_bones");
     double prior_frames = get("prior_frames"), most_frames = get("most_frames"), most_change = get("most_change");
   } sizes{ get<py::object>("sizes") };
 
   struct CameraFit : Step
   {
-    using Step::Step;
     std::size_t least_points = get<std::size_t>("least_points");
     double least_square = get("least_square");
   } camera_fit{ get<py::object>("camera_fit") };
 
   struct BoneConstraints : Step
   {
-    using Step::Step;
     double change = get("change"), most_violation = get("most_violation");
-  } bone_constraints{ get<py::object>("track").attr("bone_constraints") };
+  } bone_constraints{ py::object(get<py::object>("track").attr("bone_constraints")) };
 
   struct JointFilter : Step
   {
-    using Step::Step;
     double trusted_deviations = get("trusted_deviations");
-  } joint_filter{ get<py::object>("track").attr("joint_filter") };
+  } joint_filter{ py::object(get<py::object>("track").attr("joint_filter")) };
 };
 }  // namespace skeleton_extract_3d

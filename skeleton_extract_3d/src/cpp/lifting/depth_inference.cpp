@@ -65,30 +65,7 @@ std::pair<double, double> readDepth(const float* beliefs, int steps, int mode)
 class DepthInference
 {
 public:
-  explicit DepthInference(const Constants& method)
-    : method_(method)
-    , s_(method.inference)
-    , steps_(method.costs.steps)
-    , middles_(2 * steps_ - 1)
-    , z_(steps_)
-    , z_middle_(middles_)
-    , trunk_(middles_, middles_)
-    , head_(middles_, steps_)
-    , pair_(PAIRS, Table(steps_, steps_))
-    , filled_pair_(pair_)
-    , upper_(LIMBS, Table(steps_, steps_))
-    , lower_(upper_)
-    // room for a message to places with any number of candidates, also where a row begins in its midst
-    , from_head_(filledUp(middles_) + filledUp(steps_), 0.0f)
-    , shoulders_(from_head_)
-    , hips_(from_head_)
-    , from_hips_(from_head_)
-    , from_shoulders_(from_head_)
-    , to_pair_(from_head_)
-    , incoming_(from_head_)
-    , from_ends_(LIMBS, from_head_)
-    , from_middles_(LIMBS, from_head_)
-    , middles_in_(LIMBS, from_head_)
+  explicit DepthInference(const Constants& method) : method_(method)
   {
   }
 
@@ -300,13 +277,17 @@ private:
   }
 
   const Constants& method_;
-  const Constants::Inference& s_;
-  int steps_, middles_;  ///< candidates of a joint, and of the middle of two
-  Message z_, z_middle_;
-  Table trunk_, head_;
-  std::vector<Table> pair_, filled_pair_, upper_, lower_;
-  Message from_head_, shoulders_, hips_, from_hips_, from_shoulders_, to_pair_, incoming_;
-  std::vector<Message> from_ends_, from_middles_, middles_in_;
+  const Constants::Inference& s_ = method_.inference;
+  int steps_ = method_.costs.steps, middles_ = 2 * steps_ - 1;  ///< candidates of a joint, and of the middle of two
+  Message z_ = Message(steps_), z_middle_ = Message(middles_);
+  Table trunk_{ middles_, middles_ }, head_{ middles_, steps_ };
+  std::vector<Table> pair_ = std::vector<Table>(PAIRS, Table(steps_, steps_)), filled_pair_ = pair_;
+  std::vector<Table> upper_ = std::vector<Table>(LIMBS, Table(steps_, steps_)), lower_ = upper_;
+  // room for a message to places with any number of candidates, also where a row begins in its midst
+  Message from_head_ = Message(filledUp(middles_) + filledUp(steps_)), shoulders_ = from_head_, hips_ = from_head_;
+  Message from_hips_ = from_head_, from_shoulders_ = from_head_, to_pair_ = from_head_, incoming_ = from_head_;
+  std::vector<Message> from_ends_ = std::vector<Message>(LIMBS, from_head_), from_middles_ = from_ends_;
+  std::vector<Message> middles_in_ = from_ends_;
 };
 }  // namespace
 

@@ -17,16 +17,7 @@ class BodyParts
 {
 public:
   explicit BodyParts(const Constants& method)
-    : ends_(method.body.part_joints)
-    , radii_(method.body.part_radii)
-    , least_square_(method.occluders.least_square)
-    , x_(radii_.size())
-    , y_(x_)
-    , along_x_(x_)
-    , along_y_(x_)
-    , square_(x_)
-    , distance_(x_)
-    , share_(x_)
+    : ends_(method.body.part_joints), radii_(method.body.part_radii), least_square_(method.occluders.least_square)
   {
   }
 
@@ -88,7 +79,8 @@ private:
   const std::vector<Index>& ends_;
   const std::vector<double>& radii_;
   double least_square_;
-  std::vector<double> x_, y_, along_x_, along_y_, square_, distance_, share_;
+  std::vector<double> x_ = std::vector<double>(radii_.size()), y_ = x_, along_x_ = x_, along_y_ = x_;
+  std::vector<double> square_ = x_, distance_ = x_, share_ = x_;
 };
 }  // namespace
 

@@ -15,23 +15,42 @@ using SeenArrays = std::tuple<Doubles, Doubles, Flags, Doubles>;
 using FilterArrays = std::array<Doubles, 5>;
 
 // surfaces.cpp
+/**
+ * Log likelihood of the depths of each person's trunk given the surfaces, (P, depths): sum over the joints of
+ * log(near + front + behind + floor) of the weights of the samples (P, 18, 25) on a body there, before and behind it.
+ */
 py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples, const Doubles& scores,
                                  const std::optional<Flags>& foreign);
 py::array_t<float> depthCosts(const Constants& method, const Doubles& samples, const Doubles& scores,
                               const Doubles& root, const Doubles& offsets, const Doubles& gaps, const Doubles& own,
                               const Flags& covered, const std::optional<Flags>& foreign);
 // occluders.cpp
+/**
+ * Depths of the bodies of other people, cylinders of `BodyConstants.parts`, at the keypoints (P, 18, 2) [px] of each
+ * person, (P, 18, P) [m]; infinite where the body of the last axis is not at that pixel, or is the same person.
+ */
 py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, const Doubles& joint_depths, double focal);
+/** Which joints (P, 18) lie on another part of the same body; root: (P,) depth of the trunk [m]. */
 py::array_t<bool> coveredBySelf(const Constants& method, const Doubles& uv, const Doubles& root, double focal);
 // measuring.cpp
 py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles& z, const Doubles& offsets,
                   const Doubles& own, const std::optional<Flags>& foreign, const Floats& lengths);
 // head_pose.cpp
+/**
+ * Fit rigid heads to their keypoints, seen from afar: least squares for the place and for cosine and sine of the yaw;
+ * see HeadPose. rays: (P, 18, 3) with z = 1, NaN where unknown; shoulder_cosine: (P,) of their yaw, 1 faces the camera.
+ */
 py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const Doubles& scores, const Doubles& root,
                            const Doubles& scale, const Doubles& shoulder_cosine);
 // depth_inference.cpp
+/**
+ * Min-marginals of the depths of the thirteen places of depth_inference.py, (P, 13, steps), and unit vectors to the
+ * left of the people, (P, 3). costs: of the places alone; rays: z = 1, a guess for joints without a keypoint; root:
+ * depth of the trunk [m]; left_before: as long as its weight, NaN where unknown.
+ */
 py::tuple inferDepths(const Constants& method, const Floats& costs, const Floats& rays, const Doubles& root,
                       const Floats& lengths, const Floats& sigmas, const Doubles& stature, const Doubles& left_before);
+/** Mean around the cheapest of (..., steps) beliefs and deviation of all of them, from the depth of the trunk [m]. */
 py::tuple readDepths(const Constants& method, const Floats& beliefs);
 // bones.cpp
 py::tuple withFrame(const Constants& method, const std::array<Doubles, 4>& sizes, const Doubles& xyz,

@@ -1,17 +1,7 @@
-"""The frame of each joint: along a limb, or that of trunk or head. All are right-handed.
-
-- Trunk (neck, chest; mid_hip): x forwards out of the chest, y to the left, z up along the spine. Shoulders tell the
-  left of the upper trunk, hips that of the pelvis.
-- Limbs (shoulder, elbow; hip, knee; ankle where there are toes): x to the next joint outwards, y the axis about which
-  elbow or knee bends, z forwards as long as a straight arm or leg is beside the trunk or stretched out to the side.
-- Head (nose, eyes, ears, top): x where the face looks, y to the left, z up.
+"""The frame of each joint, right-handed: along a limb, or that of trunk or head; the convention is in docs/ros_api.md.
 
 A straight limb does not show its bending axis: y is then as if the limb had been turned on the shortest way from the
 reference pose, arms stretched out to the sides and legs straight down. In between y turns from one to the other.
-
-Unknown frames are taken over: ends of limbs (wrist, ankle, toes, heel) and joints whose next one is MISSING have the
-frame of the joint before, up to the trunk; an unknown head that of the trunk; an unknown trunk the axes of the frame of
-reference.
 """
 from typing import Dict, Tuple
 

@@ -1,24 +1,19 @@
 """The depths of all joints of a person at once: the evidence of surfaces for each, and the lengths of bones between.
 
 Pictorial structures (Felzenszwalb and Huttenlocher, IJCV 2005), with the depth along each keypoint's ray in place of a
-place in the image. Each joint has candidates on its ray, with a cost of -2 log likelihood. The skeleton is a tree but
-for shoulders and hips, whose pairs are treated as one variable each; so the cheapest assignment that goes through each
-candidate (its min-marginal) is found exactly, by passing messages once inwards and once outwards.
-
-Costs of bones: ((distance - length) / sigma)^2. Two depths explain the length of most bones; the facing of the person
-decides between them: elbows are outside of shoulders, forearms bend forwards, shins backwards. The facing is that of a
-first round over the trunk alone and of the frame before.
+place in the image; see docs/method_3d.md, step 6. Costs are -2 log likelihood. The min-marginal of a candidate is the
+cost of the cheapest depths of all joints that go through it.
 
 Thirteen places of a person: shoulders and hips, elbows and knees, wrists and ankles (each left arm, right arm, left
 leg, right leg), and the middle of the ears. Twelve bones: upper and lower ones of the limbs in that order, shoulders,
 hips, trunk, neck to head.
 """
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
 from skeleton_extract_3d.body.body import ENDS, LOWER_KINDS, MIDDLES, PAIR_KINDS, ROOTS, UPPER_KINDS, bone_kinds
-from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.constants import InferenceConstants
 
 # The joints among the thirteen places.
@@ -36,23 +31,6 @@ class Bones(NamedTuple):
     sigmas: np.ndarray
     stature: np.ndarray
 
-    @property
-    def upper(self) -> np.ndarray:
-        """(P, 4) lengths of the upper bones of the limbs [m]."""
-        return self.lengths[:, :4]
-
-    @property
-    def lower(self) -> np.ndarray:
-        """(P, 4) lengths of the lower bones of the limbs [m]."""
-        return self.lengths[:, 4:8]
-
-
-class Beliefs(NamedTuple):
-    """Min-marginals of the thirteen places, (P, 13, 45) float32, and unit vectors to the left of the people, (P, 3)."""
-
-    costs: np.ndarray
-    left: np.ndarray
-
 
 def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unknown: np.ndarray,
              constants: InferenceConstants = METHOD.inference) -> Bones:
@@ -69,25 +47,3 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unkno
     sigmas = np.sqrt(variance)
     sigmas[:, 11] += constants.nodding
     return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32), stature)
-
-
-def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: Bones, left_before: np.ndarray,
-                 method: MethodConstants = METHOD) -> Beliefs:
-    """Return the min-marginals of the places' depths; compiled (depth_inference.cpp).
-
-    Args:
-        costs: (P, 13, 45) float32 of the places alone.
-        rays: (P, 13, 3) with z = 1; of joints without a keypoint, a guess.
-        root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
-        left_before: (P, 3) to the left of the people in the frame before, as long as its weight; NaN where unknown.
-    """
-    return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, left_before))
-
-
-def read_depths(costs: np.ndarray, method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:
-    """Return depth from the trunk's [m] and its standard deviation [m] for (..., 45) min-marginals; compiled.
-
-    The depth is the mean around the cheapest candidate; the deviation counts every candidate.
-    """
-    depth, deviation = method.compiled.read_depths(costs)
-    return depth, deviation

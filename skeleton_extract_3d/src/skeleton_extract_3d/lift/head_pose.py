@@ -24,29 +24,19 @@ class HeadPose(NamedTuple):
     known: np.ndarray
 
 
-def estimate_head_pose(rays: np.ndarray, scores: np.ndarray, root: np.ndarray, scale: np.ndarray,
-                       shoulder_cosine: np.ndarray, method: MethodConstants = METHOD) -> HeadPose:
-    """Fit a rigid head to its keypoints, seen from afar; compiled (head_pose.cpp).
-
-    Least squares for its place and for cosine and sine of the yaw; its surface is the front of an ellipsoid.
-
-    Args:
-        rays: (P, 18, 3) with z = 1, NaN where unknown.
-        root: (P,) rough depth of the person [m].
-        scale: (P,) stature in statures of an adult.
-        shoulder_cosine: (P,) cosine of the yaw of the shoulders; 1 faces the camera.
-    """
-    return HeadPose(*method.compiled.estimate_head_pose(rays, scores, root, scale, shoulder_cosine))
-
-
 def heads_of(observed: ObservedPeople, root: np.ndarray, scale: np.ndarray, method: MethodConstants = METHOD
              ) -> HeadPose:
-    """Return the heads; without a keypoint of the head, where the neck is."""
+    """Return rigid heads fitted to their keypoints; without one, where the neck is; compiled (head_pose.cpp).
+
+    Args:
+        root: (P,) rough depth of the person [m].
+        scale: (P,) stature in statures of an adult.
+    """
     left, right = SHOULDERS
     apart = (observed.rays[:, left, 0] - observed.rays[:, right, 0]) * root / (method.body.shoulder_width * scale)
     both = observed.known[:, left] & observed.known[:, right]
     cosine = np.where(both, np.maximum(np.minimum(apart, 1.0), -1.0), 1.0)
-    head = estimate_head_pose(observed.known_rays, observed.scores, root, scale, cosine, method)
+    head = HeadPose(*method.compiled.estimate_head_pose(observed.known_rays, observed.scores, root, scale, cosine))
     return head._replace(ray=np.where(head.known[:, None], head.ray, observed.rays[:, NECK]))
 
 

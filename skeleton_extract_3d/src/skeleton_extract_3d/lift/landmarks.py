@@ -76,8 +76,10 @@ def _lift_hands(hands: Hands2D, seen: _PointSurfaces, people: People3D, constant
                     _filled(depth, np.where(own, _median(depth), np.nan)))
     kept = np.isfinite(filled).any(axis=1)
     flesh = np.array(constants.flesh)[_FLESH]
-    lifted = _placed(seen, np.where(measured, depth, filled) + flesh, measured, hands.keypoints[..., 2], constants)
-    return Hands3D(_select(lifted, kept), hands.scores[kept], hands.people[kept], hands.left[kept])
+    depth = np.where(measured, depth, filled) + flesh
+    points = _placed(_PointSurfaces(seen.rays[kept], seen.depth[kept], seen.focal), depth[kept], measured[kept],
+                     hands.keypoints[kept, :, 2], constants)
+    return Hands3D(points, hands.scores[kept], hands.people[kept], hands.left[kept])
 
 
 def _wrist_depths(hands: Hands2D, people: People3D) -> np.ndarray:
@@ -175,10 +177,6 @@ def _placed(seen: _PointSurfaces, depth: np.ndarray, measured: np.ndarray, confi
         sigma = np.hypot(np.where(measured, constants.measured_sigma, constants.inferred_sigma),
                          constants.pixel_sigma * depth / seen.focal)
     return Points3D(np.where(known[..., np.newaxis], xyz, np.nan), confidence, status, np.where(known, sigma, np.nan))
-
-
-def _select(points: Points3D, rows: np.ndarray) -> Points3D:
-    return Points3D(points.xyz[rows], points.confidence[rows], points.status[rows], points.sigma[rows])
 
 
 def _first(values: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -16,28 +16,12 @@ _OUTER, _OUTER_SIDES = np.concatenate([MIDDLES, ENDS]), np.concatenate([SIDES, S
 _LIMB_TO = np.array([1, 0, 5, 2, 3, 2, 5, 6, 11, 8, 9, 8, 11, 12, 0, 0, 0, 0])
 
 
-def others_depths(uv: np.ndarray, joint_depths: np.ndarray, focal: float, method: MethodConstants = METHOD
-                  ) -> np.ndarray:
-    """Return the depths of the bodies of other people at the keypoints of each person; compiled (occluders.cpp).
-
-    A body is the cylinders of `BodyConstants.parts` between its joints.
-
-    Args:
-        uv: (P, 18, 2) [px of the grid], NaN where unknown.
-        joint_depths: (P, 18) [m].
-
-    Returns:
-        (P, 18, P) [m]; infinite where the body of the last axis is not at that pixel, or is the same person.
-    """
-    return method.compiled.others_depths(uv, joint_depths, focal)
-
-
 def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarray,
                     constants: OccluderConstants = METHOD.occluders) -> Optional[np.ndarray]:
     """Return which samples lie on other people, (P, 18, 25); None if no sample does.
 
     Args:
-        others: (P, 18, Q) depths of other bodies there, of `others_depths` [m].
+        others: (P, 18, Q) depths of other bodies there [m], infinite where there is none.
         expected: (P, 18) or (P, 1) expected depths of the joints of the person [m].
     """
     count = np.isfinite(others).sum(axis=2)
@@ -59,30 +43,21 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
 
 def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, left: np.ndarray,
               foreign: Optional[np.ndarray], method: MethodConstants = METHOD) -> Ownership:
-    """Return which body the samples belong to.
-
-    Args:
-        root: (P,) depth of the trunk [m].
-        left: (P, 3) to the left of the people, of any length; zero where unknown.
+    """Return which body the samples belong to, by depths of trunks (P,) [m] and directions to the left (P, 3), zero
+    where unknown.
     """
     constants = method.occluders
-    covered = covered_by_self(observed.uv, root, observed.focal, method)
+    covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
     own = likely_own(points, observed, root, covered, constants)
     own = np.where(covered & _on_far_side(left, constants.turned_away), own * constants.far_side, own)
     return Ownership(own, covered, foreign)
-
-
-def covered_by_self(uv: np.ndarray, root: np.ndarray, focal: float, method: MethodConstants = METHOD) -> np.ndarray:
-    """Return which joints (P, 18, 2) [px] lie on another part of the same body, (P, 18) bool; compiled."""
-    return method.compiled.covered_by_self(uv, root, focal)
 
 
 def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, covered: np.ndarray,
                constants: OccluderConstants = METHOD.occluders) -> np.ndarray:
     """Return the likelihood that the surface at each keypoint belongs to the joint's limb, (P, 18) of 0..1.
 
-    A held object is slim: a surface in front of the body that goes on to both sides is a counter, a table or another
-    person. An arm in front of the trunk stands out from it.
+    A surface before the body that goes on to both sides is furniture; an arm before the trunk stands out from it.
     """
     likely = np.ones(observed.known.shape)
     ones = np.ones(observed.samples.shape[2])

@@ -24,8 +24,7 @@ class ObservedPeople:
         rays: (P, 18, 3) float64 with z = 1; of joints without a keypoint, a guess near the rest of the person.
         samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
-        trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone, of
-            `surfaces.root_evidence`.
+        trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone.
         focal: focal length [px], mean of both axes.
     """
 
@@ -61,7 +60,7 @@ class Expectation(NamedTuple):
     Attributes:
         root: (P,) depth of the trunk [m], NaN where unknown.
         depth: (P, 18) of the joints [m], NaN where unknown; depth_sigma: (P, 18) [m].
-        left: (P, 3), see `infer_depths`; NaN where unknown.
+        left: (P, 3) to the left in the frame before, as long as its weight; NaN where unknown.
         stature: (P,) [m]; stature_spread: (P,) as a share.
         lengths: (P, 8) of the bones [m]; length_spread: (P, 8) as a share; in the order of `body.BONES`.
     """
@@ -100,9 +99,7 @@ class Expectation(NamedTuple):
 
 
 class Skin(NamedTuple):
-    """Surfaces in front of the joints of P people: depth of the joint under them (P, 18) [m], and how much further in
-    front than that a surface must be to hide the joint (P, 18) [m].
-    """
+    """Depths of joints under their surface, and how much further in front a surface hides them, (P, 18) [m]."""
 
     offsets: np.ndarray
     gaps: np.ndarray

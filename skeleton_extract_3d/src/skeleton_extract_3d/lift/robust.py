@@ -7,7 +7,7 @@ from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import occluders, surfaces
 from skeleton_extract_3d.lift.constants import TrunkConstants
-from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of, infer_depths, read_depths
+from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople, Skin
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -38,10 +38,10 @@ class RobustLifting:
 
         bones = bones_of(expected.lengths, expected.length_spread, expected.stature, ~observed.known[:, CHAINS],
                          method.inference)
-        beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
-                               np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
-                               left, method)
-        depth, deviation = read_depths(beliefs.costs, method)
+        candidates, left = method.compiled.infer_depths(
+            np.concatenate([costs, head_costs[:, None]], axis=1),
+            np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, *bones, left)
+        depth, deviation = method.compiled.read_depths(candidates)
         depth = depth + root[:, None]
         middle = _refined_head(observed, head, depth[:, -1], foreign, method)
         z, sigma = _of_all_joints(depth, deviation, middle, head)
@@ -51,7 +51,7 @@ class RobustLifting:
         xyz, measured, plausible = method.compiled.measure(
             (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.own,
             ownership.foreign, bones.lengths[:, :8])
-        return Lifted(xyz, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
+        return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
 
 
 def _skin(head: HeadPose, scale: np.ndarray, method: MethodConstants) -> Skin:
@@ -82,7 +82,7 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
     evidence = observed.trunk_evidence + sized
     foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
     if foreign is not None:
-        evidence = surfaces.root_evidence(observed.samples, observed.scores, foreign, method) + sized
+        evidence = method.compiled.root_evidence(observed.samples, observed.scores, foreign) + sized
     root = trunk.depths[(evidence + _before(expected.root, trunk)).argmax(axis=1)]
     # the mean of the surfaces of the trunk
     offsets = method.body.surface_offsets[TRUNK]
@@ -105,7 +105,7 @@ def _foreign(observed: ObservedPeople, expected: Expectation, size: np.ndarray, 
         return None
     known = np.where(np.isfinite(expected.depth), expected.depth, expected.root[:, None])
     depths = np.where(np.isfinite(known), known, first[:, None])
-    others = occluders.others_depths(observed.uv, depths, observed.focal, method)
+    others = method.compiled.others_depths(observed.uv, depths, observed.focal)
     # without a track, the size tells whether the surface may be the person's
     new = np.where(np.isfinite(size), size, first)[:, None]
     return occluders.foreign_samples(observed.samples, others, np.where(np.isfinite(known), known, new),

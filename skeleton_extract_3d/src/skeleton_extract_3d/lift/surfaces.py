@@ -1,11 +1,9 @@
 """Depth evidence: surfaces in windows around the keypoints, and the likelihood of depths given them.
 
-A joint lies a little under the skin. The window of a visible joint holds a surface at the joint's depth less its
-offset; that of a hidden joint, a surface in front of that; a surface behind means that the keypoint lies beside the
-body. So each window gives a likelihood of the depths of its joint, and all windows of a person one of the depths of the
-trunk.
+A window holds the surface of a visible joint, a surface in front of a hidden one, or one behind where the keypoint lies
+beside the body; see docs/method_3d.md, steps 1, 2 and 5.
 """
-from typing import Optional, Tuple
+from typing import Tuple
 
 import numpy as np
 
@@ -62,8 +60,7 @@ def lower_median(values: np.ndarray) -> np.ndarray:
 def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the depth at which an adult would look as large as each person, (P,) [m]; infinite where unknown.
 
-    No bone looks longer than it is, so each gives an upper limit; the second least one is taken, as a keypoint may be
-    wrong.
+    It is the second least limit that a bone gives: no bone looks longer than it is, but a keypoint may be wrong.
 
     Args:
         rays: (P, 18, 3) with z = 1.
@@ -94,28 +91,12 @@ def size_evidence(size: np.ndarray, spread: np.ndarray, trunk: TrunkConstants = 
     return np.maximum(-off * off, trunk.size_limit)
 
 
-def root_evidence(samples: np.ndarray, scores: np.ndarray, foreign: Optional[np.ndarray] = None,
-                  method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the log likelihood of the depths of each person's trunk given the surfaces, (P, depths); compiled.
-
-    For each joint and depth: log(near + front + behind + floor) of the weights of the samples on a body at that depth,
-    in front of it and behind it, summed over the joints.
-
-    Args:
-        foreign: (P, 18, 25) samples on other people; None: none.
-    """
-    return method.compiled.root_evidence(samples, scores, foreign)
-
-
 def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Skin, ownership: Ownership,
                 method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the cost of each joint at each depth, (P, 18, 45) float32; compiled (surfaces.cpp).
+    """Return the costs of each joint at depths `root + CostConstants.deltas`, (P, 18, 45) float32; compiled.
 
-    It is -2 log likelihood, the least of each joint being 0. Joints without a keypoint or samples cost nothing
-    anywhere.
-
-    Args:
-        root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
+    They are -2 log likelihoods, the least of each joint being 0; all are 0 without a keypoint or samples. `root`: (P,)
+    depth of the trunk [m].
     """
     return method.compiled.depth_costs(observed.samples, observed.scores, root, *skin, *ownership)
 
@@ -145,12 +126,7 @@ def foreground(samples: np.ndarray, windows: WindowConstants = METHOD.windows) -
 
 def mean_within(off: np.ndarray, usable: np.ndarray, reach: float, weights: np.ndarray = METHOD.windows.weights
                 ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the weighted mean of the samples near 0, (P,) [m], and their weight, (P,).
-
-    Args:
-        off: (P, J, 25) distances of samples from a depth of each person [m]; only those within `reach` count.
-        usable: (P, J, 25) bool, samples that count.
-    """
+    """Return the weighted mean of usable distances (P, J, 25) [m] within a reach, (P,) [m], and their weight, (P,)."""
     fits = (np.abs(off) < reach) & usable
     total = (fits @ weights).sum(axis=1)
     return (np.where(fits, off, 0.0) @ weights).sum(axis=1) / np.maximum(total, 1e-9), total

@@ -3,7 +3,7 @@ from typing import Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, values_in
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import check_same_aspect
@@ -31,12 +31,7 @@ def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointG
 
 def in_coco(people: People3D) -> np.ndarray:
     """Return the positions of people with the joints of COCO_18, (P, 18, 3) [m]; NaN where missing."""
-    index = people.skeleton.index
-    xyz = np.full((len(people), len(COCO_18.joints), 3), np.nan)
-    for joint, name in enumerate(COCO_18.joints):
-        if name in index:
-            xyz[:, joint] = people.xyz[:, index[name]]
-    return xyz
+    return values_in(people.xyz.astype(np.float64), people.skeleton, COCO_18, np.nan)
 
 
 def nearest_pixels(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]

@@ -197,10 +197,7 @@ def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_s
 
 def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray, method: MethodConstants = METHOD
                   ) -> Optional[CameraModel]:
-    """Return the pinhole camera of the points (H, W) [m] of an organized cloud, NaN or 0 where missing.
-
-    Returns:
-        The camera, for which u = fx x / z + cx; None if there are too few points to tell.
+    """Return the pinhole camera of the points (H, W) [m] of an organized cloud; None if there are too few to tell.
 
     Raises:
         BadInputError: no such camera explains the points: they are in another frame, or not registered.

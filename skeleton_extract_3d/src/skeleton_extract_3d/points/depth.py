@@ -68,15 +68,7 @@ class DepthImage(PointGrid):
         return self.camera
 
     def coloured_cloud(self, bgr: np.ndarray, rays: Optional[np.ndarray] = None) -> np.ndarray:
-        """Return the organized cloud of this view; see `cloud_from_depth`.
-
-        Args:
-            bgr: (h, w, 3) uint8, the image at any resolution.
-            rays: `camera.ray_grid()`, to compute it once for many frames.
-
-        Raises:
-            BadInputError: the image has another aspect ratio.
-        """
+        """Return the organized cloud of this view, see `cloud_from_depth`, with an image of it at any resolution."""
         size = (self.width, self.height)
         check_same_aspect('image', (bgr.shape[1], bgr.shape[0]), 'depth image', size)
         if bgr.shape[1::-1] != size:
@@ -91,16 +83,12 @@ class DepthImage(PointGrid):
 
 def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, rays: Optional[np.ndarray] = None
                      ) -> np.ndarray:
-    """Return the organized cloud of a depth image, as a Kinect driver publishes it.
+    """Return the organized cloud of a depth image, as a Kinect driver publishes it, (H, W) `XYZRGB`; NaN where missing.
 
     Args:
         depth: (H, W) float [m]; 0, negative or not finite where missing.
-        camera: of the image, (W, H).
         bgr: (H, W, 3) uint8.
         rays: `camera.ray_grid()`, to compute it once for many frames.
-
-    Returns:
-        (H, W) of dtype `XYZRGB`, 32 bytes per point; x = y = z = NaN where missing.
 
     Raises:
         BadInputError: the sizes differ.

@@ -40,12 +40,9 @@ def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plaus
                         'topic?'))
     depth, (least, most) = float(np.median(distances)), constants.depths
     doubt = None
-    if depth > most:
-        doubt = Doubt('implausible depth', f'the median depth is {depth:.4g} m, expected up to {most:g} m: is it in '
-                                           'millimetres?')
-    elif depth < least:
-        doubt = Doubt('implausible depth', f'the median depth is {depth:.4g} m, expected at least {least:g} m: is it '
-                                           'in metres?')
+    if not least <= depth <= most:
+        said, unit = (f'up to {most:g}', 'millimetres') if depth > most else (f'at least {least:g}', 'metres')
+        doubt = Doubt('implausible depth', f'the median depth is {depth:.4g} m, expected {said} m: is it in {unit}?')
     return PointSummary(sample, share, depth, doubt)
 
 

@@ -28,10 +28,7 @@ class PointGrid(ABC):
         return depth_in_metres(self._z[v, u], self._unit)
 
     def window(self, u: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
-        """Return the size x size points around pixels (M,), which may lie outside, (M, size * size, 3) float64 [m].
-
-        NaN where a point is missing or outside; no other points are read.
-        """
+        """Return the points around pixels (M,), (M, size * size, 3) float64 [m]; NaN if missing or outside."""
         offsets = np.arange(size) - size // 2
         columns, rows = u[:, None] + np.tile(offsets, size), v[:, None] + np.repeat(offsets, size)
         inside = (columns >= 0) & (columns < self.width) & (rows >= 0) & (rows < self.height)
@@ -40,10 +37,7 @@ class PointGrid(ABC):
         return points
 
     def distances(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return how far the points at pixels inside the grid are, the shape of u and v, float64 [m]; NaN if missing.
-
-        It is z; of a cloud, which may be in no optical frame, the greatest coordinate.
-        """
+        """Return z at pixels inside the grid; of a cloud, which may be in any frame, the greatest coordinate [m]."""
         return self.depths(u, v)
 
     def missing_values(self, u: np.ndarray, v: np.ndarray) -> str:
@@ -54,10 +48,7 @@ class PointGrid(ABC):
         return ', '.join(kind for kind, found in kinds.items() if found.any()) or 'x or y'
 
     def valid_range(self) -> np.ndarray:
-        """Return the least and the greatest x, y, z of the valid points, (2, 3) [m]; NaN if there is none.
-
-        Takes some ten milliseconds for 960 x 540: for reports, not for every frame.
-        """
+        """Return the least and the greatest x, y, z of the valid points, (2, 3) [m]; takes 10 ms for 960 x 540."""
         step = self._range_step
         points = self._points(*np.meshgrid(np.arange(0, self.width, step), np.arange(0, self.height, step)))
         valid = points[np.isfinite(points).all(axis=-1)]

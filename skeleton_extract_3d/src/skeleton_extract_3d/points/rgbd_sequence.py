@@ -31,7 +31,7 @@ _COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png')
 _ROTATION_TOLERANCE = 1e-3
 # Depth in mm.
 _UNITS_PER_METRE = 1000.0
-_MOST_UNITS = 1e6  # more than any file has: micrometres
+_MOST_FPS, _MOST_UNITS = 1000, 1e6  # more than any file has: Hz, micrometres
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class RgbdSequence:
         if scale not in (None, _UNITS_PER_METRE):
             raise BadInputError(f'{folder / "sequence.yaml"}: depth_scale = {scale:g}, expected {_UNITS_PER_METRE:g} '
                                 '(mm); images_to_bag reads other ones')
-        return cls(folder, read_camera(folder / 'camera.yaml'), **values)
+        return cls(folder, calibrated_camera(read_calibration(folder / 'camera.yaml')), **values)
 
     def __len__(self) -> int:
         return len(self._colour)
@@ -125,15 +125,6 @@ def play_order(length: int, playback: str) -> Iterator[int]:
     return itertools.cycle([*range(length), *back])
 
 
-def read_camera(path: Path) -> CameraModel:
-    """Read a calibration as camera_calibration writes it.
-
-    Raises:
-        BadInputError: the file is missing, lacks a key or has a wrong value.
-    """
-    return calibrated_camera(read_calibration(path))
-
-
 def read_sequence_values(folder: Path) -> Dict[str, Any]:
     """Return what the sequence.yaml of a folder says, None (frame_id: empty) for what it does not say.
 
@@ -155,15 +146,13 @@ def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
     unknown = [str(key) for key in values if key not in known]  # YAML has keys of any type
     if unknown:
         raise BadInputError(f"{path} has unknown keys {', '.join(unknown)}; allowed: {', '.join(known)}")
-    fps = values.get('fps')
-    if fps is not None and not (isinstance(fps, (int, float)) and 0 < fps <= 1000):
-        raise BadInputError(f'{path}: fps = {fps!r}, expected a number in 0 .. 1000 [Hz]')
-    scale = values.get('depth_scale')
-    if scale is not None and not (isinstance(scale, (int, float)) and 0 < scale < _MOST_UNITS):
-        raise BadInputError(f'{path}: depth_scale = {scale!r}, expected a number above 0, below '
-                            f'{_MOST_UNITS:g} [units per metre]')
+    for name, most, unit in (('fps', _MOST_FPS, 'Hz'), ('depth_scale', _MOST_UNITS, 'units per metre')):
+        value = values.get(name)
+        if value is not None and not (isinstance(value, (int, float)) and 0 < value <= most):
+            raise BadInputError(f'{path}: {name} = {value!r}, expected a number above 0, up to {most:g} [{unit}]')
     pose = values.get('T_world_camera')
-    return {'fps': fps, 'frame_id': str(values.get('frame_id', '')), 'depth_scale': scale,
+    return {'fps': values.get('fps'), 'frame_id': str(values.get('frame_id', '')),
+            'depth_scale': values.get('depth_scale'),
             'T_world_camera': None if pose is None else _rigid_transform(path, pose)}
 
 
@@ -197,8 +186,8 @@ def _check_names(colour_folder: Path, colour: List[Path], depth_folder: Path, de
 def _read_yaml(path: Path) -> Dict[str, Any]:
     try:
         values = yaml_value(path.read_text(encoding='utf-8'))
+        if not isinstance(values, dict):
+            raise ValueError(f'expected keys with values, got {type(values).__name__}')
     except (OSError, ValueError) as error:
         raise BadInputError(f'{path} can not be read: {error}') from error
-    if not isinstance(values, dict):
-        raise BadInputError(f'{path}: expected keys with values, got {type(values).__name__}')
     return values

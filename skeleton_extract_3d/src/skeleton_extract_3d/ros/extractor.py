@@ -115,7 +115,7 @@ class Extractor:
     """Publishes the joints of all people in view, per person and per frame.
 
     While the networks see one frame, the next is prepared and the one before is lifted and published. People are
-    tracked per camera; the frame_id of the points names the camera. Ids are unique over all cameras.
+    tracked for each frame_id of the points; ids are unique over these, but not over extractors.
 
     Args:
         networks: find people, hands and faces.

@@ -139,11 +139,7 @@ class Markers:
 
 
 class PeopleMarkers(Markers):
-    """Makes the markers of people.
-
-    MEASURED parts are in ns 'joints' and 'skeleton', INFERRED ones in 'joints_inferred' and 'skeleton_inferred'; ns
-    'label' and 'sigma' are optional.
-    """
+    """Makes the markers of people: ns 'joints', 'skeleton', both with '_inferred', and optional 'label' and 'sigma'."""
 
     def update(self, people: People3D, stamp: float) -> List[MarkerSpec]:
         """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
@@ -230,10 +226,7 @@ def limb_lines(skeleton: SkeletonModel, xyz: np.ndarray, status: np.ndarray, das
 
 
 def _dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
-    """Return lines (L, 2, 3) [m] as starts and ends of dashes, (2 * N, 3), of one length near `dash` [m].
-
-    Each line begins and ends with a dash.
-    """
+    """Return lines (L, 2, 3) [m] as starts and ends of dashes, (2 * N, 3), of one length near `dash` [m]."""
     if not dash:
         return limbs.reshape(-1, 3)
     pieces = [np.zeros((0, 3))]

@@ -48,12 +48,7 @@ class Completion(NamedTuple):
 
 
 def complete(seen: Completion, view: FrameView, timeout: float, method: MethodConstants = METHOD) -> Completion:
-    """Return people with the joints that have no usable keypoint placed, from the trunk outwards.
-
-    Args:
-        seen: corrected with this frame; only trusted joints are placed.
-        timeout: a joint that had no keypoint for longer is not placed [s].
-    """
+    """Return people with untrusted joints placed that had a keypoint within a timeout [s], from the trunk outwards."""
     body, constants = method.body, method.track.completion
     tracks, trusted = seen.tracks, seen.trusted
     if trusted.all():

@@ -107,11 +107,8 @@ def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray
 
 def come_along(joints: JointFilter, tracks: Tracks, trusted: np.ndarray, stamp: float,
                constants: CorrectionConstants = METHOD.track.correction) -> JointFilter:
-    """Return the filters; joints without a keypoint move with the others after a time without a detection.
-
-    Args:
-        joints: corrected; tracks: before the correction.
-        trusted: (N, 18) bool, joints that the frame places, and that had a place.
+    """Return corrected filters of tracks; after a time without a detection, untrusted joints move with the (N, 18)
+    trusted ones.
     """
     back = np.flatnonzero((stamp - tracks.last_seen > constants.out_of_sight) & trusted.any(axis=1))
     if not len(back):

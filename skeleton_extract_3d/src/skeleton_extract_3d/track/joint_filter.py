@@ -5,14 +5,9 @@ acceleration a: Q = a^2 [[dt^4/4, dt^3/2], [dt^3/2, dt^2]] per axis (Bar-Shalom,
 Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with constant velocity does not lag behind
 steady motion.
 
-**Errors of estimates.** Errors of a camera repeat from frame to frame, for an unknown time: a filter that takes them
-for independent underestimates its error, one that expects them to repeat overestimates it where they do not. An
-estimate x + k (z - x) of the expected x with the variance p and the measured z with the variance r has the variance
-
-    (1 - k)^2 p + k^2 r + 2 k (1 - k) c
-
-with c the covariance of the errors of x and z. The mean square s of the innovations z - x is p + r - 2 c. With p_0, the
-variance after the frame before, and the share u = s / (p_0 + r):
+**Errors of estimates** repeat from frame to frame for an unknown time, which innovations z - x tell, see
+docs/method_3d.md#sigma. With their mean square s, the variance p_0 after the frame before, the covariance c of the
+errors of x and z, and the share u = s / (p_0 + r):
 
     u >= 1    no error repeats: c = 0; joints moved otherwise than expected since: p = s - r, but not more than the
               motion model says

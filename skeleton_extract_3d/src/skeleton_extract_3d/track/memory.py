@@ -57,10 +57,7 @@ class Memory:
 
     def at(self, frame: Frame, camera: CameraModel, params: IdentityParams, constants: TrackConstants = METHOD.track
            ) -> Tuple['Memory', FrameView]:
-        """Return the memory at the time and in the frame of the points of a frame, and its view.
-
-        The tracks stand still. Those without a detection for too long are gone, and in the end forgotten.
-        """
+        """Return the memory, without tracks that ended, in the frame of reference of a frame, and its view."""
         stamp, pose = frame.stamp, frame.tracking_from_points
         before = self.stamp
         if not params.tracking or (before is not None and stamp < before - constants.memory.greatest_backstep):
@@ -81,17 +78,16 @@ class Memory:
         tracks = self.tracks
         recent = stamp - tracks.last_seen <= params.track_timeout
         recent[:-constants.memory.most_tracks] = False
-        gone = self.gone.joined(tracks.kept(~recent))
+        gone = self.gone.joined(tracks.select(~recent))
         gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
-        return tracks.kept(recent), gone.kept(stamp - gone.last_seen <= params.return_timeout)
+        return tracks.select(recent), gone.select(stamp - gone.last_seen <= params.return_timeout)
 
     def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings,
                  constants: MemoryConstants = METHOD.track.memory) -> Optional[People2D]:
-        """Return the tracks as people expected in an image of a width and height [px], with their ids and scores of 1.
+        """Return the tracks as people expected in or outside an image of a width and height [px]; scores are 1.
 
-        None where no track tells: after a gap that ends all tracks, when the clock was reset, and for an unknown
-        camera. Tracks move with constant velocity; the camera stands still since the newest frame. Joints that were
-        never placed, or lie behind the camera, are missing. Joints may lie outside the image.
+        Tracks move with constant velocity since the newest frame. None after a gap that ends all tracks, when the clock
+        was reset, and for an unknown camera.
         """
         camera = self.camera_of(image_size)
         if camera is None or self.stamp is None:

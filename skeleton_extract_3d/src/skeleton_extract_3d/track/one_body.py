@@ -42,12 +42,8 @@ def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
 
 def separate(seen: Completion, people: Observations, stamp: float, constants: TrackConstants = METHOD.track
              ) -> Tuple[Completion, Observations, Tracks]:
-    """Return the people of a frame without those that have been in the place of another for too long.
-
-    The older track stays, so that ids last. New ones go at once.
-
-    Returns:
-        Those that stay, and the tracks of those that had a place of their own before: they are real, but hidden now.
+    """Return people without those that share the place of an older track for too long, new ones at once, and the tracks
+    of those that had a place of their own before, which are hidden now.
     """
     one_body, tracks = constants.one_body, seen.tracks
     if len(tracks) < 2:
@@ -67,7 +63,7 @@ def separate(seen: Completion, people: Observations, stamp: float, constants: Tr
     kept = np.flatnonzero(~gone)
     real = gone & (tracks.alone - tracks.born >= one_body.surely_alone)
     return (Completion(tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
-            people.select(kept), tracks.kept(real))
+            people.select(kept), tracks.select(real))
 
 
 def apart(hidden: Tracks, seen: Completion, constants: OneBodyConstants = METHOD.track.one_body) -> Tracks:
@@ -77,4 +73,4 @@ def apart(hidden: Tracks, seen: Completion, constants: OneBodyConstants = METHOD
     xyz = np.concatenate([hidden.joints.position, seen.tracks.joints.position])
     placed = np.concatenate([hidden.has, seen.placed])
     shared = in_one_place(xyz, placed, constants.least_joints, constants.thickness)
-    return hidden.kept(~shared[:len(hidden), len(hidden):].any(axis=1))
+    return hidden.select(~shared[:len(hidden), len(hidden):].any(axis=1))

@@ -22,9 +22,7 @@ _KINDS = MEASURED_KINDS[:len(MEASURED_BONES)]
 
 
 class NewPeople(NamedTuple):
-    """N people of a frame who have no track: middle of the trunk (N, 3) [m], clothes, and lengths (N, 10) of
-    `body.MEASURED_BONES` [m], NaN of bones that are not measured.
-    """
+    """N people without a track: middle of the trunk (N, 3), clothes, lengths of `MEASURED_BONES` (N, 10) or NaN [m]."""
 
     place: np.ndarray
     clothes: Clothes
@@ -50,11 +48,11 @@ class Reidentification:
                 ) -> Tuple[Memory, Tracks, Observations]:
         """Return the memory, the tracks with one for each new person (row -1), and the people who have a track.
 
-        People who are reidentified keep id, sizes and clothes. The track that they had stays, see `without`.
+        The former track of a reidentified person stays, see `without`.
         """
         method = self._method
         new = _born(people, self._params.birth_joints, method)
-        absent = tracks.kept(people.others(len(tracks))).joined(memory.gone)
+        absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
         rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
                          method)
         unclear = rows == UNCLEAR
@@ -112,16 +110,13 @@ def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
 
 def without(tracks: Tracks, present: Tracks) -> Tracks:
     """Return tracks without those that were reidentified as others."""
-    return tracks.kept(~np.isin(tracks.ids, present.ids))
+    return tracks.select(~np.isin(tracks.ids, present.ids))
 
 
 def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityParams, method: MethodConstants = METHOD
               ) -> np.ndarray:
-    """Return the row of the absent track of each new person, or STRANGER or UNCLEAR, (N,) int64.
-
-    Clothes, size and place have to be much likelier for this track, predicted to this frame, than for a person without
-    one, any other absent track, and any other new person. It is unclear where a part of the clothes that could decide
-    is not visible yet.
+    """Return the row of the absent track of each new person, (N,) int64, where clothes, size and place make it much
+    likelier than any other track or person; else STRANGER, or UNCLEAR while clothes that could decide are not visible.
     """
     constants, rows = method.track.returning, np.full(len(new.place), STRANGER, np.int64)
     if not len(absent) or not len(rows):

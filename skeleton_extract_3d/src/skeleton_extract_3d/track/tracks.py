@@ -102,22 +102,6 @@ class Tracks(Rows):
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count))
 
-    def select(self, rows: np.ndarray) -> 'Tracks':
-        """Return some of the tracks, by indices (N,), in the order of these."""
-        return self if np.array_equal(rows, np.arange(len(self))) else super().select(rows)
-
-    def kept(self, tracks: np.ndarray) -> 'Tracks':
-        """Return the tracks of a mask (T,)."""
-        if tracks.all():
-            return self
-        return self.select(np.flatnonzero(tracks)) if tracks.any() else Tracks.none()
-
-    def joined(self, others: 'Tracks') -> 'Tracks':
-        """Return these tracks and then others."""
-        if not len(others) or not len(self):
-            return self if len(self) else others
-        return super().joined(others)
-
     def in_order(self) -> 'Tracks':
         """Return the tracks by their ids."""
         return self if (np.diff(self.ids) > 0).all() else self.select(np.argsort(self.ids))

@@ -7,7 +7,7 @@ from openpose_ros_msgs.msg import PersonSignals
 from std_msgs.msg import Header
 
 from openpose_ros_bridges.body_model import skeleton_2d
-from openpose_ros_bridges.located import box_round, reliability_of
+from openpose_ros_bridges.located import region_round, reliability_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 
@@ -52,8 +52,7 @@ class HriMessages:
         if not people.present[row].any():
             return None
         seen = np.where(people.present[row][:, np.newaxis], keypoints[:, :2], np.nan)
-        longer = float(box_round(seen, 0.0).size.max())
-        centre, extent = box_round(seen, margin * longer)
+        centre, extent = region_round(seen, margin)
         (xmin, ymin), (xmax, ymax) = (np.clip((centre + half * extent / 2) / size, 0.0, 1.0) for half in (-1, 1))
         return self.region(header=header, xmin=xmin, ymin=ymin, xmax=xmax, ymax=ymax, c=reliability_of(keypoints[:, 2]))
 

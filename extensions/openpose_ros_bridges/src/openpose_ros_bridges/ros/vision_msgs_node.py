@@ -6,7 +6,7 @@ import numpy as np
 from geometry_msgs.msg import Point, Pose, Pose2D, PoseWithCovariance, Quaternion, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
-from openpose_ros_bridges.located import box_round, covariance, reliability_of, sigma_of
+from openpose_ros_bridges.located import box_round, covariance, region_round, reliability_of, sigma_of
 from openpose_ros_bridges.node_params import VisionParams, VisionSettings
 from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE, Bridge, Output
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -52,8 +52,7 @@ class VisionMessages:
         people = convert_2d.people_from_array(message)
         detections = []
         for keypoints in people.keypoints[people.present.any(axis=1)]:
-            tight = box_round(keypoints[:, :2], 0.0)
-            centre, size = box_round(keypoints[:, :2], self._params.margin_2d * float(tight.size.max()))
+            centre, size = region_round(keypoints[:, :2], self._params.margin_2d)
             detections.append(self._detection_2d(
                 header=message.header, results=[self._result(keypoints[:, 2], _NOWHERE)],
                 bbox=self._box_2d(center=Pose2D(*centre, 0.0), size_x=size[0], size_y=size[1])))

@@ -20,9 +20,8 @@ def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transfo
 
     Args:
         stamp: by the common clock [s].
-        message: PersonDetection_3dArray; of a camera without depth PersonDetectionArray.
+        message: PersonDetection_3dArray; of a camera without depth PersonDetectionArray, and `model` is given.
         pose: from the frame of the message to the fixed one.
-        model: of a camera without depth.
 
     Raises:
         BadInputError: the message can not be used.

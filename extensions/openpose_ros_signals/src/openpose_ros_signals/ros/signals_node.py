@@ -1,8 +1,10 @@
 """The node of signals: people in space to what they do, with markers."""
+import threading
 from pathlib import Path
-from typing import Any, List, Optional, Set, Type
+from typing import Any, List, Optional, Set, Tuple, Type
 
 import numpy as np
+import rospy
 from geometry_msgs.msg import PoseArray
 from openpose_ros_msgs.msg import (
     FaceDetection_3dArray,
@@ -11,6 +13,7 @@ from openpose_ros_msgs.msg import (
     PersonSignals,
     PersonSignalsArray,
 )
+from openpose_ros_msgs.srv import GetPeople, GetPeopleRequest, GetPeopleResponse
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
@@ -25,10 +28,10 @@ from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.node_params import LIVE_PARAMETERS, SignalsSettings
 from openpose_ros_signals.person import Surroundings
-from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.reader import Present, SignalReader
 from openpose_ros_signals.records import Target
-from openpose_ros_signals.ros.convert import poses_of, signals_to_array
-from openpose_ros_signals.ros.people_server import PeopleServer
+from openpose_ros_signals.ros.convert import poses_of, signals_to_array, summary_to_message
+from openpose_ros_signals.ros.input_end import Silence
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
@@ -68,6 +71,29 @@ class _Latest:
         self._message = message
 
 
+class _PeopleServer:
+    """Answers `get_people`: which people are there, for state machines."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._present: Tuple[Present, ...] = ()
+        self._header, self._silence = Header(), Silence()
+        self._service = rospy.Service('get_people', GetPeople, self._answer)
+
+    def take(self, present: Tuple[Present, ...], header: Header) -> None:
+        """Take the people that are there at the time of a frame."""
+        self._silence.heard()
+        with self._lock:
+            self._present, self._header = present, header
+
+    def _answer(self, _request: GetPeopleRequest) -> GetPeopleResponse:
+        """Return the people that are there; raises rospy.ServiceException while no messages come."""
+        if self._silence.lasts:
+            raise rospy.ServiceException('no people come: is the extractor running?')
+        with self._lock:
+            return GetPeopleResponse(summary_to_message(self._present, self._header))
+
+
 class SignalsNode:
     """Reads the signals of the newest people in a thread of its own."""
 
@@ -84,7 +110,7 @@ class SignalsNode:
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
-        self._server = PeopleServer() if params.summary else None
+        self._server = _PeopleServer() if params.summary else None
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
         self._health.show_lasting(self._fault)
         self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})

@@ -96,12 +96,7 @@ def text_of(person: PersonSignals) -> str:
 
 
 def cone_lines(ray: Pointing, length: float, sigmas: float = SIGNALS.pointing.cone) -> np.ndarray:
-    """Return the cone round a ray as lines, (N, 3) [m], two points each: a circle at its end, and edges.
-
-    Args:
-        length: of the ray [m].
-        sigmas: half angle of the cone, in sigma of the ray.
-    """
+    """Return the cone round a ray of a length [m] as lines, (N, 3) [m], two points each; half angle: `sigmas` of it."""
     side = np.cross(ray.direction, np.eye(3)[np.abs(ray.direction).argmin()])
     side /= np.linalg.norm(side)
     other = np.cross(ray.direction, side)

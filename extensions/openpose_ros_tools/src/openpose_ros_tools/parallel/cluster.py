@@ -3,11 +3,10 @@ import asyncio
 import uuid
 from collections import deque
 from contextlib import contextmanager
-from importlib.metadata import version
 from typing import Any, Callable, Dict, Generator, Iterator, Mapping, Tuple, Union
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
-from openpose_ros_tools.parallel.processes import Work
+from openpose_ros_tools.parallel.processes import RETRIES
 
 # Longest wait for the answer of an existing scheduler, and for its first worker [s].
 _CONNECT_SECONDS = 20
@@ -19,8 +18,7 @@ class ClusterError(OpenposeRosError):
     """There is no such cluster, or it has no workers."""
 
 
-def run_on_cluster(work: Work, tasks: Mapping[str, Any], *, scheduler: str, retries: int,
-                   on_progress: Callable[[str, float], None]
+def run_on_cluster(work: Callable[[Any], Any], tasks: Mapping[str, Any], scheduler: str
                    ) -> Generator[Tuple[str, Union[Any, Exception]], None, None]:
     """Have the workers of a cluster do tasks; see `run_in_processes`.
 
@@ -31,13 +29,11 @@ def run_on_cluster(work: Work, tasks: Mapping[str, Any], *, scheduler: str, retr
         scheduler: address of the scheduler.
 
     Raises:
-        ParameterError: Dask distributed is not installed, or too old.
+        ParameterError: Dask distributed is not installed.
         ClusterError: no scheduler answers, or it has no workers.
     """
     distributed = _distributed()
     with _connected(distributed, scheduler) as client:
-        topic = f'progress-{uuid.uuid4()}'
-        client.subscribe_topic(topic, lambda event: on_progress(*event[1]))
         futures: Dict[Any, str] = {}
         completed = distributed.as_completed()
         waiting = deque(tasks.items())
@@ -47,7 +43,7 @@ def run_on_cluster(work: Work, tasks: Mapping[str, Any], *, scheduler: str, retr
             while waiting and len(futures) < max(sum(client.nthreads().values()), 1):
                 name, task = waiting.popleft()
                 # a unique key, as the scheduler would return an older result for the same one
-                future = client.submit(_do, work, name, task, topic, key=f'{name}-{uuid.uuid4()}', retries=retries)
+                future = client.submit(work, task, key=f'{name}-{uuid.uuid4()}', retries=RETRIES)
                 futures[future] = name
                 completed.add(future)
 
@@ -69,17 +65,7 @@ def _distributed() -> Any:
         import distributed
     except ImportError as error:
         raise ParameterError(f'--scheduler needs Dask distributed ({error}): install python3-distributed') from error
-    if not hasattr(distributed.Client, 'subscribe_topic'):
-        raise ParameterError(f'--scheduler needs Dask distributed 2021.11 or later, not {version("distributed")}: '
-                             "install it with `pip install 'distributed>=2021.11'`")
     return distributed
-
-
-def _do(work: Work, name: str, task: Any, topic: str) -> Any:
-    """Do a task in a worker."""
-    import distributed
-    worker = distributed.get_worker()
-    return work(task, lambda share: worker.log_event(topic, (name, share)))
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 Not ProcessPoolExecutor, which never ends if its process dies while a call is sent to it (before Python 3.12,
 github.com/python/cpython/issues/94777).
 """
-import functools
 import logging
 import multiprocessing
 import os
@@ -20,11 +19,10 @@ from openpose_ros_pkg.errors import OpenposeRosError
 
 _log = logging.getLogger(__name__)
 
-Work = Callable[[Any, Callable[[float], None]], Any]
 # Number of processes that may end on the same call before it is given up.
 _MOST_TRIES = 3
-# Period in which the progress of a call is read [s].
-_PROGRESS_PERIOD = 0.5
+RETRIES = 1
+"""Number of further tries of a task that failed."""
 
 
 class ProcessLostError(OpenposeRosError):
@@ -46,18 +44,13 @@ class ProcessPool:
             self._idle.put(process)
         self._threads = ThreadPoolExecutor(number, 'process')
 
-    def submit(self, function: Callable[..., Any], *arguments: Any,
-               on_progress: Optional[Callable[[float], None]] = None) -> 'Future[Any]':
-        """Start function(*arguments) in the next idle process.
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> 'Future[Any]':
+        """Start function(*arguments) in the next idle process; function, arguments and result can be pickled.
 
         The result raises the function's OpenposeRosError and OSError, RuntimeError for its other errors,
         ProcessLostError after several processes died, and CancelledError when the pool is left.
-
-        Args:
-            function: can be pickled, like arguments and result; may call `tell_progress`.
-            on_progress: gets what it told last, from time to time, in another thread.
         """
-        return self._threads.submit(self._call, function, arguments, on_progress)
+        return self._threads.submit(self._call, function, arguments)
 
     def __enter__(self) -> 'ProcessPool':
         return self
@@ -67,48 +60,37 @@ class ProcessPool:
             process.close()
         self._threads.shutdown()
 
-    def _call(self, *call: Any) -> Any:
+    def _call(self, function: Callable[..., Any], arguments: Tuple[Any, ...]) -> Any:
         process = self._idle.get()
         try:
-            return process.call(*call)
+            return process.call(function, arguments)
         finally:
             self._idle.put(process)
 
 
-def run_in_processes(work: Work, tasks: Mapping[str, Any], *, workers: int, retries: int,
-                     on_progress: Callable[[str, float], None]
+def run_in_processes(work: Callable[[Any], Any], tasks: Mapping[str, Any], workers: int
                      ) -> Generator[Tuple[str, Union[Any, Exception]], None, None]:
     """Have processes do tasks; yield the name of each task with its result or error, as they end.
 
-    Closing the generator ends the processes at once.
+    A task that failed is tried again, `RETRIES` times. Closing the generator ends the processes at once.
 
     Args:
-        work: function that can be pickled; gets a task, and a function to be called with the share that is done.
+        work: function that can be pickled; gets a task.
         tasks: by unique names.
         workers: number of processes; each does one task at a time.
-        retries: number of further tries of a task that failed.
-        on_progress: gets the name of a task and the share that is done, in another thread.
     """
     with ProcessPool(min(workers, len(tasks))) as pool:
-        futures = {pool.submit(_with_retries, retries, work, task,
-                               on_progress=functools.partial(on_progress, name)): name for name, task in tasks.items()}
+        futures = {pool.submit(_with_retries, work, task): name for name, task in tasks.items()}
         for future in as_completed(futures):
             error = future.exception()
             yield futures[future], future.result() if error is None else error
 
 
-def _with_retries(retries: int, work: Work, task: Any) -> Any:
-    for left in range(retries, -1, -1):
-        try:
-            return work(task, tell_progress)
-        except Exception:
-            if left == 0:
-                raise
-
-
-def tell_progress(share: float) -> None:
-    """Tell the process that submitted the call how much of it is done, 0 to 1."""
-    _own_progress.value = share
+def _with_retries(work: Callable[[Any], Any], task: Any) -> Any:
+    for _ in range(RETRIES):
+        with suppress(Exception):
+            return work(task)
+    return work(task)
 
 
 @contextmanager
@@ -134,15 +116,11 @@ class _Process:
         self._lock = threading.Lock()  # held while a process is started or ended
         self._start()
 
-    def call(self, function: Callable[..., Any], arguments: Tuple[Any, ...],
-             on_progress: Optional[Callable[[float], None]]) -> Any:
+    def call(self, function: Callable[..., Any], arguments: Tuple[Any, ...]) -> Any:
         """See `ProcessPool.submit`."""
         for _ in range(_MOST_TRIES):
             try:
-                self._progress.value = 0.0
                 self._pipe.send((function, arguments))
-                while on_progress is not None and not self._pipe.poll(_PROGRESS_PERIOD):
-                    on_progress(self._progress.value)
                 value, error = self._pipe.recv()
             except (EOFError, ConnectionError):
                 self._start()
@@ -166,22 +144,15 @@ class _Process:
         with self._lock:
             if self._closed:
                 raise CancelledError
-            self._progress = context.RawValue('d')  # without a lock, which a process that dies could hold
             self._pipe, end = context.Pipe()
-            self._process = context.Process(target=_serve, args=(end, self._progress, *self._prepare), daemon=True)
+            self._process = context.Process(target=_serve, args=(end, *self._prepare), daemon=True)
             with no_interrupts():  # this process ends the new one, not the terminal
                 self._process.start()
             end.close()  # the new process has it alone, so that it ends with that
 
 
-# In a worker process: the share that is done, which the parent reads.
-_own_progress: Any
-
-
-def _serve(pipe: Connection, progress: Any, prepare: Callable[..., object], arguments: Tuple[Any, ...]) -> None:
+def _serve(pipe: Connection, prepare: Callable[..., object], arguments: Tuple[Any, ...]) -> None:
     """Answer calls with value and error until the other end of the pipe is closed."""
-    global _own_progress
-    _own_progress = progress
     threading.Thread(target=_end_with_parent, daemon=True).start()
     prepare(*arguments)
     with suppress(EOFError, ConnectionError):

@@ -90,12 +90,12 @@ def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '', grid: str = 'both')
         axes.grid(True, axis=grid, color='#E5E5E5', linewidth=0.7)
 
 
-def time_axis(axes: Any, span: Tuple[float, float], label: str = 'time since the first frame [s]') -> None:
+def time_axis(axes: Any, span: Tuple[float, float]) -> None:
     """Make the x axis one of time, from begin to end [s], also where both are the same."""
     begin, end = span
     margin = 0.01 * (end - begin) or 0.5
     axes.set_xlim(begin - margin, end + margin)
-    axes.set_xlabel(label)
+    axes.set_xlabel('time since the first frame [s]')
 
 
 def legend_above(axes: Any, handles: Sequence[Any], labels: Optional[Sequence[str]] = None) -> None:

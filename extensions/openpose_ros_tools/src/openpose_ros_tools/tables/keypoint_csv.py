@@ -20,10 +20,8 @@ from openpose_ros_tools.tables.keypoint_table import (
     MISSING_PART,
     FrameSplitter,
     KeypointTable,
-    LineWriter,
     PersonRow,
     part_values,
-    quoted,
     table_of,
     tidy_cells,
     with_status,
@@ -88,16 +86,18 @@ class KeypointCsvWriter:
 
     def __init__(self, handle: TextIO, layout: str, dimensions: int, missing_joints: bool = False) -> None:
         self.dimensions = dimensions
-        self._lines = LineWriter(handle, columns(layout, dimensions))
+        self._rows = csv.writer(handle, lineterminator='\n')
+        self._rows.writerow(columns(layout, dimensions))
         self._wide_layout = None if layout == 'tidy' else _wide_layout(layout, dimensions)
         self._missing_joints = missing_joints
         self._frames = FrameSplitter()
         self._frame = -1
 
-    def write(self, row: PersonRow) -> None:
-        """Add a person."""
-        row = row._replace(frame_id=quoted(row.frame_id))
-        self._lines.write_rows([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
+    def write(self, rows: Sequence[PersonRow]) -> int:
+        """Add people; return their number."""
+        for row in rows:
+            self._rows.writerows([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
+        return len(rows)
 
     def _tidy(self, row: PersonRow) -> Iterator[List[object]]:
         self._frame += self._frames.begins(row)

@@ -1,6 +1,6 @@
 """Keypoints of a recording: as rows in its order, one per person and frame, and as one table of arrays."""
 from dataclasses import dataclass, fields, replace
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Set, TextIO, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -194,24 +194,3 @@ def tidy_cells(part: Sequence[float], dimensions: int) -> Tuple[List[object], bo
         return ([*part, STATUS_WORDS[MEASURED]] if known else [np.nan, np.nan, 0.0, STATUS_WORDS[MISSING]]), known
     *position, confidence, number, sigma = part
     return [*position, confidence, STATUS_WORDS.get(int(number), str(int(number))), sigma], int(number) != MISSING
-
-
-class LineWriter:
-    """Writes rows of CSV; numbers are printed as Python prints them.
-
-    Args:
-        handle: gets the names of the columns at once.
-    """
-
-    def __init__(self, handle: TextIO, names: Sequence[str]) -> None:
-        self._handle = handle
-        self.write_rows([names])
-
-    def write_rows(self, rows: Iterable[Iterable[object]]) -> None:
-        """Write rows in one piece; texts have to be `quoted`."""
-        self._handle.write(''.join(','.join(map(str, row)) + '\n' for row in rows))
-
-
-def quoted(text: str) -> str:
-    """Return a text as a field of CSV; one with a comma or a quote would be several fields."""
-    return '"' + text.replace('"', '""') + '"' if any(sign in text for sign in ',"\r\n') else text

@@ -1,10 +1,11 @@
 """Hands and faces as CSV, in the long form: one row per frame, hand or face, and point. See docs/csv_columns.md."""
+import csv
 from typing import List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINT_NAMES
-from openpose_ros_tools.tables.keypoint_table import FIELDS, LineWriter, quoted, tidy_cells
+from openpose_ros_tools.tables.keypoint_table import FIELDS, tidy_cells
 
 # What can be written, and the names of its points.
 POINTS = {'hands': HAND_POINT_NAMES, 'faces': tuple(map(str, range(FACE_POINTS)))}
@@ -46,14 +47,18 @@ class LandmarkCsvWriter:
 
     def __init__(self, handle: TextIO, part: str, dimensions: int, missing_points: bool = False) -> None:
         self.part, self.dimensions = part, dimensions
-        self._lines, self._missing_points = LineWriter(handle, landmark_columns(part, dimensions)), missing_points
+        self._missing_points = missing_points
+        self._rows = csv.writer(handle, lineterminator='\n')
+        self._rows.writerow(landmark_columns(part, dimensions))
         self._frame, self._time = -1, -1
 
-    def write(self, row: LandmarkRow) -> None:
-        """Add a hand or a face; rows with another time are another frame."""
-        self._frame, self._time = self._frame + (row.time != self._time), row.time
-        head = [row.time, self._frame, quoted(row.frame_id), row.person, *([row.side] if self.part == 'hands' else [])]
-        for name, part in zip(POINTS[self.part], np.asarray(row.parts, np.float32).tolist()):
-            cells, known = tidy_cells(part, self.dimensions)
-            if known or self._missing_points:
-                self._lines.write_rows([[*head, name, *cells, *row.orientation]])
+    def write(self, rows: Sequence[LandmarkRow]) -> int:
+        """Add hands or faces, return their number; rows with another time are another frame."""
+        for row in rows:
+            self._frame, self._time = self._frame + (row.time != self._time), row.time
+            head = [row.time, self._frame, row.frame_id, row.person, *([row.side] if self.part == 'hands' else [])]
+            for name, part in zip(POINTS[self.part], np.asarray(row.parts, np.float32).tolist()):
+                cells, known = tidy_cells(part, self.dimensions)
+                if known or self._missing_points:
+                    self._rows.writerow([*head, name, *cells, *row.orientation])
+        return len(rows)

@@ -22,7 +22,7 @@ from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types, undamaged
 from openpose_ros_tools.ros.ros2_bags import joined_types
-from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter, read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
     MISSING_PART,
@@ -32,7 +32,7 @@ from openpose_ros_tools.tables.keypoint_table import (
     table_of,
     with_status,
 )
-from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter, LandmarkRow
+from openpose_ros_tools.tables.landmark_csv import LandmarkRow
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_of
 
 # Points of the hands of a person, as joints of a table.
@@ -129,20 +129,22 @@ def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
     return joined_types(found)
 
 
-def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
+def read_keypoint_bag(path: Path, topic: Optional[str] = None, part: str = 'people') -> KeypointTable:
     """Read the keypoints of a bag.
 
     Args:
         topic: of messages of single people or arrays, in 2D or 3D; None: that of the bag, 3D before 2D.
+        part: 'people', or 'hands': then the joints are the `HAND_JOINTS` of each person.
 
     Raises:
         BadInputError: the bag can not be read, or it is not clear which topic is meant; the text names topics.
     """
+    read, joints = (rows_of, MESSAGE_JOINTS) if part == 'people' else (_hands_of, HAND_JOINTS)
     with open_bag(path) as bag:
-        chosen = choose_topic(topic_types(bag), str(path), topic)
+        chosen = choose_topic(topic_types(bag), str(path), topic, part)
         rows = (row for message, time in bag_messages(bag, chosen.name)
-                for row in rows_of(message, chosen.dimensions, time))
-        return table_of(rows, chosen.dimensions)
+                for row in read(message, chosen.dimensions, time))
+        return table_of(rows, chosen.dimensions, joints)
 
 
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
@@ -169,15 +171,6 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
                   and (name.rpartition('/')[0] == folder or name == chosen.name)]
         stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
     return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
-
-
-def read_hand_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
-    """Read the points of the hands of a bag, `HAND_JOINTS` of each person; see `read_keypoint_bag`."""
-    with open_bag(path) as bag:
-        chosen = choose_topic(topic_types(bag), str(path), topic, 'hands')
-        rows = (row for message, time in bag_messages(bag, chosen.name)
-                for row in _hands_of(message, chosen.dimensions, time))
-        return table_of(rows, chosen.dimensions, HAND_JOINTS)
 
 
 def read_timeline(path: Path, table: KeypointTable, topic: Optional[str] = None,
@@ -215,33 +208,8 @@ def _hands_of(message: Any, dimensions: int, time: int) -> Iterator[PersonRow]:
         yield PersonRow(time, message.header.seq, stamp, message.header.frame_id, len(people), person, parts)
 
 
-def write_people(writer: KeypointCsvWriter, message: Any, time: Optional[int] = None) -> int:
-    """Write the people of a message, of one person or of an array, as CSV; return their number.
-
-    Args:
-        time: for the column %time [ns]; None: the stamp of the header, as `rostopic echo -p` has it on a live topic.
-            With a bag it has the time of recording.
-    """
-    rows = list(rows_of(message, writer.dimensions, time))
-    for row in rows:
-        writer.write(row)
-    return len(rows)
-
-
-def write_landmarks(writer: LandmarkCsvWriter, message: Any, time: Optional[int] = None) -> int:
-    """Write the hands or faces of an array message as CSV; return their number.
-
-    Args:
-        time: taken where the header has no stamp [ns].
-    """
-    rows = list(landmark_rows(message, writer.dimensions, time))
-    for row in rows:
-        writer.write(row)
-    return len(rows)
-
-
 def landmark_rows(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[LandmarkRow]:
-    """Yield the hands or faces of an array message; see `write_landmarks`."""
+    """Yield the hands or faces of an array message; time: taken where the header has no stamp [ns]."""
     read = attrgetter(*FIELDS[dimensions])
     stamp = message.header.stamp.to_nsec() or time or 0
     for each in getattr(message, 'hands', None) or getattr(message, 'faces', ()):
@@ -259,7 +227,8 @@ def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterat
 
     Args:
         dimensions: 3 for messages in space, 2 in the image.
-        time: [ns]; None: the stamp of the header.
+        time: for the column %time [ns]; None: the stamp of the header, as `rostopic echo -p` has it on a live topic.
+            With a bag it has the time of recording.
     """
     header = getattr(message, 'header', None) or Header()
     stamp = header.stamp.to_nsec()

@@ -164,8 +164,8 @@ def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
         return writer.write(message.header.stamp.to_nsec() or time or 0, message.header.frame_id,
                             signals_from_array(message))
     if isinstance(writer, LandmarkCsvWriter):
-        return keypoint_bag.write_landmarks(writer, message, time)
-    return keypoint_bag.write_people(writer, message, time)
+        return writer.write(list(keypoint_bag.landmark_rows(message, writer.dimensions, time)))
+    return writer.write(list(keypoint_bag.rows_of(message, writer.dimensions, time)))
 
 
 @contextmanager

@@ -1,8 +1,7 @@
 """Plot the people in a recording: their paths, and which joints were measured when.
 
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
-nodes, in space or in the image; or a CSV of signals (keypoints_to_csv --signals), of which the plot `signals` alone is
-drawn. No master is needed. The plots in FOLDER:
+nodes, in space or in the image. No master is needed. The plots in FOLDER:
 
     detections             marks of frames and people over time, rates, number of people in view
     signals                of people in space: postures and gestures over time, walking, falls
@@ -43,12 +42,11 @@ from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     HAND_JOINTS,
-    read_hand_bag,
+    read_keypoint_bag,
     read_keypoints,
     read_timeline,
 )
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
-from openpose_ros_tools.tables.signal_csv import is_signal_csv, read_signal_csv
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline
 
 _log = logging.getLogger(__name__)
@@ -69,15 +67,11 @@ def plots(selection: Selection, joints: Sequence[str], timeline: Optional[Signal
     found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
                                                      (paths.__name__, partial(paths, selection))]
     if timeline is not None:
-        found += _timeline_plot(selection, timeline)
+        found.append(('signals', partial(signal_plots.signals, selection, timeline)))
     found += trajectories(selection, joints)
     for person in selection.persons:
         found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
     return found
-
-
-def _timeline_plot(selection: Selection, timeline: SignalTimeline) -> List[Tuple[str, Callable[[], Figure]]]:
-    return [('signals', partial(signal_plots.signals, selection, timeline))]
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -92,13 +86,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    timeline = None
     if options.hand_points:
         if not is_bag(options.file):
             raise BadInputError(f'{options.file}: --hand-points are for bags')
-        table, frames, joints = read_hand_bag(options.file, options.topic), None, options.hand_points
-    elif options.file.is_file() and not is_bag(options.file) and is_signal_csv(options.file):
-        (table, timeline), frames, joints = read_signal_csv(options.file), None, None
+        table, frames, joints = read_keypoint_bag(options.file, options.topic, 'hands'), None, options.hand_points
     else:
         table, frames = read_keypoints(options.file, options.topic)
         joints = None if options.joints in (None, ['all']) else options.joints
@@ -119,9 +110,7 @@ def _run(options: argparse.Namespace) -> int:
                      selection.left_out)
     chosen = selection.joints if joints or options.joints else [each for each in _TRAJECTORIES
                                                                 if each in selection.joints]
-    if timeline is not None:
-        found = _timeline_plot(selection, timeline)
-    elif options.hand_points:
+    if options.hand_points:
         found = trajectories(selection, chosen)
     else:
         timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3

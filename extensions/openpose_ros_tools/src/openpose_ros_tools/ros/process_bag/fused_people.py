@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, Iterable, Iterator, NamedTuple, Optional, Sequence, Set, Tuple
 from weakref import WeakKeyDictionary
 
 import genpy
@@ -67,8 +67,8 @@ class Fusion:
         stack: closes the bags.
 
     Attributes:
-        used: sightings by camera.
-        left_out: messages by camera and reason.
+        used: number of arrays of people, by camera.
+        left_out: number of messages, by camera and reason.
 
     Raises:
         BadInputError: a bag can not be read, a camera without depth is not calibrated.
@@ -82,21 +82,10 @@ class Fusion:
         self._fusion = PeopleFusion()
         self._times: WeakKeyDictionary[Sighting, int] = WeakKeyDictionary()
         self.used: Dict[str, int] = Counter()
-        self._out_of_time: Dict[str, int] = Counter()
-
-    @property
-    def left_out(self) -> Dict[str, Dict[str, int]]:
-        """Messages by camera and reason."""
-        late = {name: {'stamps beside those of the others': number}
-                for name, number in self._out_of_time.items() if number}
-        return {stream.name: {**stream.left_out, **late.get(stream.name, {})} for stream in self._streams}
+        self.left_out = {stream.name: stream.left_out for stream in self._streams}
 
     def __iter__(self) -> Iterator[FusedPeople]:
-        """Yield the people of all updates; a time before the last one begins anew.
-
-        Raises:
-            BadInputError: a bag is damaged.
-        """
+        """Yield the people of all updates; a time before the last one begins anew."""
         # where all stamps jump back, as in a recording of something that was played in a loop, all begins anew
         jumps = min((stream.jumps() for stream in self._streams if stream.first is not None), default=0)
         streams = [stream.seen(self._begin, jumps) for stream in self._streams]
@@ -105,7 +94,8 @@ class Fusion:
             collector = Collector(names, FusionParams.patience)
             yield from self._people(part, collector)
             for name, number in collector.out_of_time.items():
-                self._out_of_time[name] += number
+                if number:
+                    self.left_out[name]['stamps beside those of the others'] += number
 
     def _people(self, seen: Iterable[_CameraObservation], collector: Collector) -> Iterator[FusedPeople]:
         for one in seen:
@@ -124,12 +114,7 @@ class Fusion:
 
 
 class _Stream:
-    """The people of a camera in the order of its bag.
-
-    Attributes:
-        name: of the camera.
-        left_out: messages by reason.
-    """
+    """The people of a camera in the order of its bag; left_out: number of messages, by reason."""
 
     def __init__(self, job: RigJob, camera: CameraPeople, stack: ExitStack,
                  backstep: int = PAIRING.reset_backstep) -> None:
@@ -137,8 +122,7 @@ class _Stream:
         self.name = camera.name
         self.left_out: Dict[str, int] = Counter()
         self._bag, self._topic = stack.enter_context(open_bag(camera.bag)), camera.topic
-        self._offset = clock_offset_of(job, camera.name)
-        self._shift = time_shift_of(job, camera.name)
+        self._offset, self._shift = job.clock_offset(camera.name), job.time_shift(camera.name)
         self._fixed_frame = job.fixed_frame
         self._rig_pose: Optional[Transform] = None if job.rig is None else job.rig.camera(camera.name).pose
         self._transforms = None if job.rig else RecordedTransforms(stack.enter_context(open_bag(camera.recording)))
@@ -204,27 +188,3 @@ class _Stream:
         if reason not in self._told:
             self._told.add(reason)
             _log.warning('camera %s: a message is left out: %s', self.name, error)
-
-
-def clock_offset_of(job: RigJob, camera: str) -> int:
-    """Return what is added to the stamps of a camera [ns]."""
-    return round(job.clock_offsets.get(camera, 0.0) * _NANOSECONDS)
-
-
-def time_shift_of(job: RigJob, camera: str) -> int:
-    """Return what is added to the times of recording of a camera [ns]: one bag has one clock."""
-    return clock_offset_of(job, camera) if len(job.sources) > 1 else 0
-
-
-def check_common_time(spans: Dict[str, List[float]]) -> None:
-    """Raise BadInputError if a camera was recorded while no other was.
-
-    Args:
-        spans: by camera the first and last stamp by the common clock [s].
-    """
-    for name, (begin, end) in spans.items():
-        others = [span for other, span in spans.items() if other != name]
-        if others and not any(begin <= last and first <= end for first, last in others):
-            texts = ', '.join(f'{each} {first:.3f} to {last:.3f} s' for each, (first, last) in spans.items())
-            raise BadInputError(f'{name} was recorded while no other camera was: {texts}; --clock-offset, or the rig, '
-                                'says by which time clocks differ')

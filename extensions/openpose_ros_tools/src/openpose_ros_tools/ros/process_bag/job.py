@@ -141,6 +141,14 @@ class RigJob:
         """Files and folder that are made."""
         return [path for path in (self.output, self.csv, self.json) if path is not None]
 
+    def clock_offset(self, camera: str) -> int:
+        """Return what is added to the stamps of a camera [ns]."""
+        return round(self.clock_offsets.get(camera, 0.0) * 1e9)
+
+    def time_shift(self, camera: str) -> int:
+        """Return what is added to the times of recording of a camera [ns]: one bag has one clock."""
+        return self.clock_offset(camera) if len(self.sources) > 1 else 0
+
     def made_from(self) -> Dict[str, Any]:
         """Return what the results depend on, as JSON has it; see `BagJob.made_from`."""
         return {'cameras': [[camera.camera, camera.made_from()] for camera in self.cameras],

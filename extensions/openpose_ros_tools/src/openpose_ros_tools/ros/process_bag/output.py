@@ -3,10 +3,9 @@ import hashlib
 import json
 import os
 import re
-from contextlib import ExitStack, contextmanager
-from functools import partial
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, TextIO, Union
+from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 
 import genpy
 import numpy as np
@@ -26,7 +25,7 @@ from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
-from openpose_ros_tools.ros.keypoints.keypoint_bag import write_people
+from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
@@ -105,32 +104,25 @@ class PeopleWriter:
 
 
 class PeopleTable:
-    """A table of people; use it as a context manager.
-
-    Args:
-        path: of the file.
-        layout: one of LAYOUTS.
-        dimensions: 3 in space, 2 in the image.
-
-    Raises:
-        OSError: it can not be written.
-    """
+    """A table of people, see `KeypointCsvWriter`; use it as a context manager. An OSError names its file."""
 
     def __init__(self, path: Path, layout: str, dimensions: int) -> None:
         self._path, self._stack = path, ExitStack()
-        self._handle = self._stack.enter_context(_text_file(path))
+        with naming(path):
+            self._handle = self._stack.enter_context(path.open('w', newline=''))
         self._writer = KeypointCsvWriter(self._handle, layout, dimensions)
 
     def __enter__(self) -> 'PeopleTable':
         return self
 
     def __exit__(self, *error: Any) -> None:
-        self._stack.__exit__(*error)
+        with naming(self._path):
+            self._stack.__exit__(*error)
 
     def write(self, array: genpy.Message) -> None:
         """Write the people of an array message."""
         with naming(self._path):
-            write_people(self._writer, array)
+            self._writer.write(list(rows_of(array, self._writer.dimensions)))
 
     def flush(self) -> None:
         """Have the rows in the file."""
@@ -239,35 +231,21 @@ def _upright(settings: BagSettings) -> Upright:
     return ON_FLOOR if settings.extractor.target_frame else Upright(settings.upright.upwards, Surroundings())
 
 
-@contextmanager
-def _text_file(path: Path) -> Iterator[TextIO]:
-    with naming(path), path.open('w', newline='') as handle:
-        yield handle
-
-
-def is_json_of(bag_name: str, file_name: str) -> bool:
-    """Return whether a file's name is that of a frame of a bag; `Results` has the name of the bag without suffix."""
-    return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
-
-
-def json_files(cameras: Sequence[BagJob]) -> List[Path]:
-    """Return the JSON files of cameras that are there; those of other bags in the same folders are left out."""
-    return [path for camera in cameras if camera.json is not None
-            for path in files_of(camera.json, partial(is_json_of, camera.source.stem))]
+def json_names(job: BagJob) -> Callable[[str], bool]:
+    """Return what tells whether a file's name is that of a JSON file of a job; a folder may have those of others."""
+    pattern = re.compile(re.escape(job.source.stem) + r'_\d+' + re.escape(JSON_SUFFIX))
+    return lambda name: bool(pattern.fullmatch(name))
 
 
 def digests(cameras: Sequence[BagJob], csv: Optional[Path]) -> Dict[str, str]:
     """Return checksums of the table and of the JSON files, by which they are known later; of those that are there."""
-    found = {'csv': [csv] if csv is not None and os.path.lexists(str(csv)) else [], 'json': json_files(cameras)}
-    return {kind: _digest(files) for kind, files in found.items() if files}
-
-
-def _digest(files: Sequence[Path]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        # a link to nothing is a file of the user too
-        digest.update(hashlib.sha256(file.read_bytes() if file.exists() else b'').digest())
-    return digest.hexdigest()
+    found = {'csv': [csv] if csv is not None and os.path.lexists(str(csv)) else [],
+             'json': [path for camera in cameras if camera.json is not None
+                      for path in files_of(camera.json, json_names(camera))]}
+    # a link to nothing is a file of the user too
+    contents = {kind: b''.join(hashlib.sha256(file.read_bytes() if file.exists() else b'').digest() for file in files)
+                for kind, files in found.items() if files}
+    return {kind: hashlib.sha256(content).hexdigest() for kind, content in contents.items()}
 
 
 def record(bag: rosbag.Bag, made: Dict[str, Any], time: genpy.Time) -> None:

@@ -39,7 +39,6 @@ import argparse
 import logging
 import os
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Union
@@ -72,8 +71,6 @@ _log = logging.getLogger(__name__)
 # One process per core is faster than one network with threads on all cores. Beyond 8, reading the bag, lifting and
 # writing, which one process does, are the bottleneck.
 _MOST_JOBS = 8
-# Period in which a worker reports its progress [s].
-_TELL_PERIOD = 0.5
 
 
 def main(arguments: Optional[Sequence[str]] = None,
@@ -153,22 +150,14 @@ def _run_one(job: Union[BagJob, RigJob]) -> int:
 
 def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
     by_name = {str(job.source): job for job in jobs}
-    shares: Dict[str, float] = {}
     failed = 0
     try:
         with tqdm(total=len(jobs), unit='bag', disable=None) as progress:
-            def show(name: str, share: float) -> None:
-                shares[name] = share
-                progress.n = round(sum(shares.values()), 2)
-                progress.refresh()
-
-            common = {'retries': options.retries, 'on_progress': show}
-            ended = (run_on_cluster(process_in_worker, by_name, scheduler=options.scheduler, **common)
-                     if options.scheduler else
-                     run_in_processes(process_in_worker, by_name, workers=options.workers, **common))
+            ended = (run_on_cluster(process_in_worker, by_name, options.scheduler) if options.scheduler else
+                     run_in_processes(process_in_worker, by_name, options.workers))
             with closing(ended):
                 for name, result in ended:
-                    show(name, 1.0)
+                    progress.update()
                     failed += not isinstance(result, BagReport)
                     progress.write(_told(by_name[name], result), file=sys.stdout)
     finally:
@@ -179,18 +168,10 @@ def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
     return SOME_FAILED if failed else DONE
 
 
-def process_in_worker(job: BagJob, report: Callable[[float], None]) -> BagReport:
-    """Do a bag in a worker; `report` gets the share that is done."""
+def process_in_worker(job: BagJob) -> BagReport:
+    """Do a bag in a worker."""
     keep_large_blocks()
-    last = time.monotonic()
-
-    def tell(done: int, total: int) -> None:
-        nonlocal last
-        if time.monotonic() - last > _TELL_PERIOD:
-            last = time.monotonic()
-            report(done / max(total, 1))
-
-    return process(job, tell)
+    return process(job)
 
 
 def _told(job: BagJob, result: Any) -> str:
@@ -243,8 +224,6 @@ def _parser() -> argparse.ArgumentParser:
                        help='number of bags that are processed at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS',
                        help='of an existing cluster of Dask distributed, whose workers do it instead')
-    group.add_argument('--retries', type=whole_number(0), default=1, metavar='N',
-                       help='number of further tries of a bag that failed (default: %(default)s)')
     return parser
 
 
@@ -316,17 +295,9 @@ def _check_outputs(jobs: Sequence[Union[BagJob, RigJob]]) -> None:
                 raise ParameterError(f'{path} is an input; name another file, or folder')
         if len({path.resolve() for path in job.outputs}) < len(job.outputs):
             raise ParameterError(f'{job.output} is named twice; name another file, or folder')
-        _check_places(job)
-
-
-def _check_places(job: Union[BagJob, RigJob]) -> None:
-    """Raise ParameterError if a file is where a folder is to be, or the other way round."""
-    files = [path for path in (job.output, job.csv) if path is not None]
-    for path in files:
-        if path.is_dir():
-            raise ParameterError(f'{path} is a folder; name a file')
-    folders = [path.parent for path in files] + [path for path in (job.json,) if path is not None]
-    for folder in folders:
-        in_the_way = next((path for path in (folder, *folder.parents) if path.exists() and not path.is_dir()), None)
-        if in_the_way is not None:
-            raise ParameterError(f'{in_the_way} is a file; name a folder')
+        for path in job.outputs:
+            if path != job.json and path.is_dir():
+                raise ParameterError(f'{path} is a folder; name a file')
+            for folder in ([path] if path == job.json else []) + list(path.parents):
+                if folder.exists() and not folder.is_dir():
+                    raise ParameterError(f'{folder} is a file; name a folder')

@@ -7,7 +7,7 @@ import math
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -28,13 +28,7 @@ from openpose_ros_tools.ros.bag_files import (
     write_static_transforms,
 )
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
-from openpose_ros_tools.ros.process_bag.fused_people import (
-    CameraPeople,
-    Fusion,
-    check_common_time,
-    clock_offset_of,
-    time_shift_of,
-)
+from openpose_ros_tools.ros.process_bag.fused_people import CameraPeople, Fusion
 from openpose_ros_tools.ros.process_bag.input import TF_TOPICS, copied_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import (
@@ -46,7 +40,7 @@ from openpose_ros_tools.ros.process_bag.output import (
     PeopleWriter,
     digests,
     finished_record,
-    is_json_of,
+    json_names,
     record,
 )
 from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
@@ -77,8 +71,6 @@ class RigReport:
             lines.append(f'  {name}: ' + '; '.join(parts))
         return '\n'.join(lines)
 
-
-# ------------------------------------------------------------------------------------------------------ command line
 
 def add_cameras(parser: argparse.ArgumentParser) -> None:
     """Add the options for several cameras; `rig_job` reads them."""
@@ -161,8 +153,6 @@ def _named_seconds(text: str) -> Tuple[str, float]:
     return name.strip('/'), value
 
 
-# ------------------------------------------------------------------------------------------------------------- work
-
 def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> RigReport:
     """Make the results of several cameras; they appear all at once, at the end.
 
@@ -170,10 +160,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
         on_frame: gets the number of images of all cameras that are done, and of all.
 
     Raises:
-        BadInputError: a bag can not be read, has not what is wanted, or cameras have no common time or no transforms.
-        ParameterError, ModelError: a parameter or a network is wrong.
-        ProcessLostError: processes end again and again.
-        OSError: a result can not be written.
+        BadInputError: cameras have no common time or no transforms; further errors as `process`.
     """
     settings = build_settings(job.cameras[0].values)
     made = finished_record(job) or job.made_from()
@@ -181,7 +168,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
         views = [] if job.only_fuse else [open_camera(camera, settings, stack) for camera in job.cameras]
         given = [_given_people(camera) for camera in job.cameras] if job.only_fuse else []
         copied = {source: _copied(job, source) for source in job.sources}
-        check_common_time(_spans(job, [view.topics.image for view in views] or [one.topic for one in given]))
+        _check_common_time(job, [view.topics.image for view in views] or [one.topic for one in given])
         parts = stack.enter_context(PartFiles())
         output, csv = parts.file(job.output), None if job.csv is None else parts.file(job.csv)
         folder, done_cameras = parts.scratch_folder(job.output), []
@@ -192,8 +179,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             networks = Networks(job.cameras[0], alone, stack)
             done, total = 0, sum(view.images for view in views)
             for camera, view in zip(job.cameras, views):
-                json = None if camera.json is None else parts.folder(
-                    camera.json, functools.partial(is_json_of, camera.source.stem))
+                json = None if camera.json is None else parts.folder(camera.json, json_names(camera))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 done_cameras.append(part)
                 reports[camera.camera] = process_camera(
@@ -212,11 +198,7 @@ def _count_on(on_frame: Callable[[int, int], None], before: Tuple[int, int], don
 
 
 def _given_people(camera: BagJob) -> CameraPeople:
-    """Return where the people of a camera are in its bag.
-
-    Raises:
-        BadInputError: there are none, or the calibration of a camera without depth is not there.
-    """
+    """Return where the people of a camera are in its bag."""
     with open_bag(camera.source) as bag:
         types = topic_types(bag)
         roots = [f'/{camera.camera}'] + [''] * camera.is_alone
@@ -241,29 +223,27 @@ def _found_people(camera: BagJob, view: OpenCamera) -> CameraPeople:
                         '' if view.topics.in_space else view.topics.camera_info)
 
 
-def _spans(job: RigJob, topics: Sequence[str]) -> Dict[str, List[float]]:
-    """Return by camera its first and last stamp by the common clock [s]; the last is that of its bag."""
-    spans: Dict[str, List[float]] = {}
+def _check_common_time(job: RigJob, topics: Sequence[str]) -> None:
+    """Raise BadInputError if a camera was recorded while no other was; topics: one of each camera."""
+    spans: Dict[str, Tuple[float, float]] = {}  # first stamp and end of the bag by the common clock [s]
     for camera, topic in zip(job.cameras, topics):
         with open_bag(camera.source) as bag:
             first = next(stamped_messages(bag, [topic]))
-            begin = 1e-9 * ((first.stamp or first.time) + clock_offset_of(job, camera.camera))
-            spans[camera.camera] = [begin, begin + end_time(bag) - 1e-9 * first.time]
-    return spans
+            begin = 1e-9 * ((first.stamp or first.time) + job.clock_offset(camera.camera))
+            spans[camera.camera] = begin, begin + end_time(bag) - 1e-9 * first.time
+    for name, (begin, end) in spans.items():
+        others = [span for other, span in spans.items() if other != name]
+        if others and not any(begin <= last and first <= end for first, last in others):
+            texts = ', '.join(f'{each} {first:.3f} to {last:.3f} s' for each, (first, last) in spans.items())
+            raise BadInputError(f'{name} was recorded while no other camera was: {texts}; --clock-offset, or the rig, '
+                                'says by which time clocks differ')
 
 
 def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, outputs: Tuple[Path, Any],
           stack: ExitStack) -> RigReport:
-    """Write the fused people.
-
-    Args:
-        outputs: bag, and table or None.
-
-    Raises:
-        BadInputError: nothing could be fused.
-    """
+    """Write the fused people; outputs: bag, and table or None."""
     fusion, numbers = Fusion(job, people, stack), itertools.count()
-    report = RigReport({}, fusion.used, {})
+    report = RigReport({}, fusion.used, fusion.left_out)
     with ExitStack() as inner:
         table = None if outputs[1] is None else inner.enter_context(
             PeopleTable(outputs[1], job.cameras[0].csv_layout, 3))
@@ -275,7 +255,6 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
             writer.write(fused.people, header, genpy.Time(0, fused.time))
             report.frames += 1
             report.people += len(fused.people)
-    report.left_out = fusion.left_out
     if report.frames == 0:
         raise BadInputError(f'nothing could be fused: {report.text()}')
     return report
@@ -305,11 +284,11 @@ def _merge(job: RigJob, people: Sequence[CameraPeople], fused: Path, copied: Dic
         with open_bag(one.bag) as bag:
             topics = {topic: f'/{one.name}{topic[len(root):]}' for topic in topic_types(bag)
                       if is_within(topic, f'{root}{IN_IMAGE}') and topic != RECORD}
-        contents.append(_Content(one.bag, topics, time_shift_of(job, one.name)))
+        contents.append(_Content(one.bag, topics, job.time_shift(one.name)))
     with open_bag(fused) as bag:
         contents.append(_Content(fused, {topic: topic for topic in topic_types(bag)}, 0))
     cameras = {camera.source: camera.camera for camera in job.cameras}
-    contents += [_Content(source, topics, time_shift_of(job, cameras[source])) for source, topics in copied.items()]
+    contents += [_Content(source, topics, job.time_shift(cameras[source])) for source, topics in copied.items()]
     with ExitStack() as stack:
         made = stack.enter_context(new_bag(output[0], job.cameras[0].compression, job.cameras[0].mcap))
         streams = [one.messages(stack.enter_context(open_bag(one.path))) for one in contents]
@@ -338,9 +317,6 @@ def _copied(job: RigJob, source: Path) -> Dict[str, str]:
     """Return the topics of a bag that are copied, and their names in the output.
 
     Of several bags they are in the namespaces of the cameras, but for tf. Without a rig tf is copied in any case.
-
-    Raises:
-        BadInputError: a topic is not there, or is a result that is made anew.
     """
     name = next(camera.camera for camera in job.cameras if camera.source == source)
     with open_bag(source) as bag:

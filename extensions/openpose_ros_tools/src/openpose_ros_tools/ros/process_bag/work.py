@@ -29,7 +29,7 @@ from openpose_ros_tools.ros.process_bag.input import (
     find_topics,
 )
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, build_settings
-from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, is_json_of
+from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, json_names
 from skeleton_extract_3d.chain import PeopleChain, PreparedFrame, Result
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import ExtractorParams
@@ -61,7 +61,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         view = open_camera(job, settings, stack)
         networks = Networks(job, settings, stack)
         parts = stack.enter_context(PartFiles(job.run))
-        json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
+        json = None if job.json is None else parts.folder(job.json, json_names(job))
         csv = None if job.csv is None else parts.file(job.csv)
         # the bag is the last one to be moved: where it is, all outputs are
         unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
@@ -82,11 +82,7 @@ class OpenCamera(NamedTuple):
 
 
 def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCamera:
-    """Open the bag of a camera and find its topics.
-
-    Raises:
-        BadInputError: the bag can not be read, or has not what is wanted.
-    """
+    """Open the bag of a camera and find its topics; errors as `process`."""
     bag = stack.enter_context(open_bag(job.source))
     namespace = job.camera
     if namespace and job.is_alone and not any(is_within(topic, namespace) for topic in topic_types(bag)):
@@ -117,9 +113,6 @@ class Networks:
         settings: those.
         capacity: number of images that have to be in progress, so that no network waits; 0: one after the other, where
             the history of a camera tells where to look.
-
-    Raises:
-        ParameterError, ModelError: a parameter or a network is wrong.
     """
 
     def __init__(self, job: BagJob, settings: BagSettings, stack: ExitStack) -> None:
@@ -145,11 +138,9 @@ class Networks:
 
 def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
                    on_frame: Callable[[int, int], None]) -> BagReport:
-    """Write the results of a camera; arguments and errors as `process`.
+    """Write the results of a camera, in place; arguments and errors as `process`.
 
     Args:
-        job: its outputs are written in place.
-        view: of the camera.
         made: what the results are made from.
     """
     settings, images, chain = networks.settings, view.images, networks.chain()

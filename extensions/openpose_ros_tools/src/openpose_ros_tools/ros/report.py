@@ -19,24 +19,30 @@ import argparse
 import logging
 import sys
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
+import genpy
 import numpy as np
+import rosbag
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_tools.command_options import add_up, check_up, command_parser, whole_number
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.plots import keypoint_plots, signal_plots
-from openpose_ros_tools.plots.plotting import figure_content
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.report.crops import Thumbnail
-from openpose_ros_tools.report.facts import ReportFacts, empty_frames, people_facts
-from openpose_ros_tools.report.page import page
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints, read_timeline
-from openpose_ros_tools.ros.report.reading import has_people, read_thumbnails, recording_facts
-from openpose_ros_tools.tables.keypoint_selection import Selection, select
-from openpose_ros_tools.tables.signal_timeline import SignalTimeline
+from openpose_ros_tools.report.crops import Thumbnail, choose_crops, cut
+from openpose_ros_tools.report.page import RecordingFacts, ReportFacts, TopicFacts, empty_frames, page
+from openpose_ros_tools.ros.bag_files import deserialized, end_time, open_bag, stamped_messages, topic_types
+from openpose_ros_tools.ros.camera_topics import TopicFinder
+from openpose_ros_tools.ros.keypoints.keypoint_bag import (
+    DIMENSIONS,
+    choose_topic,
+    read_keypoint_bag,
+    read_keypoints,
+    read_timeline,
+)
+from openpose_ros_tools.tables.keypoint_selection import moment_text, select
 
 # People on the page: those with most rows; a long recording of a street has thousands.
 _MOST_PERSONS = 30
@@ -80,14 +86,15 @@ def _run(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> str:
     """Return the page."""
-    recording = recording_facts(options.recording)
-    if options.topic is None and not has_people(options.recording):
-        return page(ReportFacts(recording, notes=(_NO_RESULTS.format(options.recording.name),)), {})
+    with open_bag(options.recording) as bag:
+        recording = _facts(options.recording, bag)
+        has_people = not set(DIMENSIONS).isdisjoint(topic_types(bag).values())
+    if options.topic is None and not has_people:
+        return page(ReportFacts(recording, notes=(_NO_RESULTS.format(options.recording.name),)))
     table, frames = read_keypoints(options.recording, options.topic)
     if not len(table):
-        count = 0 if frames is None else len(np.unique(frames))
-        return page(ReportFacts(recording, (), None, None, count, None if frames is None else count,
-                                ('No people were found.',)), {})
+        count = None if frames is None else len(np.unique(frames))
+        return page(ReportFacts(recording, count or 0, count, notes=('No people were found.',)))
     ids, rows = np.unique(table.ids, return_counts=True)
     shown = sorted(ids[np.argsort(-rows, kind='stable')][:_MOST_PERSONS].tolist())
     selection = select(table, frames, persons=shown)
@@ -102,18 +109,22 @@ def _report(options: argparse.Namespace) -> str:
         notes.append('The people are known in the image alone: there are no statures, postures and gestures.')
     crops, note = _crops(options, shown)
     notes += [note] if note else []
-    facts = ReportFacts(recording, people_facts(selection, timeline), selection, timeline, len(selection.frames),
-                        empty_frames(selection), tuple(notes))
-    return page(facts, _plots(selection, timeline), crops)
+    return page(ReportFacts(recording, len(selection.frames), empty_frames(selection), selection, timeline,
+                            tuple(notes)), crops)
 
 
-def _plots(selection: Selection, timeline: Optional[SignalTimeline]) -> Dict[str, bytes]:
-    if timeline is None:
-        figures = {'image_paths': keypoint_plots.image_paths(selection)}
-    else:
-        figures = {'signals': signal_plots.signals(selection, timeline),
-                   'top_view': keypoint_plots.top_view(selection)}
-    return {name: figure_content(figure, 'svg') for name, figure in figures.items()}
+def _facts(path: Path, bag: rosbag.Bag) -> RecordingFacts:
+    """Return the facts of a recording."""
+    files = [path] if path.is_file() else [file for file in path.rglob('*') if file.is_file()]
+    size = sum(file.stat().st_size for file in files)
+    topics = bag.get_type_and_topic_info().topics
+    if not any(info.message_count for info in topics.values()):
+        return RecordingFacts(path.name, size, 'an unknown time, without messages', 0.0, ())
+    begin = float(bag.get_start_time())
+    duration = end_time(bag) - begin
+    return RecordingFacts(path.name, size, moment_text(round(begin * 1e9)), duration, tuple(
+        TopicFacts(name, info.msg_type, info.message_count, info.message_count / duration if duration > 0 else 0.0)
+        for name, info in sorted(topics.items())))
 
 
 def _crops(options: argparse.Namespace, persons: Sequence[int]) -> Tuple[List[Thumbnail], str]:
@@ -121,11 +132,40 @@ def _crops(options: argparse.Namespace, persons: Sequence[int]) -> Tuple[List[Th
     if not options.crops:
         return [], ''
     try:
-        found = read_thumbnails(options.recording, options.images or options.recording, options.image, persons,
-                                options.crops)
+        found = _thumbnails(options, persons)
     except BadInputError as error:
         if options.images or options.image:
             raise
         logging.getLogger(__name__).warning('there are no images of the people: %s', error)
         return [], f'There are no images of the people: {error}. --images names a recording with images.'
     return found, '' if found else 'There are no images of the people: none has the stamp of a frame with people.'
+
+
+def _thumbnails(options: argparse.Namespace, persons: Sequence[int]) -> List[Thumbnail]:
+    """Return crops of people out of the images of a recording, which pass one by one.
+
+    Raises:
+        BadInputError: there are no keypoints in the image, or no images, or several topics come into question.
+    """
+    people: Path = options.recording
+    images: Path = options.images or people
+    with open_bag(people) as bag:
+        in_image = {name: kind for name, kind in topic_types(bag).items() if DIMENSIONS.get(kind) == 2}
+        topic = choose_topic(in_image, f'{people.name}, keypoints in the image', None).name
+    table = read_keypoint_bag(people, topic)
+    with open_bag(images) as bag:
+        finder = TopicFinder(bag)
+        if not options.image and not finder.candidates['colour']:
+            raise BadInputError(f'{images.name} has no topic of colour images')
+        chosen = finder.required('colour', options.image, finder.candidates['colour'])
+        # images may have been recorded at a lower rate than people
+        times = {message.stamp or 0: genpy.Time(0, message.time) for message in stamped_messages(bag, [chosen])}
+        there = table.select(np.isin(table.stamps, list(times)))
+        found: List[Thumbnail] = []
+        for stamp, crops in choose_crops(there, persons, options.crops).items():
+            for message in stamped_messages(bag, [chosen], times[stamp], times[stamp]):
+                if message.stamp == stamp:
+                    bgr = any_image_to_bgr(deserialized(message))
+                    found += [cut(bgr, crop) for crop in crops]
+                    break
+    return found

@@ -1,4 +1,6 @@
-"""People as spencer_tracking_msgs/TrackedPersons."""
+"""People on the floor: people_msgs_node as people_msgs/People, spencer_node as spencer_tracking_msgs/TrackedPersons."""
+from typing import Type, Union
+
 import genpy
 import numpy as np
 import rospy
@@ -16,8 +18,42 @@ from openpose_ros_signals.constants import MotionConstants
 from openpose_ros_signals.ros.convert import signals_from_array
 from skeleton_extract_3d.ros.convert import people_from_array
 
-PACKAGE = ForeignPackage('spencer_tracking_msgs', 'https://github.com/spencer-project/spencer_people_tracking (branch '
+PEOPLE_MSGS = ForeignPackage('people_msgs', 'https://github.com/wg-perception/people (branch noetic)')
+SPENCER = ForeignPackage('spencer_tracking_msgs', 'https://github.com/spencer-project/spencer_people_tracking (branch '
                                                   'noetic, folder messages)')
+
+
+class PeopleMessages:
+    """Makes messages of people.
+
+    Attributes:
+        kind: class of people_msgs/People.
+
+    Raises:
+        ForeignPackageError: the messages are not found, or are others.
+    """
+
+    def __init__(self) -> None:
+        self._person = PEOPLE_MSGS.message('Person', {
+            'name': 'string', 'position': 'geometry_msgs/Point', 'velocity': 'geometry_msgs/Point',
+            'reliability': 'float64', 'tagnames': 'string[]', 'tags': 'string[]'})
+        self.kind = PEOPLE_MSGS.message('People', {'header': 'std_msgs/Header', 'people': 'people_msgs/Person[]'})
+
+    def convert(self, people: PersonDetection_3dArray, signals: PersonSignalsArray) -> genpy.Message:
+        """Return the message of one frame, in the frame of reference of the signals."""
+        persons = located(people_from_array(people), signals_from_array(signals))
+        return self.kind(header=signals.header, people=[self._of(person) for person in persons])
+
+    def end(self, header: Header) -> genpy.Message:
+        """Return the message without people."""
+        return self.kind(header=header)
+
+    def _of(self, person: Located) -> genpy.Message:
+        # the message knows no unknown velocity, and its readers no NaN
+        velocity = (0.0, 0.0, 0.0) if person.velocity is None else person.velocity
+        return self._person(name=str(person.id), position=Point(*person.position), velocity=Point(*velocity),
+                            reliability=person.reliability, tagnames=[name for name, _ in person.tags],
+                            tags=[value for _, value in person.tags])
 
 
 class SpencerMessages:
@@ -32,11 +68,11 @@ class SpencerMessages:
 
     def __init__(self, constants: MotionConstants = SIGNAL_CONSTANTS.motion) -> None:
         self._time = constants.time
-        self._person = PACKAGE.message('TrackedPerson', {
+        self._person = SPENCER.message('TrackedPerson', {
             'track_id': 'uint64', 'is_occluded': 'bool', 'is_matched': 'bool', 'detection_id': 'uint64',
             'age': 'duration', 'pose': 'geometry_msgs/PoseWithCovariance',
             'twist': 'geometry_msgs/TwistWithCovariance'})
-        self.kind = PACKAGE.message('TrackedPersons', {'header': 'std_msgs/Header',
+        self.kind = SPENCER.message('TrackedPersons', {'header': 'std_msgs/Header',
                                                        'tracks': 'spencer_tracking_msgs/TrackedPerson[]'})
         self._ages = Ages()
 
@@ -66,12 +102,19 @@ class SpencerMessages:
         return TwistWithCovariance(Twist(linear=Vector3(*person.velocity)), covariance(sigma, np.nan))
 
 
-def _make(settings: BridgeSettings) -> Bridge:
-    messages = SpencerMessages()
-    return Bridge(settings.demand, Output('tracked_persons', messages.kind, (PEOPLE, SIGNALS), messages.convert,
-                                           messages.end))
+def _run(name: str, topic: str, kind: Type[Union[PeopleMessages, SpencerMessages]]) -> None:
+    def make(settings: BridgeSettings) -> Bridge:
+        messages = kind()
+        return Bridge(settings.demand, Output(topic, messages.kind, (PEOPLE, SIGNALS), messages.convert, messages.end))
+
+    run_node(name, BridgeSettings, make)
 
 
-def main() -> None:
+def main_people_msgs() -> None:
+    """Run the bridge to people_msgs."""
+    _run('people_msgs_node', 'people', PeopleMessages)
+
+
+def main_spencer() -> None:
     """Run the bridge to spencer_tracking_msgs."""
-    run_node('spencer_node', BridgeSettings, _make)
+    _run('spencer_node', 'tracked_persons', SpencerMessages)
