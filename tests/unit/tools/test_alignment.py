@@ -55,7 +55,7 @@ def test_shipped_sequence(seed):
     offset, angle, at_people, at_camera = errors(scene, found)
     assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5 and at_camera < 5
     assert not found.warnings and not found.clock_given and not found.transform_given
-    assert found.curve.peak > 0.8 and abs(found.scale - 1) < 0.005
+    assert found.speed_correlation > 0.8 and abs(found.scale - 1) < 0.005
 
 
 @pytest.mark.parametrize('name', ['wave', 'turn', 'group', 'furniture'])
@@ -90,7 +90,7 @@ def test_standard_deviations_are_those_of_the_errors():
 def test_what_is_given_is_kept(long_scene):
     params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
     both = align(measured_people(long_scene.estimate), long_scene.reference, params)
-    assert both.clock_offset == long_scene.clock_offset and both.curve is None
+    assert both.clock_offset == long_scene.clock_offset and both.speed_correlation is None
     np.testing.assert_array_equal(both.rotation, long_scene.rotation)
     np.testing.assert_array_equal(both.translation, long_scene.translation)
     assert both.clock_given and both.transform_given and np.isnan([both.clock_std, both.rotation_std]).all()
@@ -111,7 +111,7 @@ def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
     # also at the very beginning of the reference, where speeds are unknown
     begin = dataclasses.replace(one, stamps=one.stamps * 0)
     start = long_scene.reference.times[0]
-    first = JointRecording(('a',), [start, start + 1], np.stack([found.apply(one.positions[0])] * 2)[None])
+    first = JointRecording(('a',), np.array([start, start + 1]), np.stack([found.apply(one.positions[0])] * 2)[None])
     assert align(measured_people(begin), first, dataclasses.replace(given, clock_offset=start)).residual < 1e-6
     with pytest.raises(BadInputError, match='nothing in common'):
         align(measured_people(one), long_scene.reference)
