@@ -15,6 +15,7 @@ from openpose_ros_pkg.command_line import DONE, INTERRUPTED, REFUSED, SOME_FAILE
 from openpose_ros_pkg.ros.convert import image_to_bgr, image_to_pixels, pixels_to_image
 from openpose_ros_tools.images.image_files import depth_to_metres
 from openpose_ros_tools.ros import bag_to_images, images_to_bag
+from openpose_ros_tools.ros.static_frames import frames_above
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import (
@@ -22,6 +23,7 @@ from skeleton_extract_3d.ros.convert import (
     cloud_from_message,
     depth_image_from_messages,
     rotation_and_translation,
+    transform_from_matrix,
 )
 
 NS = '/kinect2/qhd'
@@ -430,14 +432,20 @@ def test_messages_without_an_image_are_left_out_with_a_warning(tmp_path, caplog)
     assert (tmp_path / 'out/rgb.txt').read_text().splitlines()[2:] == ['1000.000000000 rgb/000000.jpg']
 
 
-def test_a_world_above_other_static_frames_is_found(tmp_path):
-    step = np.eye(4)
-    step[:3, 3] = (1, 2, 3)
-    turn = np.diag([-1.0, -1, 1, 1])
-    parents = {'lens': ('base', turn), 'base': ('world', step), 'loop': ('loop', step), 'other': ('map', step)}
-    np.testing.assert_array_equal(bag_to_images.pose_in_world('/lens', parents), step @ turn)
-    for frame in ('loop', 'other', 'world', 'unknown'):
-        assert bag_to_images.pose_in_world(frame, parents) is None
+def test_frames_above_others_are_found():
+    def link(parent, child, x):
+        pose = np.diag([-1.0, -1, 1, 1])
+        pose[0, 3] = x
+        return transform_from_matrix(pose, Header(frame_id=parent), child)
+
+    links = {one.child_frame_id: one for one in (link('base', 'lens', 1), link('world', 'base', 2),
+                                                 link('loop', 'loop', 3), link('map', 'other', 4))}
+    found = frames_above('/lens', links)
+    assert [frame for frame, _ in found] == ['base', 'world']
+    np.testing.assert_allclose(found[1][1][0], np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(found[1][1][1], [1, 0, 0], atol=1e-12)
+    assert not {frame for start in ('loop', 'other', 'world', 'unknown') for frame, _ in frames_above(start, links)
+                } - {'loop', 'map'}
 
 
 @pytest.mark.parametrize('items, arguments, words', [
