@@ -58,7 +58,7 @@ class DemandTest(unittest.TestCase):
 
     def assert_idle(self):
         await_true(lambda: self.camera.get_num_connections() == 0, 'the node leaves the camera')
-        self.diagnostics.await_state(NODE, 'idle: nobody listens')
+        self.diagnostics.await_state(NODE, 'idle: no subscriber')
 
     def test_the_first_subscriber_gets_a_result_at_once_and_the_last_one_ends_the_work(self):
         seconds = []

@@ -8,7 +8,7 @@ from pathlib import Path
 import message_filters
 import rospy
 import rostest
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
@@ -126,15 +126,6 @@ class InputSubscriberTest(unittest.TestCase):
         await_true(lambda: stamps[-1] == 50, 'the newest')
         self.assertLess(len(stamps), 50)
         self.assertEqual(subscriber.lost, 50 - len(stamps), 'what did not come is counted')
-
-    def test_compressed_images(self):
-        publisher, subscriber = self.open('image', 'compressed', CompressedImage)
-        images = []
-        subscriber.registerCallback(images.append)
-        publisher.publish(numbered(1, CompressedImage))
-        await_true(lambda: images, 'the image')
-        self.assertEqual(images[0]._type, 'sensor_msgs/CompressedImage')
-        self.assertEqual(subscriber.resolved_name, '/image/compressed')
 
 
 if __name__ == '__main__':

@@ -23,13 +23,11 @@ from harness import (
     points,
     position,
 )
-from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonDetectionArray, Timing
+from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonDetectionArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from session import Diagnostics, await_true, is_heard
-from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
-from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
 
 NODE = 'extractor'
 # Keypoint [px] and the pixels of the cloud around it: rows, columns.
@@ -205,27 +203,6 @@ class ExtractorTest(unittest.TestCase):
         self.assertEqual((info.K[0], info.K[4], info.header.frame_id), (50.0, 51.0, FRAME_ID))
         self.assertTrue(self.output.has(info.header.stamp))
 
-    def test_timing(self):
-        reports = self.listen(f'{NODE}/timing', Timing)
-
-        def report():
-            """Frames of long ago have no age: none of another test is in it any more."""
-            self.good_frame_works()
-            found = [{stage.stage: stage for stage in report.stages} for report in list(reports)]
-            return [stages for stages in found if stages['total'].count == stages['age'].count > 0]
-
-        stages = await_true(report, 'a report')[-1]
-        self.assertEqual(tuple(stages), STAGES)
-        # the stamp is made before the frame is sent
-        self.assertLess(stages['total'].p50, stages['age'].p50)
-        self.assertAlmostEqual(sum(stages[name].mean for name in AGE_STAGES) / stages['age'].mean, 1.0, delta=0.02)
-        for name in AGE_STAGES:
-            self.assertEqual(stages[name].count, stages['age'].count, name)
-            self.assertGreaterEqual(stages[name].p50, 0, name)
-        # the original's method is one stage, and what the service does with a request only the service knows
-        self.assertEqual({stages[name].count for name in (*ESTIMATOR_STAGES, 'wait_for_network', 'network', 'decode')},
-                         {0})
-
     def test_synchronised_inputs_are_echoed_while_somebody_listens(self):
         images = self.listen(f'{OUTPUT}/input_rgb', Image)
         clouds = self.listen(f'{OUTPUT}/input_pointcloud', PointCloud2)
@@ -253,17 +230,6 @@ class ExtractorTest(unittest.TestCase):
 
         await_true(counted, 'an image is counted')
         self.assertFalse(any(self.output.has(stamp) for stamp in stamps))
-
-    def test_a_service_that_fails_once(self):
-        def fail(number):
-            raise RuntimeError('no memory for the network')
-
-        before, self.detector.answer = self.diagnostics.count(NODE, 'service call failed'), fail
-        stamp = self.camera.send_frame(4)
-        self.diagnostics.await_event(NODE, 'service call failed', before + 1, ['no memory for the network'])
-        self.setUp()
-        self.good_frame_works()
-        self.assertFalse(self.output.has(stamp))
 
 
 if __name__ == '__main__':

@@ -15,7 +15,6 @@ from openpose_ros_msgs.msg import (
     HandDetection_3dArray,
     HandDetectionArray,
     PersonDetection_3dArray,
-    Timing,
 )
 from openpose_ros_msgs.srv import GetPersons, GetPersonsResponse
 from std_msgs.msg import Header, String
@@ -25,7 +24,6 @@ from openpose_ros_pkg.skeletons import COCO_18
 from session import PATIENCE, Diagnostics, Recorder, await_true
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
-from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
 # The wrist of a hand is one of its points: where the wrist is seen, it is there, to the shape of the arm [m].
 NEAR = 0.08
@@ -118,20 +116,6 @@ class KnownHandsTest(unittest.TestCase):
         self.assertFalse([message for message in hands.messages if message.header.stamp == stamp])
         client.update_configuration({'hands': True})
         hands.wait(1, self.send(2))
-
-    def test_the_age_is_split_by_stage(self):
-        timing = Recorder('known/extractor/timing', Timing)
-        self.addCleanup(timing.close)
-        hands, = self.listen('hands_3d')
-
-        def report():
-            hands.wait(1, self.send())
-            found = [{stage.stage: stage for stage in message.stages} for message in list(timing.messages)]
-            return [stages for stages in found if stages['age'].count > 0 and stages['landmarks'].count > 0]
-
-        stages = await_true(report, 'a report')[-1]
-        self.assertGreater(stages['landmarks'].mean, 0)
-        self.assertAlmostEqual(sum(stages[name].mean for name in AGE_STAGES) / stages['age'].mean, 1.0, delta=0.02)
 
     def test_without_weights_there_are_people_all_the_same(self):
         hands = Recorder(f'without/{OUTPUT}/detected_hands_3d', HandDetection_3dArray)

@@ -30,8 +30,8 @@ class OneProcessTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('check_one_process')
         cls.sequence, cls.diagnostics = ShippedSequence().frames, Diagnostics()
-        # nobody listens yet
-        cls.diagnostics.await_state('one/people', 'idle: nobody listens')
+        # no subscriber yet
+        cls.diagnostics.await_state('one/people', 'idle: no subscriber')
         cls.one, cls.two = Output('one'), Output('two')
         cls.reports, cls.arrays_2d = [], []
         rospy.Subscriber('one/people/timing', Timing, cls.reports.append)

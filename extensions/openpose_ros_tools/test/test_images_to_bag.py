@@ -15,6 +15,7 @@ from openpose_ros_pkg.command_line import DONE, INTERRUPTED, REFUSED, SOME_FAILE
 from openpose_ros_pkg.ros.convert import image_to_bgr, image_to_pixels, pixels_to_image
 from openpose_ros_tools.images.image_files import depth_to_metres
 from openpose_ros_tools.ros import bag_to_images, images_to_bag
+from openpose_ros_tools.ros.static_frames import frames_above
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import (
@@ -22,6 +23,7 @@ from skeleton_extract_3d.ros.convert import (
     cloud_from_message,
     depth_image_from_messages,
     rotation_and_translation,
+    transform_from_matrix,
 )
 
 NS = '/kinect2/qhd'
@@ -292,17 +294,6 @@ def test_a_folder_that_does_not_fit_is_refused_in_one_line(tmp_path, monkeypatch
     assert sorted(path.name for path in tmp_path.iterdir()) == ['in']
 
 
-def test_a_bag_is_overwritten_only_with_the_option(tmp_path, capsys):
-    make_folder(tmp_path / 'in')
-    (tmp_path / 'out.bag').write_text('old')
-    assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--rate', 10) == REFUSED
-    assert 'is there already' in capsys.readouterr().err
-    assert (tmp_path / 'out.bag').read_text() == 'old'
-    assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--rate', 10, '--overwrite') == DONE
-    assert to_bag(tmp_path / 'in', tmp_path / 'in', '--rate', 10, '--overwrite') == REFUSED
-    assert 'is a folder' in capsys.readouterr().err
-
-
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_nothing(tmp_path, monkeypatch, number):
     make_folder(tmp_path / 'in')
@@ -404,8 +395,8 @@ def test_a_bag_with_clouds_alone_gives_their_depth(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('encoding, padding, big', [
-    ('rgb8', 0, 0), ('rgb8', 3, 0), ('rgba8', 0, 0), ('bgr16', 0, 1), ('mono16', 5, 1), ('8UC3', 0, 0),
-    ('bayer_rggb8', 0, 0), ('yuv422', 0, 0)])
+    ('rgb8', 3, 0), ('rgba8', 0, 0), ('bgr16', 0, 1), ('mono16', 5, 1), ('8UC3', 0, 0), ('bayer_rggb8', 0, 0),
+    ('yuv422', 0, 0)])
 def test_images_of_any_encoding_keep_their_pixels(tmp_path, encoding, padding, big):
     random = np.random.default_rng(2)
     per_pixel = {'rgb8': 3, 'rgba8': 4, 'bgr16': 6, 'mono16': 2, '8UC3': 3, 'bayer_rggb8': 1, 'yuv422': 2}[encoding]
@@ -430,14 +421,20 @@ def test_messages_without_an_image_are_left_out_with_a_warning(tmp_path, caplog)
     assert (tmp_path / 'out/rgb.txt').read_text().splitlines()[2:] == ['1000.000000000 rgb/000000.jpg']
 
 
-def test_a_world_above_other_static_frames_is_found(tmp_path):
-    step = np.eye(4)
-    step[:3, 3] = (1, 2, 3)
-    turn = np.diag([-1.0, -1, 1, 1])
-    parents = {'lens': ('base', turn), 'base': ('world', step), 'loop': ('loop', step), 'other': ('map', step)}
-    np.testing.assert_array_equal(bag_to_images.pose_in_world('/lens', parents), step @ turn)
-    for frame in ('loop', 'other', 'world', 'unknown'):
-        assert bag_to_images.pose_in_world(frame, parents) is None
+def test_frames_above_others_are_found():
+    def link(parent, child, x):
+        pose = np.diag([-1.0, -1, 1, 1])
+        pose[0, 3] = x
+        return transform_from_matrix(pose, Header(frame_id=parent), child)
+
+    links = {one.child_frame_id: one for one in (link('base', 'lens', 1), link('world', 'base', 2),
+                                                 link('loop', 'loop', 3), link('map', 'other', 4))}
+    found = frames_above('/lens', links)
+    assert [frame for frame, _ in found] == ['base', 'world']
+    np.testing.assert_allclose(found[1][1][0], np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(found[1][1][1], [1, 0, 0], atol=1e-12)
+    assert not {frame for start in ('loop', 'other', 'world', 'unknown') for frame, _ in frames_above(start, links)
+                } - {'loop', 'map'}
 
 
 @pytest.mark.parametrize('items, arguments, words', [
@@ -462,12 +459,3 @@ def test_times_of_recording_may_stand_in_for_stamps(tmp_path):
     bag = write_bag(tmp_path / 'in.bag', [('/a/image', GREY_IMAGE, 0)])
     assert to_images(bag, tmp_path / 'out', '--bag-time') == DONE
     assert (tmp_path / 'out/rgb.txt').read_text().splitlines()[2:] == ['0.000000005 rgb/000000.png']
-
-
-@pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V2.0\nrubbish', b'no bag'])
-def test_a_file_that_is_no_bag_is_refused(tmp_path, capsys, content):
-    if content is not None:
-        (tmp_path / 'in.bag').write_bytes(content)
-    assert to_images(tmp_path / 'in.bag', tmp_path / 'out') == REFUSED
-    assert 'in.bag' in capsys.readouterr().err
-    assert not (tmp_path / 'out').exists()

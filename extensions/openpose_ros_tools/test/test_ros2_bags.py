@@ -187,15 +187,6 @@ def test_results_of_several_are_named_after_them(recording, tmp_path):
     assert {topic for topic, _, _ in all_of(tmp_path / 'out' / 'morning.mcap')} >= {KEYPOINTS}
 
 
-@needs_files
-def test_a_finished_output_is_not_made_again(recording, tmp_path):
-    folder = to_ros2(recording, tmp_path / 'walk')
-    out = process(folder, tmp_path / 'out.mcap')
-    before = out.stat().st_mtime_ns
-    process(folder, out)
-    assert out.stat().st_mtime_ns == before
-
-
 def test_definitions_that_a_recording_lacks_are_those_of_ros_2_and_the_installed_ones(tmp_path):
     folder = write_one(tmp_path / 'signals', PersonSignalsArray(header=Header(frame_id='map')),
                        PersonSignalsArray._full_text.replace('uint32 seq\n', ''))

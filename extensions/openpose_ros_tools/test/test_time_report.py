@@ -41,7 +41,7 @@ def test_report_of_a_recording(tmp_path, capsys):
         (f'{SPACE}/detected_poses_keypoints', '20', '10', '10.000', '101.000'),
         (f'{SPACE}/detected_poses_3d', '10', '10', '10.000', '106.000'), ('/notes', '10', '10', '10.000', '')]
     printed = capsys.readouterr().out
-    assert printed.startswith('# Time report of live.bag\n\n| topic ') and 'Note' not in printed
+    assert [line.split()[0] for line in printed.splitlines()] == ['topic', *(row['topic'] for row in rows)]
     table.write_text('of another program')
     assert main([str(path), '-o', str(table)]) == 2
     assert f'{table} is there already' in capsys.readouterr().err
@@ -74,7 +74,7 @@ def test_bags_that_can_not_be_read_are_refused_in_one_line(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('options, words', [
-    (['--start', seconds], 'expected a number of seconds below 2^32') for seconds in ('nan', 'inf', '1e300')] + [
+    (['--start', 'nan'], 'below 2^32'), (['--end', '1e300'], 'below 2^32'),
     (['--start', '5', '--end', '5'], '--start must be less than --end')])
 def test_times_that_can_not_be_are_refused(options, words, capsys):
     with pytest.raises(SystemExit):

@@ -73,10 +73,7 @@ def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre:
     Args:
         focal, centre: fx, fy and cx, cy [px].
         distortion: coefficients; none: five zeros of plumb_bob, the drivers' "no distortion".
-        distortion_model: empty: from the number of coefficients.
-
-    Raises:
-        BadInputError: no model has this number of coefficients.
+        distortion_model: empty: from the number of coefficients; BadInputError: no model has as many.
     """
     if not distortion_model and len(distortion) not in _MODELS:
         raise BadInputError(f'{len(distortion)} distortion coefficients, expected 4 or 5 (plumb_bob), or 8, 12 or 14 '

@@ -57,36 +57,23 @@ Opinions = Dict[int, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """The S sources of opinions on a person.
+    """The S sources of opinions on a person."""
 
-    Attributes:
-        sigmas: (K,) float, see `sigmas`.
-        weights, place_weights: (S,) on the scores, and on the places of joints.
-        known: (S, K) bool, the joints that each can tell of.
-    """
-
-    sigmas: np.ndarray
-    weights: Sequence[float]
-    place_weights: Sequence[float]
-    known: np.ndarray
+    sigmas: np.ndarray  # (K,) float, see `sigmas`
+    weights: Sequence[float]  # (S,) on the scores of joints
+    place_weights: Sequence[float]  # (S,) on their places
+    known: np.ndarray  # (S, K) bool, the joints that each can tell of
 
 
 @dataclass(frozen=True)
 class Acceptance:
-    """Which poses are people.
+    """Which poses are people."""
 
-    Attributes:
-        skeleton: joint set of the people.
-        joint_score, person_score: least scores.
-        person_joints: least number of joints.
-        voted: False: one opinion alone; the decoder has applied its own thresholds.
-    """
-
-    skeleton: SkeletonModel
-    joint_score: float
+    skeleton: SkeletonModel  # of the people
+    joint_score: float  # least scores
     person_score: float
-    person_joints: int
-    voted: bool
+    person_joints: int  # least number
+    voted: bool  # False: one opinion alone; the decoder has applied its own thresholds
 
 
 def sigmas(skeleton: SkeletonModel) -> np.ndarray:
@@ -95,14 +82,7 @@ def sigmas(skeleton: SkeletonModel) -> np.ndarray:
 
 
 def extent(keypoints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the corners of the box round a person's joints.
-
-    Args:
-        keypoints: (K, 3) float, NaN where missing; one joint at least is there.
-
-    Returns:
-        The box's least and greatest x and y, (2,) each [px].
-    """
+    """Return least and greatest x and y, (2,) each [px], of a person, (K, 3), NaN where missing; one joint is there."""
     there = keypoints[np.isfinite(keypoints[:, 0]), :2]
     return there.min(axis=0), there.max(axis=0)
 
@@ -117,12 +97,7 @@ def area(keypoints: np.ndarray, constants: AreaConstants = AREA) -> float:
 
 
 def similarity(one: np.ndarray, other: np.ndarray, joint_sigmas: np.ndarray) -> float:
-    """Return how alike two poses are, 0..1, over the joints that both have, weighted by their scores.
-
-    Args:
-        one, other: (K, 3) float: x, y [px], score; NaN where missing.
-        joint_sigmas: (K,) float, of `sigmas`.
-    """
+    """Return how alike two poses, (K, 3) each, are, 0..1, over the joints that both have, weighted by their scores."""
     both = np.isfinite(one[:, 0]) & np.isfinite(other[:, 0])
     if both.sum() < 2:
         return 0.0
@@ -134,11 +109,7 @@ def similarity(one: np.ndarray, other: np.ndarray, joint_sigmas: np.ndarray) -> 
 
 def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray, constants: EnsembleConstants = ENSEMBLE
           ) -> List[Opinions]:
-    """Group the poses of several sources by person.
-
-    Args:
-        sources: (P, K, 3) float32 each: x, y [px of the image], score.
-        joint_sigmas: (K,) float, of `oks.sigmas`.
+    """Group the poses of several sources, (P, K, 3) float32 each, by person.
 
     Returns:
         One dictionary per person; each source gives a person one pose at most.
@@ -171,7 +142,6 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
     Args:
         opinions: of the sources that see the person.
         weights: of all sources, (S,).
-        joint_sigmas: (K,) float, of `oks.sigmas`.
 
     Returns:
         (K, 3) float32: x, y [px], score [0..1]; NaN, NaN, 0 where no source has the joint.
@@ -233,11 +203,7 @@ def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int,
 
 
 def surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> np.ndarray:
-    """Return the indices of people with (P,) scores, the surest first, without duplicates of surer ones, int64.
-
-    Args:
-        same: whether two people, by their indices, are the same.
-    """
+    """Return the indices of people with (P,) scores, the surest first, without those that are like a surer one."""
     kept: List[int] = []
     for i in np.argsort(-scores, kind='stable').tolist():
         if not any(same(i, j) for j in kept):

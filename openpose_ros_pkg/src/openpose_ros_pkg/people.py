@@ -14,16 +14,10 @@ _MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip',
 
 
 def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonModel) -> np.ndarray:
-    """Return the keypoints of one joint set in another, by the joints' names.
+    """Return (P, K, 3) keypoints, x, y, score, of one joint set in another, (P, L, 3), by the joints' names.
 
-    Joints that the source does not have are missing, but for neck and mid_hip: the middle of shoulders or hips, with
-    the lower of their scores.
-
-    Args:
-        keypoints: (P, K, 3) float: x, y, score; NaN, NaN, 0 where missing.
-
-    Returns:
-        (P, L, 3) of the same type.
+    Joints that the source does not have are missing (NaN, NaN, 0), but for neck and mid_hip: the middle of shoulders or
+    hips, with the lower of their scores.
     """
     result = np.full((len(keypoints), len(target.joints), 3), (np.nan, np.nan, 0), keypoints.dtype)
     index = source.index
@@ -62,23 +56,14 @@ class Poses(NamedTuple):
 
 @dataclass(frozen=True)
 class People2D:
-    """The keypoints of P people with the K joints of a skeleton model.
+    """The keypoints of P people; ValueError: an array has the wrong shape, or a joint is half missing."""
 
-    Attributes:
-        skeleton: names of the K joints.
-        keypoints: (P, K, 3) float32: x, y [px of the source image, an integer is a pixel's centre] and score [0..1].
-            A missing joint has x = y = NaN and score 0.
-        scores: (P,) float32, how sure the detector is of each person [0..1].
-        ids: (P,) int64 track ids; negative where no tracker has named the person.
-
-    Raises:
-        ValueError: an array has the wrong shape, or a joint is half missing.
-    """
-
-    skeleton: SkeletonModel
+    skeleton: SkeletonModel  # names of the K joints
+    # (P, K, 3) float32: x, y [px of the source image, an integer is a pixel's centre] and score [0..1]; a missing joint
+    # has x = y = NaN and score 0
     keypoints: np.ndarray
-    scores: np.ndarray
-    ids: np.ndarray
+    scores: np.ndarray  # (P,) float32, how sure the detector is of each person [0..1]
+    ids: np.ndarray  # (P,) int64 track ids; negative where no tracker has named the person
 
     def __post_init__(self) -> None:
         joints = len(self.skeleton.joints)

@@ -22,7 +22,7 @@ from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.views import averaged_fields, decode_views
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
 from openpose_ros_pkg.output.files import check_outputs, write_image
@@ -66,7 +66,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
         views = [view.compute(frame.setup.networks[model.name]) for view in prepared]
         opinions += [(network_pass.description, poses.keypoints)
                      for poses in decode_views(network_pass, views, plain)]
-        if model.decoder == 'paf':
+        if model.decoder == Decoder.PAF:
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)
             limbs = score_limbs(fields[model.heatmaps:], peaks, model, settings.decode)

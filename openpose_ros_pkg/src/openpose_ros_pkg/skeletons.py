@@ -19,20 +19,20 @@ MESSAGE_JOINTS = (
 class Limb:
     """A pair of joints that a part affinity field connects."""
 
-    start: str
-    end: str  # the field points from start to end
+    start: str  # joint names; the field points from start to end
+    end: str
     paf: Tuple[int, int]  # channels of its x and y component within the part affinity block of the network's output
     starts_person: bool = True  # False for limbs that only add to a person or join two (ear to shoulder)
 
 
 @dataclass(frozen=True)
 class SkeletonModel:
-    """A joint set; raises ValueError where its parts contradict each other, or left and right are no mirror images."""
+    """A joint set; ValueError: the parts contradict each other, or left and right are no mirror images."""
 
     name: str  # as published in `pose_model` of the array messages
     joints: Tuple[str, ...]  # names in channel order; those of bodies are among `MESSAGE_JOINTS`
-    limbs: Tuple[Limb, ...]  # all pairs with a part affinity field, in the order of assembly
-    drawn_limbs: Tuple[Tuple[str, str], ...]  # pairs of joint names
+    limbs: Tuple[Limb, ...]  # all pairs with a part affinity field, in the order of assembly; none without fields
+    drawn_limbs: Tuple[Tuple[str, str], ...]  # pairs of joint names of the drawn skeleton
     colours: Tuple[Colour, ...]  # RGB per joint, as OpenPose draws them
 
     def __post_init__(self) -> None:

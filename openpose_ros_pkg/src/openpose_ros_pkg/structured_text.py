@@ -34,11 +34,7 @@ def yaml_value(text: str) -> Any:
 
 
 def json_value(text: Union[str, bytes]) -> Any:
-    """Return the value of a JSON text.
-
-    Raises:
-        ValueError: it is not JSON.
-    """
+    """Return the value of a JSON text; ValueError: it is not JSON."""
     try:
         return json.loads(text)
     except RecursionError:

@@ -6,12 +6,11 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crop
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, DetectorSettings
-from openpose_ros_pkg.detect.refinement import Candidates, refine
-from openpose_ros_pkg.detect.views import PreparedFrame, Setup
+from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
@@ -84,7 +83,7 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
 
     setup = Setup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectDecodeParams(),
                   build(DetectorSettings, {'person_min_score': 0.1}))
-    found, _ = refine(PreparedFrame(stripes(), [], setup), Candidates(opinions, people))
+    found, _ = refine(PreparedImage(stripes(), [], setup), Candidates(opinions, people))
     np.testing.assert_allclose(found.keypoints[..., 0], people[..., 0], atol=1.0)
 
 

@@ -30,13 +30,15 @@ def test_upright_region_of_whole_pixels_is_that_part_of_the_image():
 
 
 @pytest.mark.parametrize('angle', [0, 0.3, -1.2, 3.0])
-def test_crop_and_image_are_each_others_inverse(angle):
+def test_crop_lies_turned_in_the_image(angle):
     region = Region(100.0, 50.0, 30.0, angle)
     points = np.array([(0, 0), (223, 0), (111.5, 111.5), (50, 200)])
     there = region.to_image(points, 224)
     np.testing.assert_allclose(there[2], (100, 50), atol=1e-9)
-    np.testing.assert_allclose(np.linalg.norm(there[1] - there[0]), 223 / 224 * 30)
-    np.testing.assert_allclose(region.to_crop(there, 224), points, atol=1e-9)
+    right = np.array([np.cos(angle), np.sin(angle)])
+    np.testing.assert_allclose(there[1] - there[0], 223 / 224 * 30 * right, atol=1e-9)
+    down = np.array([-right[1], right[0]])
+    np.testing.assert_allclose(there[3] - there[0], 30 / 224 * (50 * right + 200 * down), atol=1e-9)
 
 
 def test_forearm_is_the_longest_of_what_the_body_tells():

@@ -153,17 +153,12 @@ def test_reference_is_interpolated_but_not_extrapolated():
     assert bridged.times.tolist() == pytest.approx([0.1, 0.2, 0.3])
 
 
-def test_part_and_joints():
-    table, truth = standing(6)
-    found = compare(table, truth, ALIGNED, EvaluationParams(start=0.1, end=0.35, joints=('nose', 'neck')))
-    assert found.frames == 3 and found.joints == ('nose', 'neck') and found.errors.shape == (3, 2)
-
-
 def test_people_are_paired_by_all_joints():
     """A wrist 0.8 m off alone is no other person."""
     table, truth = standing()
     table = moved(table, slice(None), WRIST, (0.8, 0, 0))
     found = compare(table, truth, ALIGNED, EvaluationParams(joints=('right_wrist',)))
+    assert found.joints == ('right_wrist',)
     np.testing.assert_allclose(found.errors, 0.8, atol=1e-6)
 
 

@@ -9,7 +9,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.mocap.joints import joints_of
 from openpose_ros_tools.mocap.marker_map import read_marker_map
-from truth_as_mocap import as_markers, main, read_truth, resample, rigid_transform
+from truth_as_mocap import main, read_truth, resample, rigid_transform
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 RATE = 15.0
@@ -33,16 +33,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_the_truth_is_read(folder):
-    truth = read_truth(folder)
-    assert truth.subjects == ('person3', 'person7')
-    assert len(truth.times) == 30
-    np.testing.assert_allclose(truth.positions[0, :, :18], curve(truth.times[:, None], np.arange(18)), atol=1e-5)
-    assert np.isnan(truth.positions[:, :, 18:]).all()
-    there = np.isfinite(truth.positions[1, :, 0, 0])
-    assert np.flatnonzero(there).tolist() == [5, 6, 7, 8, 9, 15, *range(20, 30)]
-
-
 def test_it_follows_the_curve_between_the_images(folder):
     joints = resample(read_truth(folder), 120.0, clock_offset=12.345)
     np.testing.assert_allclose(joints.times * 120, np.rint(joints.times * 120), atol=1e-9)
@@ -57,14 +47,6 @@ def test_transforms_by_hand():
     np.testing.assert_allclose(rigid_transform((0, 90, 0), (0, 0, 0)) @ [0, 0, 1, 1], [1, 0, 0, 1], atol=1e-12)
     # first about x, then about z
     np.testing.assert_allclose(rigid_transform((90, 0, 90), (0, 0, 0)) @ [1, 2, 3, 1], [3, 1, 2, 1], atol=1e-12)
-
-
-def test_noise_is_as_large_as_asked_for_and_the_same_again(folder):
-    joints = resample(read_truth(folder), 120.0)
-    plain, noisy, again = (as_markers(joints, np.eye(4), noise) for noise in (0.0, 0.005, 0.005))
-    np.testing.assert_array_equal(noisy.positions, again.positions)
-    assert np.nanstd(noisy.positions - plain.positions) == pytest.approx(0.005, rel=0.03)
-    assert not np.allclose(noisy.positions, as_markers(joints, np.eye(4), 0.005, seed=1).positions, equal_nan=True)
 
 
 def test_the_shipped_sequence_comes_back(tmp_path):

@@ -8,7 +8,8 @@ import openpose_ros_pkg.params.nodes
 import openpose_ros_signals.node_params
 import skeleton_extract_3d.node_params
 from development import PACKAGES
-from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields, to_yaml
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.parameters import build, describe, flat_values, parameter_fields, to_yaml
 
 FILES = [(PACKAGES[package.__name__.split('.')[0]] / 'config' / name, kind)
          for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params,
@@ -38,3 +39,19 @@ def test_every_file_in_config_belongs_to_a_node():
                                         'openpose_ros_signals', 'openpose_ros_bridges')
              for path in (PACKAGES[package] / 'config').iterdir()}
     assert there == {path for path, _ in FILES}
+
+
+def test_parameters_that_detection_and_lifting_share_mean_the_same():
+    """A node with both in its namespace gives one value to both."""
+    meanings = {}
+    for field in parameter_fields(skeleton_extract_3d.node_params.PeopleSettings):
+        meanings.setdefault(field.name, set()).add((field.default, describe(field)))
+    assert {name: found for name, found in meanings.items() if len(found) > 1} == {}
+
+
+def test_gates_of_tracks_in_image_and_space_are_apart():
+    settings = build(skeleton_extract_3d.node_params.PeopleSettings, {'track_gate': 0.4, 'image_track_gate': 0.9})
+    assert settings.extraction.estimator.identity.track_gate == 0.4
+    assert settings.detection.tracking.image_track_gate == 0.9
+    with pytest.raises(ParameterError, match="did you mean 'image_track_gate'"):
+        build(openpose_ros_pkg.params.nodes.ServiceSettings, {'track_gate': 0.7})

@@ -179,9 +179,3 @@ def test_the_palm_tells_stop_from_pointing(out_of_palm, fingers, name, side):
         names |= {gesture.name for gesture in reader.update(people, stamp, UP, landmarks=hand)[0].gestures
                   if stamp > 1.3}
     assert names == {name}
-
-
-@pytest.mark.parametrize('name, arm, facing', [('raise_hand', RAISED, 120), ('point', POINTING, 250),
-                                               ('stop', SAYS_STOP, 120)])
-def test_gestures_do_not_depend_on_the_facing(name, arm, facing):
-    assert all_told(watch(lifted(arm, replace(STANDING, facing=facing)), 2.5)) == {name}

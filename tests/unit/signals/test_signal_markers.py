@@ -69,12 +69,6 @@ def test_pointing_arrow_ends_where_it_meets_something():
                                    atol=1e-6)
 
 
-def test_both_arms_have_arrows():
-    markers = shown(person(pointing(), pointing(arm='right'), name=3))
-    assert {key for key in markers if key[0].startswith('pointing')} == {
-        (ns, number) for ns in ('pointing', 'pointing_cone') for number in (6, 7)}
-
-
 @pytest.mark.parametrize('direction', [(1, 0, 0), (0, 1, 0), (0, 0, -1), (0.6, 0.0, 0.8)])
 def test_cone_is_two_sigma_wide(direction):
     lines = cone_lines(Pointing(np.zeros(3), np.array(direction, float), 0.1), 2.0)

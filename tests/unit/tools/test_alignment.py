@@ -15,9 +15,7 @@ from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import Simulated, errors, sequence_truth, simulate, walkers
 from skeleton_extract_3d.people import MEASURED, MISSING
 
-ROOT = Path(__file__).resolve().parents[3]
-SHIPPED = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
-BENCH = ROOT.parent / 'shared' / 'bench' / 'rgbd_dev'
+SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 FRAME_MS = 1e3 / 15
 
 
@@ -55,18 +53,7 @@ def test_shipped_sequence(seed):
     offset, angle, at_people, at_camera = errors(scene, found)
     assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5 and at_camera < 5
     assert not found.warnings and not found.clock_given and not found.transform_given
-    assert found.curve.peak > 0.8 and abs(found.scale - 1) < 0.005
-
-
-@pytest.mark.parametrize('name', ['wave', 'turn', 'group', 'furniture'])
-def test_development_sequences(name):
-    """With errors of 15 mm. A person who turns on the spot for 2.7 s leaves 0.3 degrees of uncertainty (1 sigma)."""
-    if not (BENCH / name / 'gt.json').is_file():
-        pytest.skip(f'the sequence {name} is not on this machine')
-    scene = simulate(sequence_truth(BENCH / name), seed=0, noise=0.015 / np.sqrt(3))
-    found = align(measured_people(scene.estimate), scene.reference)
-    offset, angle, at_people, _ = errors(scene, found)
-    assert offset < FRAME_MS / 4 and angle < max(0.5, 3 * found.rotation_std) and at_people < 5
+    assert found.speed_correlation > 0.8 and abs(found.scale - 1) < 0.005
 
 
 def test_part_of_a_long_recording(long_scene):
@@ -90,7 +77,7 @@ def test_standard_deviations_are_those_of_the_errors():
 def test_what_is_given_is_kept(long_scene):
     params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
     both = align(measured_people(long_scene.estimate), long_scene.reference, params)
-    assert both.clock_offset == long_scene.clock_offset and both.curve is None
+    assert both.clock_offset == long_scene.clock_offset and both.speed_correlation is None
     np.testing.assert_array_equal(both.rotation, long_scene.rotation)
     np.testing.assert_array_equal(both.translation, long_scene.translation)
     assert both.clock_given and both.transform_given and np.isnan([both.clock_std, both.rotation_std]).all()
@@ -111,7 +98,7 @@ def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
     # also at the very beginning of the reference, where speeds are unknown
     begin = dataclasses.replace(one, stamps=one.stamps * 0)
     start = long_scene.reference.times[0]
-    first = JointRecording(('a',), [start, start + 1], np.stack([found.apply(one.positions[0])] * 2)[None])
+    first = JointRecording(('a',), np.array([start, start + 1]), np.stack([found.apply(one.positions[0])] * 2)[None])
     assert align(measured_people(begin), first, dataclasses.replace(given, clock_offset=start)).residual < 1e-6
     with pytest.raises(BadInputError, match='nothing in common'):
         align(measured_people(one), long_scene.reference)

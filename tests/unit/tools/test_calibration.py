@@ -63,13 +63,6 @@ def test_json_is_read(tmp_path, values):
     assert read_calibration(tmp_path / 'camera.json') == PLAIN
 
 
-def test_the_camera_is_that_of_the_values():
-    camera = calibrated_camera(pinhole_calibration(64, 48, (50, 51), (31, 23), (0.1, 0, 0, 0, 0)))
-    assert (camera.width, camera.height, camera.distortion_model) == (64, 48, 'plumb_bob')
-    np.testing.assert_array_equal(camera.matrix, [[50, 0, 31], [0, 51, 23], [0, 0, 1]])
-    assert camera.distortion[0] == 0.1
-
-
 @pytest.mark.parametrize('region, binning, size', [
     ((0, 0, 0, 0, False), (0, 0), (640, 480)), ((160, 120, 240, 320, False), (0, 1), (320, 240)),
     ((0, 0, 0, 0, False), (2, 4), (320, 120)), ((600, 8, 200, 40, False), (2, 2), (20, 100))])

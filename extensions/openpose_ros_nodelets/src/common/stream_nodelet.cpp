@@ -23,7 +23,7 @@ void StreamNodelet::onInit()
   nodelet_topic_tools::NodeletLazy::onInit();
   timer_ever_subscribed_.stop();  // being lazy is no reason for a warning
   const auto why_resting = [this] {
-    return std::string(isWanted() ? "" : enabled_ ? "idle: nobody listens" : "disabled");
+    return std::string(isWanted() ? "" : enabled_ ? "idle: no subscriber" : "disabled");
   };
   health_ = std::make_unique<Health>(*nh_, *pnh_, getName(), why_resting, [this] { return silentInputs(); });
   health_->show("enabled", [this] { return enabled_ ? "true" : "false"; });

@@ -6,10 +6,10 @@ import numpy as np
 from openpose_ros_signals.arms import Arm, held_way
 from openpose_ros_signals.constants import GestureConstants, SignalConstants, SwingConstants
 from openpose_ros_signals.geometry import TICK, Body, angle, least, ramp, unless_hidden
+from openpose_ros_signals.records import ARM_GESTURES
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
 
-ARM_GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point')
 # Points of a hand: wrist, first joints of index, middle and little finger.
 _PALM = np.array([0, 5, 9, 17])
 

@@ -8,11 +8,12 @@ from openpose_ros_signals import motion
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, trunk_place, unit, unless_hidden
-from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
+from openpose_ros_signals.gestures import Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
 from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
+    ARM_GESTURES,
     BOTH,
     LEFT,
     POSTURES,

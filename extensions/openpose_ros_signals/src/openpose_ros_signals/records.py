@@ -9,7 +9,8 @@ import numpy as np
 
 UNKNOWN = 'unknown'
 POSTURES = ('standing', 'sitting', 'crouching', 'kneeling', 'lying')
-GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point', 'arms_crossed')
+ARM_GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point')
+GESTURES = (*ARM_GESTURES, 'arms_crossed')
 LEFT, RIGHT, BOTH = 'left', 'right', 'both'
 
 

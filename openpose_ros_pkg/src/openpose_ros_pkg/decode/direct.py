@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.ensemble import sigmas, similarity, surest
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses, keypoints_in
@@ -150,17 +150,12 @@ def _decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[in
 
 
 _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
-    'movenet_multipose': _decode_movenet, 'movenet_singlepose': _decode_single_person, 'rtmo': _decode_rtmo,
-    'yolo_pose': _decode_yolo}
+    Decoder.MOVENET_MULTIPOSE: _decode_movenet, Decoder.MOVENET_SINGLEPOSE: _decode_single_person,
+    Decoder.RTMO: _decode_rtmo, Decoder.YOLO_POSE: _decode_yolo}
 
 
 def _without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:
-    """Return the indices of boxes without those that share more than `overlap` of their union with a surer one.
-
-    Args:
-        boxes: (N, 4): x1, y1, x2, y2.
-        scores: (N,), above 0.
-    """
+    """Return the indices of (N, 4) boxes x1, y1, x2, y2 without those that overlap a surer one (share of the union)."""
     sides = boxes[:, 2:] - boxes[:, :2]
     kept = cv2.dnn.NMSBoxes(np.hstack([boxes[:, :2], sides]).tolist(), scores.tolist(), 0.0, overlap)
     return np.asarray(kept, np.int64).ravel()

@@ -87,16 +87,11 @@ def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
     """Find the people in a network's output.
 
     Args:
-        fields: (C, h, w) float32, confidence maps followed by the PAF.
-        model: tells which channel is what.
-        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding without
-            people.
+        fields: (C, h, w) float32, confidence maps followed by the PAF, of as many channels as the model says.
+        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding.
 
     Returns:
         People in pixels of the network's input, the surest first.
-
-    Raises:
-        ValueError: the fields have not as many channels as the model says.
     """
     skeleton = model.skeleton
     peaks = find_peaks(fields[:len(skeleton.joints)], model, params, valid_size, constants)
@@ -110,7 +105,7 @@ def find_peaks(heatmaps: np.ndarray, model: Model, params: DecodeParams,
 
     Args:
         heatmaps: (K, h, w) float32, one per joint.
-        valid_size: (width, height) of the image within the network's input [px]; peaks beyond are left out.
+        valid_size: see `decode_fields`.
 
     Returns:
         (N,) records of joint, x, y [px of the network's input] and score [0..1], sorted by joint, the strongest of
@@ -147,12 +142,7 @@ def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, params: Decod
 
 def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel, params: DecodeParams,
              constants: DecodeConstants = DECODE) -> Poses:
-    """Match limbs and merge them into people; see `decode_fields` for what is returned.
-
-    Args:
-        candidates: of `score_limbs`.
-        peaks: of `find_peaks`.
-    """
+    """Match limbs of `score_limbs` between peaks of `find_peaks`, and merge them into people, the surest first."""
     chosen, scores = openpose_ros_decode.assemble(candidates, peaks, len(skeleton.joints), _limb_table(skeleton),
                                                   _settings(params, constants))
     joints = np.full((len(peaks) + 1, 3), (np.nan, np.nan, 0), np.float32)  # the last for -1, which is missing
@@ -168,18 +158,13 @@ def _settings(params: DecodeParams, constants: DecodeConstants) -> openpose_ros_
 
 @functools.lru_cache(maxsize=16)
 def _limb_table(skeleton: SkeletonModel) -> np.ndarray:
-    """Return the limbs as records of numbers of joints and channels."""
     index = skeleton.index
     return np.array([(index[limb.start], index[limb.end], *limb.paf, limb.starts_person) for limb in skeleton.limbs],
                     openpose_ros_decode.LIMB)
 
 
 def _framed_maps(heatmaps: np.ndarray, upsample: int) -> np.ndarray:
-    """Enlarge maps and frame them with -inf, so that every real cell has eight neighbours that it can beat.
-
-    Returns:
-        (K, h * upsample + 2, w * upsample + 2) float32.
-    """
+    """Enlarge maps, (K, h, w), and frame them with -inf, so that each cell has eight neighbours that it can beat."""
     count, height, width = heatmaps.shape
     height, width = height * upsample, width * upsample
     framed = np.full((count, height + 2, width + 2), -np.inf, np.float32)

@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, foregrounds
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Costs, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.target_rate import RATE, TargetRateConstants, seconds_per_pixel
-from openpose_ros_pkg.detect.views import ComputedView, PreparedFrame, Setup, decode_views, prepare_views, views_of
+from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, Setup, decode_views, prepare_views, views_of
 from openpose_ros_pkg.ensemble import extent, group, person_scores, sigmas, vote
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.
@@ -91,11 +91,7 @@ class SearchPlan:
     @classmethod
     def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]],
            schedule: ScheduleConstants = SCHEDULE, rate: TargetRateConstants = RATE) -> 'SearchPlan':
-        """Return the plan for the present parameters, after measuring the networks where no pace is given.
-
-        Args:
-            fixed: [s] per pixel, by the models' names, which stays; None: it is measured.
-        """
+        """Return the plan for the present parameters; fixed: [s] per pixel by model; None: measured where needed."""
         setup = detector.setup
         params = setup.settings.detector
         follows = bool(setup.recipe.refinements) and following.wanted(params)
@@ -158,7 +154,7 @@ def search_parts(setup: Setup, bgr: np.ndarray, parts: Sequence[Part]) -> Search
     return Search(tuple(found), seconds, tuple(runs))
 
 
-def look(frame: PreparedFrame, people: Sequence[FollowedPerson], chosen: Sequence[int]) -> Look:
+def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequence[int]) -> Look:
     """Compute crops of some people of an image.
 
     Args:

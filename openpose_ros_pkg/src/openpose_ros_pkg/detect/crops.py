@@ -1,4 +1,4 @@
-"""Crops: what a network sees of one person, and the people that it finds there."""
+"""Crops: what a network sees of one person, the people that it finds there, and the refinement of a search by them."""
 import time
 from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Sequence, Tuple
@@ -6,12 +6,21 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others
+from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import CropRefinement
-from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View
-from openpose_ros_pkg.ensemble import ENSEMBLE, extent, sigmas, similarity
+from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, PreparedView, View
+from openpose_ros_pkg.ensemble import (
+    ENSEMBLE,
+    EnsembleConstants,
+    Opinions,
+    extent,
+    most_alike,
+    person_scores,
+    sigmas,
+    similarity,
+)
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses, keypoints_in
@@ -62,7 +71,7 @@ def prepare_crop(image: CrowdImage, person: np.ndarray, refinement: CropRefineme
     recipe = refinement.model.input
     plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
     crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
-    if refinement.model.decoder != 'movenet_singlepose':
+    if refinement.model.decoder != Decoder.MOVENET_SINGLEPOSE:
         return crop
     turns = quarter_turns(person, skeleton, constants)
     if len(people) < 2:
@@ -92,13 +101,51 @@ def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, sk
     return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
-def quarter_turns(person: np.ndarray, skeleton: SkeletonModel, constants: CropConstants = CROP) -> int:
-    """Return by how many quarter turns, counter-clockwise, a person has to be turned to be upright: 0 to 3.
+class Candidates(NamedTuple):
+    """Candidates for people after the vote, also below the thresholds."""
 
-    Args:
-        person: (K, 3) float: x, y, score; NaN where missing.
-        skeleton: their K joints.
+    opinions: List[Opinions]  # of each person
+    keypoints: np.ndarray  # (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints
+
+    @property
+    def poses(self) -> Poses:
+        """The people without the opinions on them."""
+        return Poses(self.keypoints, person_scores(self.keypoints))
+
+
+def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants = ENSEMBLE
+           ) -> Tuple[Candidates, float]:
+    """Vote again on the surest people with crops of them; doubtful ones seldom become people by it.
+
+    Returns:
+        The people with the opinions on crops, and the time that the networks took [s].
     """
+    bgr, setup, recipe, skeleton = frame.bgr, frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
+    joint_sigmas, scores = sigmas(skeleton), person_scores(people.keypoints)
+    surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
+    refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
+    shown = people.keypoints[refined]
+    in_front = foregrounds(shown, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))
+    crops = [[prepare_crop(CrowdImage(bgr, shown, skeleton), person, one, foreground)
+              for person, foreground in zip(shown, in_front)] for one in recipe.refinements]
+    begin = time.perf_counter()
+    computed = [compute_crops(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
+    seconds = time.perf_counter() - begin
+    opinions: List[Opinions] = [dict(known) for known in people.opinions]
+    for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
+        for i, crop in zip(refined, views):
+            found = decode_crop(crop, one.model, setup.direct, skeleton).keypoints
+            pose = most_alike(found, people.keypoints[i], shown, joint_sigmas, ensemble)
+            if pose is not None:
+                opinions[i][number] = pose
+    keypoints = people.keypoints.copy()
+    for i, foreground in zip(refined, in_front):
+        keypoints[i] = vote_behind(opinions[i], foreground, recipe)
+    return people._replace(opinions=opinions, keypoints=keypoints), seconds
+
+
+def quarter_turns(person: np.ndarray, skeleton: SkeletonModel, constants: CropConstants = CROP) -> int:
+    """Return by how many quarter turns, counter-clockwise, a person, (K, 3), has to be turned to be upright: 0 to 3."""
     shoulders, hips, knees, ankles = (
         _middle(person, skeleton, joint, constants.sure_joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
     # a person who bends down stands all the same: visible legs tell the direction

@@ -73,7 +73,6 @@ class IndependentDetection:
     """A `Detection` for images that are searched without history, several at a time and in any order.
 
     Args:
-        skeleton: joint set of the people.
         search: begins to search an image; what it returns waits for the people, whose ids do not count.
         tracking: limits of tracking in the image.
     """
@@ -89,7 +88,6 @@ class IndependentDetection:
         return frame, self._search(frame)
 
     def compute(self, prepared: Search, expected: Optional[People2D] = None) -> Tuple[ImageFrame, People2D]:
-        """See `Detection`; where people are expected is not used."""
         frame, result = prepared
         return frame, result()
 

@@ -5,18 +5,15 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, prepare_crop
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, prepare_crop, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorSettings as DetectorSettings
 from openpose_ros_pkg.detect.recipes import LiveDetectorSettings as LiveDetectorSettings
-from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
-from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, Setup, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
@@ -49,7 +46,7 @@ CANDIDATES = CandidateConstants()
 
 
 @dataclass(frozen=True)
-class ComputedFrame:
+class ComputedImage:
     """What was found in an image."""
 
     image_size: Tuple[int, int]  # (width, height) [px]
@@ -63,13 +60,8 @@ class ComputedFrame:
 class Networks:
     """Loads networks when they are first wanted, each once.
 
-    Args:
-        params: what computes them.
-        model_folder: folder of the weights; empty for the default one.
-
     Attributes:
-        faults: what is missing or computed by something slower than the parameters ask for, and why, by the names of
-            the networks.
+        faults: what is missing or computed by something slower than the parameters ask for, and why, by network.
         not_installed: optional networks whose weights are not there, and what that changes: no fault.
     """
 
@@ -84,8 +76,7 @@ class Networks:
         """Load the networks of a recipe; without a network that is missing, unless it is the first, it computes less.
 
         Raises:
-            ParameterError: a runtime that is not installed.
-            ModelError: weights of its first network are missing or damaged, or it computes wrong results.
+            ParameterError, ModelError: the first network can not be loaded, see `Detector`.
         """
         first, wanted = recipe.passes[0].model, recipe
         missing: List[Model] = []
@@ -122,8 +113,7 @@ class Networks:
 class Detector:
     """Find people in images. Any thread may call it; the networks compute one image at a time.
 
-    `detect` does it all. To prepare the next image and finish the last one while the networks are busy, call `prepare`,
-    `compute` and `finish` separately.
+    To pipeline, call `prepare`, `compute` and `finish` in place of `detect`.
 
     Args:
         settings: what is computed, and from which thresholds on.
@@ -146,7 +136,6 @@ class Detector:
 
     @property
     def setup(self) -> Setup:
-        """What frames are computed with that are prepared now."""
         return self._setup
 
     @property
@@ -191,10 +180,7 @@ class Detector:
         self._setup = _setup(recipe, loaded, settings)
 
     def warm_up(self) -> None:
-        """Let the networks see a blank image, and crops of it: they are compiled for each size that they see first.
-
-        The first camera image then takes no longer than the others.
-        """
+        """Let the networks see a blank image, and crops of it, so that they are compiled before the first image."""
         recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, USUAL_SIZE
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
         rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
@@ -207,14 +193,7 @@ class Detector:
                     compute_crops(people * [crop], networks[refinement.model.name])
 
     def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> People2D:
-        """Find the people in an image, the surest first.
-
-        Args:
-            bgr: (H, W, 3) uint8 BGR; not modified.
-            depth: of the image; None: it is not known.
-
-        Returns:
-            People in pixels of the image, without ids. Joints lie within it: x in 0 .. W - 1, y in 0 .. H - 1.
+        """Return the people in an image, (H, W, 3) uint8 BGR, the surest first, without ids; no joint lies beyond it.
 
         Raises:
             BadInputError: not such an image, or an empty one.
@@ -224,11 +203,10 @@ class Detector:
             computed = self.compute(prepared)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedFrame:
-        """Check an image and bring it to the sizes that the networks want; see `detect`."""
+    def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedImage:
         return prepare_frame(bgr, self._setup, depth=depth)
 
-    def compute(self, frame: PreparedFrame) -> ComputedFrame:
+    def compute(self, frame: PreparedImage) -> ComputedImage:
         """Compute the networks for a prepared image, and find the people, with `lock` held.
 
         Crop refinement needs the people of the full image, so decoding lies between the networks.
@@ -252,14 +230,13 @@ class Detector:
                 recovered = recover(frame, accepted_people(poses, setup.acceptance, size)[0])
                 poses = poses.joined(recovered.poses)
                 seconds += recovered.seconds
-        return ComputedFrame(size, poses, seconds, setup, opinions)
+        return ComputedImage(size, poses, seconds, setup, opinions)
 
-    def finish(self, frame: ComputedFrame) -> People2D:
-        """Return the people of a computed image; see `detect`."""
+    def finish(self, frame: ComputedImage) -> People2D:
         return accepted_people(frame.poses, frame.setup.acceptance, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
-        """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
+        """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
         recipe, loaded = self._networks.load(recipe_of(params))
         follows = bool(recipe.refinements) and self._following.wanted(params)
         if params.target_rate > 0 and params.mode != 'accurate' and not follows:
@@ -270,43 +247,33 @@ class Detector:
 
 
 def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:
-    """Load the networks that the parameters ask for, and reduce what is computed for `target_rate`; see `Detector`.
-
-    Raises:
-        ParameterError: no such network, or a runtime that is not installed.
-        ModelError: weights are missing or damaged, or the network computes wrong results.
-    """
+    """Return the `Detector` of these settings, which has its own networks."""
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
 
 
 def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Optional[DepthView] = None
-                  ) -> PreparedFrame:
+                  ) -> PreparedImage:
     """Check an image and bring it to the sizes that the networks want; see `Detector.detect`.
 
     Args:
         views: False: only check it, as the networks may not see all of it.
     """
     _check_image(bgr)
-    return PreparedFrame(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
+    return PreparedImage(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
 
 
 def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:
     return [prepare_views(bgr, one) for one in recipe.passes]
 
 
-def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
+def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings,
+           constants: CandidateConstants = CANDIDATES) -> Setup:
     decode, direct = settings.decode, settings.direct
-    if recipe.is_ensemble:
-        decode, direct = _candidate_thresholds(decode, direct)
+    if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
+        score = min(constants.decoded_share * decode.person_min_score, constants.most_decoded)
+        decode = replace(decode, person_min_score=score)
+        direct = replace(direct, direct_person_score=constants.direct_person, direct_joint_score=constants.direct_joint)
     return Setup(recipe, networks, decode, direct, settings)
-
-
-def _candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams, constants: CandidateConstants = CANDIDATES
-                          ) -> Tuple[DecodeParams, DirectDecodeParams]:
-    """Return thresholds of the decoders for candidates, on which other networks vote."""
-    score = min(constants.decoded_share * decode.person_min_score, constants.most_decoded)
-    return replace(decode, person_min_score=score), replace(
-        direct, direct_person_score=constants.direct_person, direct_joint_score=constants.direct_joint)
 
 
 def _voted(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:

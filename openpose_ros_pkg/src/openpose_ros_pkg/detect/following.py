@@ -250,7 +250,7 @@ class Following:
 
     def updated(self, people: People2D, persons: Sequence[FollowedPerson], stamp: float, ids: PersonIds
                 ) -> Tuple['Following', People2D]:
-        """Return this after a frame, and the people of the frame with their ids.
+        """Return this after a frame, and its people with their ids.
 
         Args:
             persons: one for each of the people.

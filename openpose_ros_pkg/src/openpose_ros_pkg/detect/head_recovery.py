@@ -14,7 +14,8 @@ from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, View
+from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
+from openpose_ros_pkg.networks.model_types import Decoder
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
@@ -129,13 +130,8 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def recover(frame: PreparedFrame, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
-    """Find people at heads that no skeleton explains, on crops.
-
-    Args:
-        frame: an image; without depth, no person is found.
-        people: the detected people.
-    """
+def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
+    """Find people at heads that no skeleton of the detected people explains, on crops; none without depth."""
     bgr, view, setup = frame.bgr, frame.depth, frame.setup
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
     free = [] if one is None or view is None else _unexplained(
@@ -160,7 +156,7 @@ def recover(frame: PreparedFrame, people: People2D, constants: HeadConstants = H
 
 def crop_of_one(recipe: Recipe) -> Optional[CropRefinement]:
     """Return the refinement whose network shows one person; None: none does."""
-    return next((one for one in recipe.refinements if one.model.decoder == 'movenet_singlepose'), None)
+    return next((one for one in recipe.refinements if one.model.decoder == Decoder.MOVENET_SINGLEPOSE), None)
 
 
 def _in_depth(xy: np.ndarray, bgr: np.ndarray, view: DepthView) -> np.ndarray:
@@ -240,5 +236,4 @@ def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthVi
 
 
 def _score(person: np.ndarray, least: float) -> float:
-    """Return the root mean square of the scores of the joints with a least score."""
     return float(np.sqrt((person[person[:, 2] >= least, 2] ** 2).mean()))

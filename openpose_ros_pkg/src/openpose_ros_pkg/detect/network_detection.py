@@ -8,12 +8,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.crop_search import Run, Search, SearchPlan, assign, likely, look, search_parts
 from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import (
-    USUAL_SIZE,
-    ComputedFrame,
-    Detector,
-    prepare_frame,
-)
+from openpose_ros_pkg.detect.detector import USUAL_SIZE, ComputedImage, Detector, prepare_frame
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, next_parts, small_grey
@@ -25,7 +20,7 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingConstants,
     TrackingParams,
 )
-from openpose_ros_pkg.detect.views import PreparedFrame, Setup
+from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -37,7 +32,7 @@ class PreparedDetection:
     """An image that is ready for the networks, and how it is searched, whatever is reconfigured meanwhile."""
 
     frame: ImageFrame
-    image: PreparedFrame
+    image: PreparedImage
     plan: SearchPlan
 
 
@@ -47,7 +42,7 @@ class ComputedDetection:
 
     frame: ImageFrame  # the image
     network_seconds: float  # time that the networks took [s]
-    found: Union[ComputedFrame, People2D]  # output of a full search; where people are followed: the people, with ids
+    found: Union[ComputedImage, People2D]  # output of a full search; where people are followed: the people, with ids
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,14 +104,10 @@ class _Answer(NamedTuple):
 class NetworkDetection:
     """Find people in the images of any number of cameras; they keep their ids. Any thread may call it.
 
-    `detect` does it all; to pipeline, call `prepare`, `compute` and `finish`, see `Detection`.
-
-    With following, networks compute crops of the people expected in an image. The search for others is cut
-    into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Where no
-    person is expected, in the first image, after a gap or when stamps jump back, the image is searched in full, as
-    `Detector.detect` does. Each size of the images of a camera has its own memory; where a camera changes to a new size
-    of the same aspect, ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its
-    people get new ids.
+    With following, networks compute crops of the people expected in an image. The search for others is cut into
+    parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Without
+    history (first image, gap, stamps that jump back, stamp 0) the image is searched in full. Each size of the images of
+    a camera has its own memory; where a camera changes to a new size of the same aspect, ids stay.
 
     Args:
         detector: finds the people.
@@ -140,7 +131,6 @@ class NetworkDetection:
 
     @property
     def skeleton(self) -> SkeletonModel:
-        """Joint set of the people."""
         return self.detector.skeleton
 
     @property
@@ -153,7 +143,6 @@ class NetworkDetection:
 
     @property
     def lock(self) -> FairLock:
-        """To be held during `compute`."""
         return self.detector.lock
 
     def reconfigure(self, tracking: TrackingParams) -> None:
@@ -180,24 +169,18 @@ class NetworkDetection:
             self._learn(search_parts(plan.setup, blank, list(by_size.values())).runs)
 
     def detect(self, frame: ImageFrame, expected: Optional[People2D] = None) -> People2D:
-        """Return the people in an image, with ids that they keep in the images of a camera; see `Detection`.
-
-        Raises:
-            BadInputError: not such an image, or an empty one.
-        """
+        """Do `prepare`, `compute` and `finish`."""
         prepared = self.prepare(frame)
         with self.lock:
             computed = self.compute(prepared, expected)
         return self.finish(computed)
 
     def prepare(self, frame: ImageFrame) -> PreparedDetection:
-        """Check an image and bring it to the sizes that the networks want; see `Detection.prepare`."""
         plan = self._plan
         follows = plan.follows and frame.follow and frame.stamp > 0
         return PreparedDetection(frame, prepare_frame(frame.bgr, plan.setup, not follows, frame.depth), plan)
 
     def compute(self, prepared: PreparedDetection, expected: Optional[People2D] = None) -> ComputedDetection:
-        """Compute the networks for a prepared image, with `lock` held; see `Detection.compute`."""
         plan, frame, begin = prepared.plan, prepared.frame, time.perf_counter()
         if prepared.image.views:
             computed = self.detector.compute(prepared.image)
@@ -227,7 +210,6 @@ class NetworkDetection:
         return ComputedDetection(frame, answer.seconds, answer.people)
 
     def finish(self, computed: ComputedDetection) -> People2D:
-        """Return the people of a computed image; see `Detection.finish`."""
         if isinstance(computed.found, People2D):
             return computed.found
         people, frame = self.detector.finish(computed.found), computed.frame
@@ -265,7 +247,6 @@ class NetworkDetection:
 
 
 def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: CameraMemory, ids: PersonIds) -> _Answer:
-    """Return the people of an image that is searched in full."""
     frame, setup = prepared.frame, prepared.plan.setup
     computed = detector.compute(prepared.image)
     poses, opinions = computed.poses, computed.opinions

@@ -126,7 +126,7 @@ def foregrounds(people: Sequence[np.ndarray], skeleton: SkeletonModel, depth: Op
 
 
 def _scaled(pose: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return a pose, (K, 3) [px], on a grid with scale, (2,), cells per pixel along x and y."""
+    """Return a pose, (K, 3) [px], on a grid with (2,) cells per pixel."""
     return np.column_stack([(pose[:, :2] + 0.5) * scale - 0.5, pose[:, 2]]).astype(pose.dtype)
 
 
@@ -154,7 +154,6 @@ def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, 
 
 
 def _joint_weights(skeleton: SkeletonModel, layers: LayerConstants) -> np.ndarray:
-    """Return the weights of joints for the depth of a trunk, (K,)."""
     weights = {'elbow': layers.elbow_weight, 'knee': layers.elbow_weight, 'wrist': layers.wrist_weight,
                'ankle': layers.wrist_weight}
     return np.array([weights.get(joint.split('_')[-1], 1.0) for joint in skeleton.joints])
@@ -219,7 +218,6 @@ def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Re
 
 
 def _doubted(pose: np.ndarray, foreground: Foreground, doubt: float) -> np.ndarray:
-    """Return a pose, (K, 3), with lower scores on a nearer person."""
     pose = pose.copy()
     pose[foreground.covers(pose[:, :2]), 2] *= doubt
     return pose
@@ -227,13 +225,9 @@ def _doubted(pose: np.ndarray, foreground: Foreground, doubt: float) -> np.ndarr
 
 def cover_others(crop: PreparedView, person: np.ndarray, others: Sequence[np.ndarray], skeleton: SkeletonModel,
                  foreground: Optional[Foreground] = None, cover: CoverConstants = COVER) -> PreparedView:
-    """Return a crop of a person with the other people in the mean colour of the crop.
+    """Return a crop of a person, (K, 3) float, with the other people, (K, 3) each, in the mean colour of the crop.
 
-    Args:
-        person: (K, 3) float: x, y [px of the image], score; NaN where missing.
-        others: the same of each of the other people who are not in front.
-        skeleton: their K joints.
-        foreground: in front of the person; None: no person, or unknown.
+    Pixels of a foreground, in front of the person, are covered too; None: no person, or unknown.
     """
     shape = crop.input.shape[:2]
     covered = np.zeros(shape, bool)
@@ -260,7 +254,7 @@ def _in_input(person: np.ndarray, crop: PreparedView, cover: CoverConstants) -> 
 
 
 def _sure(person: np.ndarray, least: float) -> np.ndarray:
-    """Return the joints of a person, (K, 3), with a least score; the others are NaN."""
+    """Return a pose, (K, 3), without joints of a lower score."""
     return np.where((person[:, 2] >= least)[:, None], person, np.nan)
 
 

@@ -10,7 +10,7 @@ from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import keypoints_in
@@ -102,27 +102,19 @@ class LiveDetectorSettings(DetectorSettings):
 
 @dataclass(frozen=True)
 class NetworkPass:
-    """One network on the full image, at one or more sizes.
+    """One network on the full image, at one or more sizes."""
 
-    Attributes:
-        model: the network.
-        box: (width, height) that the image is fitted into [px]; -1 for one of them: as the other makes it.
-        zooms: factors on the box. The fields of a network with part affinity fields are averaged over them; any other
-            network gives an opinion for each.
-        mirror: also average over the mirror image; only of networks with part affinity fields.
-        weight: of this opinion where several are put together.
-    """
-
-    model: Model
-    box: Tuple[int, int]
+    model: Model  # the network
+    box: Tuple[int, int]  # (width, height) that the image is fitted into [px]; one of them -1: as the other makes it
+    # factors on the box: part affinity fields are averaged over them, any other network gives an opinion for each
     zooms: Tuple[float, ...] = (1.0,)
-    mirror: bool = False
-    weight: float = 1.0
+    mirror: bool = False  # also average over the mirror image; only of networks with part affinity fields
+    weight: float = 1.0  # of this opinion where several are put together
 
     @property
     def opinions(self) -> int:
         """Number of opinions on a person that it gives."""
-        return 1 if self.model.decoder == 'paf' else len(self.zooms)
+        return 1 if self.model.decoder == Decoder.PAF else len(self.zooms)
 
     @property
     def description(self) -> str:
@@ -153,24 +145,15 @@ MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that is computed for an image.
+    """All that is computed for an image."""
 
-    Attributes:
-        passes: the networks that see the full image.
-        refinements: how each person is refined on crops.
-        max_refined: greatest number of people who are refined, the surest first; bounds the time.
-        acceptance: factor on the scores that joints and people need; the more opinions there are, the more of them
-            miss a person who is there.
-        spare: refinements where the network of one of the others is missing.
-        spare_refined: greatest number of people who are refined then.
-    """
-
-    passes: Tuple[NetworkPass, ...]
-    refinements: Tuple[CropRefinement, ...] = ()
-    max_refined: int = 20
+    passes: Tuple[NetworkPass, ...]  # the networks that see the full image
+    refinements: Tuple[CropRefinement, ...] = ()  # how each person is refined on crops
+    max_refined: int = 20  # greatest number of people who are refined, the surest first; bounds the time
+    # factor on the scores that joints and people need: of more opinions, more miss a person who is there
     acceptance: float = 1.0
-    spare: Tuple[CropRefinement, ...] = (MULTIPOSE_CROP,)
-    spare_refined: int = 6
+    spare: Tuple[CropRefinement, ...] = (MULTIPOSE_CROP,)  # where the network of one of the refinements is missing
+    spare_refined: int = 6  # greatest number of people who are refined then
 
     @property
     def models(self) -> Tuple[Model, ...]:
@@ -290,7 +273,9 @@ def recipe_of(params: DetectorParams) -> Recipe:
     if params.pose_model not in (AUTO, 'COCO'):
         recipe = _searched_by(find_model(params.pose_model, params.model_folder), params)
     first = recipe.passes[0]
-    mirror = first.mirror if params.mirror == 'auto' else params.mirror == 'always' and first.model.decoder == 'paf'
+    mirror = first.mirror
+    if params.mirror != 'auto':
+        mirror = params.mirror == 'always' and first.model.decoder == Decoder.PAF
     first = replace(first, box=_wanted_box(params, first.box), zooms=_wanted_zooms(params, first.zooms), mirror=mirror)
     recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
     if params.look_closer == 0:
@@ -303,9 +288,9 @@ def _searched_by(model: Model, params: DetectorParams) -> Recipe:
 
     It sees the image at the size of OpenPose's input, a larger one, or a smaller one; YOLO-pose at those of `_SIDES`.
     """
-    first = next((one for one in MODES[params.mode].passes if one.model.decoder == 'paf'), _thin(0.5))
-    first = replace(first, model=model, mirror=first.mirror and model.decoder == 'paf')
-    if model.decoder == 'yolo_pose':
+    first = next((one for one in MODES[params.mode].passes if one.model.decoder == Decoder.PAF), _thin(0.5))
+    first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
+    if model.decoder == Decoder.YOLO_POSE:
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
     if params.look_closer <= 0:
         return Recipe((first,))
@@ -314,13 +299,11 @@ def _searched_by(model: Model, params: DetectorParams) -> Recipe:
 
 
 def _wanted_box(params: DetectorParams, box: Tuple[int, int]) -> Tuple[int, int]:
-    """Return the box that the parameters ask for, or the mode's."""
     width, height = params.net_input_width, params.net_input_height
     return width or (-1 if height > 0 else box[0]), height or (-1 if width > 0 else box[1])
 
 
 def _wanted_zooms(params: DetectorParams, zooms: Tuple[float, ...]) -> Tuple[float, ...]:
-    """Return the scales that the parameters ask for, or the mode's."""
     if params.num_scales == 0 and params.scale_gap == 0:
         return zooms
     gap = params.scale_gap or _SCALE_GAP

@@ -41,18 +41,12 @@ NO_GREY = np.zeros((0, 0), np.float32)
 
 
 class Part(NamedTuple):
-    """A strip of the image that one pass searches.
+    """A strip of the image that one pass searches."""
 
-    Attributes:
-        number: of the pass in the recipe.
-        left, right: of the strip [px].
-        width: of the image [px].
-    """
-
-    number: int
-    left: int
+    number: int  # of the pass in the recipe
+    left: int  # of the strip [px]
     right: int
-    width: int
+    width: int  # of the image [px]
 
     def contains(self, low: float, high: float) -> bool:
         """Return whether the strip does not cut what reaches from one column to another."""
@@ -139,8 +133,7 @@ class Schedule:
 def fair_share(own: float, *others: float) -> float:
     """Return which share of the time a camera has, by the shares that it and others want.
 
-    A camera that wants no more than an equal share of what is left has that; what is left over is divided in
-    proportion to the wants.
+    All get what they want up to an equal level; what is left over is divided in proportion to the wants.
     """
     left, level = 1.0, 0.0
     wanted = sorted((own, *others))
@@ -216,14 +209,10 @@ class Budget:
         return max(int((1 - self.constants.search_share) * min(self.seconds / max(seconds, 1e-9), 1e6)), 1)
 
     def crops_of(self, people: int, seconds: float, interval: float, longest_wait: float) -> int:
-        """Return how many people, one at least, get a crop, at some seconds each.
+        """Return how many of the expected people, one at least, get a crop, at some seconds each.
 
-        All do where frames are so rare that a person who waited for the next one would no longer be reported.
-
-        Args:
-            people: number of expected people.
-            interval: since the last frame [s].
-            longest_wait: after which a person without a crop is not reported [s].
+        All do where frames are so rare (`interval` [s] since the last one) that a person who waited for the next one
+        would no longer be reported, after `longest_wait` [s].
         """
         fits = people * seconds <= self.constants.followed_share * interval
         if interval > longest_wait or (fits and 2 * interval > longest_wait):
@@ -262,9 +251,8 @@ def next_parts(schedule: Schedule, budget: Budget, stamp: float, lost: Sequence[
                ) -> Tuple[List[Part], Schedule, Budget]:
     """Return the parts that are searched in a frame, and schedule and budget after it.
 
-    Args:
-        lost: boxes of lost people: least and greatest x and y, (2, 2) each [px].
-        urgent: whether a person was lost a moment ago: without a rate, the image is searched in full at once.
+    Without a rate, the image is searched in full where it is `urgent`: a person was lost a moment ago. `lost` has the
+    boxes of lost people: least and greatest x and y, (2, 2) each [px].
     """
     for low, high in lost:
         schedule = schedule.lost(low[0], high[0])

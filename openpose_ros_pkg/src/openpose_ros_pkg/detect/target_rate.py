@@ -40,7 +40,6 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
     smaller input.
 
     Args:
-        recipe: what is wanted.
         networks: of the recipe, by the models' names.
         target_rate: [Hz].
         threads: that compute a network; 0 for as many as there are cores.
@@ -65,27 +64,19 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
 
 def seconds_per_pixel(recipe: Recipe, networks: Dict[str, Backend], threads: int,
                       constants: TargetRateConstants = RATE) -> Dict[str, float]:
-    """Measure what the networks of a recipe take for a pixel of their inputs [s], by the models' names.
-
-    Args:
-        threads: that compute a network; 0 for as many as there are cores.
-    """
+    """Measure what the networks of a recipe take for a pixel of their inputs [s], by the models' names."""
     return {name: _seconds_per_pixel(image, networks[name], threads or os.cpu_count() or 1, constants.timed_runs)
             for name, image in _inputs(recipe, constants.image_size).items()}
 
 
 def foreseen_seconds(recipe: Recipe, pace: Dict[str, float], constants: TargetRateConstants = RATE) -> float:
-    """Return what the networks will take for an image with two people [s]; time goes with the area of the input.
-
-    Args:
-        pace: seconds per pixel of the input, by the models' names.
-    """
+    """Return what the networks will take for an image with the expected people [s]; pace: [s] per pixel."""
     of_passes, of_person = _parts(recipe, pace, constants.image_size)
     return of_passes + of_person * min(constants.expected_people, recipe.max_refined)
 
 
 def _parts(recipe: Recipe, pace: Dict[str, float], size: Tuple[int, int]) -> Tuple[float, float]:
-    """Return what the passes over the full image will take, and the refinement of each person [s]."""
+    """Return seconds of the passes over the full image, and of the refinement of each person."""
     of_passes = sum(pace[one.model.name] * _pixels(one, size) for one in recipe.passes)
     return of_passes, sum(pace[one.model.name] * one.side ** 2 for one in recipe.refinements)
 
@@ -116,7 +107,6 @@ def _smaller(recipe: Recipe, scale: float) -> Recipe:
 
 
 def _pixels(network_pass: NetworkPass, size: Tuple[int, int]) -> int:
-    """Return the number of pixels of all inputs of a pass over one image."""
     pixels = sum(plan.net_size[0] * plan.net_size[1] for plan in full_image_plans(size, network_pass))
     return 2 * pixels if network_pass.mirror else pixels
 
@@ -132,8 +122,7 @@ def _inputs(recipe: Recipe, size: Tuple[int, int]) -> Dict[str, np.ndarray]:
 def _seconds_per_pixel(image: np.ndarray, network: Backend, threads: int, runs: int) -> float:
     """Return what a network takes for a pixel of its input when this process has its cores to itself [s].
 
-    Other nodes start at the same moment, so by the wall clock alone the network would seem slow. The processor time of
-    its threads tells what it needs, and the quickest of a few runs leaves out what disturbs even that.
+    By the wall clock a network would seem slow while other nodes start: processor time counts, and the quickest run.
     """
     network.infer(image)  # compiles the network for this size
     seconds = []

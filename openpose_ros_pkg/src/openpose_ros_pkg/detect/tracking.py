@@ -51,7 +51,7 @@ class TrackingParams(Parameters):
         2.0, 'A person who is not seen for longer gets a new person_ID on return. A longer time bridges longer '
              'occlusions, but a newcomer may inherit the id of a person who left at the same place.',
         unit='s', minimum=0.0, maximum=60.0)
-    track_gate: float = parameter(
+    image_track_gate: float = parameter(
         0.7, 'Largest mean distance between measured and predicted joints of the same person, as a share of the size '
              'of the person (half the diagonal of the bounding box of the joints).',
         minimum=0.01, maximum=10.0)
@@ -88,11 +88,7 @@ class _Track:
 
 
 class PersonIds:
-    """Gives ids, each of them once; not thread-safe.
-
-    Attributes:
-        next: the id that comes next.
-    """
+    """Gives ids, each of them once; not thread-safe. `next` comes next."""
 
     def __init__(self, first: int = FIRST_ID) -> None:
         self.next = first
@@ -127,24 +123,16 @@ class ImageTracks:
             -self.constants.reset_backstep <= stamp - self._newest <= self.params.track_timeout)
 
     def scaled(self, scale: np.ndarray) -> 'ImageTracks':
-        """Return the tracks in images of the same view and another resolution.
-
-        Args:
-            scale: pixels of the other images per pixel of these, along x and y, (2,).
-        """
+        """Return the tracks in images with (2,) scale times as many pixels along x and y."""
         return replace(self, _tracks=tuple(
             replace(track, xy=(track.xy + 0.5) * scale - 0.5, velocity=track.velocity * scale,
                     size=track.size * float(scale.mean())) for track in self._tracks))
 
     def updated(self, people: People2D, stamp: float, ids: PersonIds) -> Tuple['ImageTracks', People2D]:
-        """Return the tracks after a frame, and its people with their ids.
+        """Return the tracks after a frame at a stamp [s], and its people with their ids; `ids` are for new tracks.
 
         A frame that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
         back end all tracks.
-
-        Args:
-            stamp: of the frame [s].
-            ids: of new tracks.
         """
         newest = stamp if self._newest is None or self._jumps(stamp) else max(stamp, self._newest)
         tracks = self._alive(stamp)
@@ -177,14 +165,14 @@ class ImageTracks:
 
     def _match(self, tracks: Sequence[_Track], people: People2D, sizes: np.ndarray, stamp: float
                ) -> List[Tuple[int, int]]:
-        """Return (track, person) index pairs."""
+        """Return pairs of the indices of track and person."""
         if not tracks or not len(people):
             return []
         expected = np.stack([track.xy + track.shift(stamp, self.constants) for track in tracks])
         scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
         costs = distances + self.constants.fragment_cost * (1 - shared_joints(expected, people.xy))
-        return match(costs, distances <= self.params.track_gate)
+        return match(costs, distances <= self.params.image_track_gate)
 
 
 class KeypointTracker:
@@ -202,11 +190,7 @@ class KeypointTracker:
 class PerCamera(Generic[Value]):
     """A value for each camera, made when the camera is first used; any thread may call it.
 
-    Of more than `most` cameras, the one that was used least recently is forgotten.
-
-    Args:
-        create: makes the value of a new camera.
-        forgotten: called with a value that is forgotten.
+    Of more than `most` cameras, the least recently used one is forgotten: `forgotten` is called with its value.
     """
 
     def __init__(self, create: Callable[[], Value], forgotten: Callable[[Value], None] = lambda value: None,
@@ -216,7 +200,6 @@ class PerCamera(Generic[Value]):
         self._lock = threading.Lock()
 
     def of(self, camera: Hashable) -> Value:
-        """Return the value of a camera."""
         with self._lock:
             value = self._values.pop(camera) if camera in self._values else self._create()
             self._keep(camera, value)
@@ -234,7 +217,6 @@ class PerCamera(Generic[Value]):
             self._forgotten(self._values.pop(next(iter(self._values))))
 
     def all(self) -> List[Value]:
-        """Return the values of all cameras."""
         with self._lock:
             return list(self._values.values())
 
@@ -248,8 +230,7 @@ def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the mean distance of the joints that two people share, for each pair; without any, of their middles.
 
     Args:
-        first: (T, K, 2) [px], NaN where missing.
-        second: (P, K, 2) [px], NaN where missing.
+        first, second: (T, K, 2) and (P, K, 2) [px], NaN where missing.
 
     Returns:
         (T, P) float64 [px]; infinite for a person without any joint.

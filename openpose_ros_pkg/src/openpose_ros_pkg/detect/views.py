@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -21,19 +21,13 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 @dataclass(frozen=True)
 class Setup:
-    """What a frame is computed with, whatever is reconfigured in the meantime.
-
-    Attributes:
-        networks: of the recipe, by the models' names.
-        decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
-        settings: as the user gave them.
-    """
+    """What a frame is computed with, whatever is reconfigured in the meantime."""
 
     recipe: Recipe
-    networks: Dict[str, Backend]
-    decode: DecodeParams
+    networks: Dict[str, Backend]  # of the recipe, by the models' names
+    decode: DecodeParams  # thresholds of the decoders; where several opinions follow, those of candidates
     direct: DirectDecodeParams
-    settings: DetectorSettings
+    settings: DetectorSettings  # as the user gave them
 
     @property
     def acceptance(self) -> Acceptance:
@@ -110,7 +104,7 @@ class PreparedView:
 
 
 @dataclass(frozen=True)
-class PreparedFrame:
+class PreparedImage:
     """An image and what the networks will see of it."""
 
     bgr: np.ndarray  # (H, W, 3) uint8, the image
@@ -165,14 +159,14 @@ def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional
 def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
                   ) -> List[PreparedView]:
     """Bring an image, (H, W, 3) uint8 BGR, to what a pass sees; see `views_of`."""
-    views = views_of((bgr.shape[1], bgr.shape[0]), network_pass, columns)
-    return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
+    return [view.prepare(bgr, network_pass.model.input.padding)
+            for view in views_of((bgr.shape[1], bgr.shape[0]), network_pass, columns)]
 
 
 def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: Setup) -> List[Poses]:
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
-    if model.decoder == 'paf':
+    if model.decoder == Decoder.PAF:
         first, fields = views[0].view, averaged_fields(views, model)
         poses = decode_fields(fields, model, setup.decode, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]

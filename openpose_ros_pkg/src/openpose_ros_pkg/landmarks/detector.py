@@ -158,7 +158,6 @@ class LandmarkDetector:
                            _faces(_accepted(found[FACE], params.face_threshold, stamp), people))
 
     def _add(self, kind: Kind) -> None:
-        """Load a network, or note why it is missing."""
         name = kind.model.name
         try:
             network = self._load(kind)
@@ -175,12 +174,7 @@ class LandmarkDetector:
 
 def create_landmark_detector(params: LandmarkParams, backend: BackendParams, model_folder: str = ''
                              ) -> LandmarkDetector:
-    """Load the networks of hands and faces that the parameters ask for.
-
-    Args:
-        backend: what computes them.
-        model_folder: folder of the weights; empty for the default one.
-    """
+    """Return a detector that loads its networks from a model folder; an empty one is the default."""
     def load(kind: Kind) -> Backend:
         return create_backend(kind.model, weights_path(kind.model, model_folder), backend)
 
@@ -212,7 +206,7 @@ def _targets(people: People2D, hidden: Optional[np.ndarray], params: LandmarkPar
 
 
 def _affordable(tasks: Sequence[_Task], seconds: Optional[float]) -> int:
-    """Return how many tasks, from the first on, there is time for: one at least."""
+    """Return for how many tasks, from the first on, there is time: one at least."""
     if seconds is None:
         return len(tasks)
     costs = np.cumsum([task.network.cost(task.known is not None) for task in tasks])
@@ -220,7 +214,6 @@ def _affordable(tasks: Sequence[_Task], seconds: Optional[float]) -> int:
 
 
 def _carried(tasks: Sequence[_Task], kind: Kind, stamp: float, constants: LandmarkConstants) -> Found:
-    """Return the last observations of a kind, moved with the body."""
     carried = [(task.target, task.known.carried(task.target, stamp, constants)) for task in tasks
                if task.known is not None and task.network.kind is kind]
     return [(target, seen) for target, seen in carried if seen is not None]

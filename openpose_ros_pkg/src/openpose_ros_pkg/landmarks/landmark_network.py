@@ -91,12 +91,7 @@ class LandmarkObservation:
 
 
 class LandmarkNetwork:
-    """A network for hands or faces, and its measured time; not thread-safe.
-
-    Attributes:
-        kind: hands or faces.
-        seconds: of a run.
-    """
+    """A network for hands or faces, and its measured time, `seconds` of a run; not thread-safe."""
 
     def __init__(self, kind: Kind, network: Backend, constants: LandmarkConstants = LANDMARKS) -> None:
         self.kind, self.seconds = kind, 0.0
@@ -115,12 +110,7 @@ class LandmarkNetwork:
 
     def observe(self, bgr: np.ndarray, targets: Sequence[Target], known: Dict[int, LandmarkObservation], stamp: float
                 ) -> List[Optional[LandmarkObservation]]:
-        """Return the observations of targets, all computed side by side; None: not found.
-
-        Args:
-            bgr: (H, W, 3) uint8.
-            known: earlier observations, by the numbers of the targets.
-        """
+        """Return the observations of targets, all computed side by side; None: not found; `known` are earlier ones."""
         constants = self._constants
         nothing: List[Optional[LandmarkObservation]] = [None] * len(targets)
         first = {i: self.kind.region(seen.points[:, :2]).moved(

@@ -24,25 +24,13 @@ def _take(record: object, name: str, dtype: type, *shape: int) -> None:
 
 @dataclass(frozen=True)
 class Hands2D:
-    """H hands in an image.
+    """H hands in an image; ValueError: an array has the wrong shape."""
 
-    Attributes:
-        keypoints: (H, 21, 3) float32: x, y [px of the image, an integer is a pixel's centre], score [0..1]; NaN, NaN, 0
-            where missing.
-        scores: (H,) float32 [0..1], how sure the network is that it sees a hand.
-        people: (H,) int64 ids of the people whose hands they are.
-        left: (H,) bool: left hands, the person's own.
-        hidden: (H, 21) bool: points that something hides; None: that is not known.
-
-    Raises:
-        ValueError: an array has the wrong shape.
-    """
-
-    keypoints: np.ndarray
-    scores: np.ndarray
-    people: np.ndarray
-    left: np.ndarray
-    hidden: Optional[np.ndarray] = None
+    keypoints: np.ndarray  # (H, 21, 3) float32: x, y [px of the image], score [0..1]; NaN, NaN, 0 where missing
+    scores: np.ndarray  # (H,) float32 [0..1], how sure the network is that it sees a hand
+    people: np.ndarray  # (H,) int64 ids of the people whose hands they are
+    left: np.ndarray  # (H,) bool: left hands, the person's own
+    hidden: Optional[np.ndarray] = None  # (H, 21) bool: points that something hides; None: that is not known
 
     def __post_init__(self) -> None:
         number = len(self.keypoints)
@@ -64,25 +52,14 @@ class Hands2D:
 
 @dataclass(frozen=True)
 class Faces2D:
-    """F faces in an image.
+    """F faces in an image; ValueError: an array has the wrong shape."""
 
-    Attributes:
-        keypoints: (F, 70, 3) float32, as those of hands.
-        mesh: (F, 468, 3) float32 [px of the image]: x, y and depth relative to the middle of the head, as the network
-            gives them.
-        scores: (F,) float32 [0..1], how sure the network is that it sees a face.
-        people: (F,) int64 ids of the people whose faces they are.
-        hidden: (F, 70) bool: points that something hides; None: that is not known.
-
-    Raises:
-        ValueError: an array has the wrong shape.
-    """
-
-    keypoints: np.ndarray
+    keypoints: np.ndarray  # (F, 70, 3) float32, as those of hands
+    # (F, 468, 3) float32 [px of the image]: x, y, depth relative to the middle of the head, as the network gives them
     mesh: np.ndarray
-    scores: np.ndarray
-    people: np.ndarray
-    hidden: Optional[np.ndarray] = None
+    scores: np.ndarray  # (F,) float32 [0..1], how sure the network is that it sees a face
+    people: np.ndarray  # (F,) int64 ids of the people whose faces they are
+    hidden: Optional[np.ndarray] = None  # (F, 70) bool: points that something hides; None: that is not known
 
     def __post_init__(self) -> None:
         number = len(self.keypoints)

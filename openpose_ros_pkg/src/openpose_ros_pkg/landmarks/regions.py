@@ -51,18 +51,12 @@ FACE_REGION = FaceRegionConstants()
 
 @dataclass(frozen=True)
 class Region:
-    """A rotated square.
+    """A rotated square."""
 
-    Attributes:
-        x, y: centre [px of the image, an integer is a pixel's centre].
-        side: [px].
-        angle: by which what points up in the region is turned clockwise in the image [rad].
-    """
-
-    x: float
+    x: float  # centre [px of the image, an integer is a pixel's centre]
     y: float
-    side: float
-    angle: float = 0.0
+    side: float  # [px]
+    angle: float = 0.0  # by which what points up in the region is turned clockwise in the image [rad]
 
     @property
     def axes(self) -> np.ndarray:
@@ -73,10 +67,6 @@ class Region:
     def to_image(self, xy: np.ndarray, pixels: int) -> np.ndarray:
         """Turn (..., 2) pixels of a crop of the region with a number of pixels on a side into those of the image."""
         return ((xy + 0.5) / pixels - 0.5) * self.side @ self.axes + (self.x, self.y)
-
-    def to_crop(self, xy: np.ndarray, pixels: int) -> np.ndarray:
-        """Turn (..., 2) pixels of the image into those of a crop; the other way round than `to_image`."""
-        return ((xy - (self.x, self.y)) @ self.axes.T / self.side + 0.5) * pixels - 0.5
 
     def crop(self, bgr: np.ndarray, pixels: int) -> np.ndarray:
         """Return what an image, (H, W, 3) uint8, shows in the region, (pixels, pixels, 3); black beyond the image."""
@@ -168,7 +158,6 @@ def _box(points: np.ndarray, angle: float) -> Region:
 
 
 def _angle(up: np.ndarray) -> float:
-    """Return the clockwise angle from up in the image to a direction, (2,)."""
     return float(np.arctan2(up[0], -up[1]))
 
 
@@ -180,5 +169,4 @@ def _distance(joints: Dict[str, np.ndarray], first: str, second: str) -> float:
 
 
 def _longest(lengths: Sequence[float]) -> float:
-    """Return the greatest of lengths that may be NaN."""
     return max((length for length in lengths if np.isfinite(length)), default=float('nan'))

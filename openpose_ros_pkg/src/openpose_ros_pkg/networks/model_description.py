@@ -7,12 +7,13 @@ from typing import Any, Callable, List, Mapping, Sequence, Tuple
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
-from openpose_ros_pkg.networks.model_types import DECODERS, YOLO_INPUT, InputRecipe, Model, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import YOLO_INPUT, Decoder, InputRecipe, Model, UserFiles, WeightsFile
 from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel, starting_limbs
 from openpose_ros_pkg.structured_text import yaml_value
 
 # Number of outputs that each decoder takes.
-_OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'movenet_singlepose': (1,), 'rtmo': (2,), 'yolo_pose': (0, 1)}
+_OUTPUTS = {Decoder.PAF: (1, 2), Decoder.MOVENET_MULTIPOSE: (1,), Decoder.MOVENET_SINGLEPOSE: (1,), Decoder.RTMO: (2,),
+            Decoder.YOLO_POSE: (0, 1)}
 _HASH_DIGITS = {'md5': 32, 'sha256': 64}
 _REQUIRED = object()
 
@@ -32,11 +33,11 @@ def read_description(path: Path) -> Model:
         raise ModelError(f'{path} can not be read: {error}') from error
     top = _Section(path, '', content, ('skeleton', 'files', 'licence', 'source', 'input', 'outputs', 'output_layout',
                                        'decoder', 'stride', 'heatmaps', 'peak_threshold'))
-    decoder = top.choice('decoder', DECODERS)
+    decoder = top.choice('decoder', tuple(_OUTPUTS))
     skeleton = _skeleton(top, path.stem, decoder)
     joints = len(skeleton.joints)
-    stride = top.integer('stride', 1, 64, 8 if decoder == 'paf' else 32)
-    outputs = top.texts('outputs', () if decoder == 'yolo_pose' else _REQUIRED)
+    stride = top.integer('stride', 1, 64, 8 if decoder == Decoder.PAF else 32)
+    outputs = top.texts('outputs', () if decoder == Decoder.YOLO_POSE else _REQUIRED)
     if len(outputs) not in _OUTPUTS[decoder]:
         counts = ' or '.join(str(count) for count in _OUTPUTS[decoder])
         raise top.error('outputs', f'{counts} names for decoder {decoder}')
@@ -45,7 +46,7 @@ def read_description(path: Path) -> Model:
         source=UserFiles(top.text('source', f'the maker of {path}')), input=_input(top, decoder, stride),
         outputs=outputs, decoder=decoder, stride=stride,
         output_layout=top.choice('output_layout', ('NCHW', 'NHWC'), 'NCHW'),
-        heatmaps=top.integer('heatmaps', joints, 1000, joints + 1) if decoder == 'paf' else 0,
+        heatmaps=top.integer('heatmaps', joints, 1000, joints + 1) if decoder == Decoder.PAF else 0,
         peak_threshold=top.number('peak_threshold', 0.0, 1.0, 0.0), description=path)
 
 
@@ -128,7 +129,7 @@ class _Section:
 
 def _input(top: _Section, decoder: str, stride: int) -> InputRecipe:
     """Return the network's input; missing keys are those of `InputRecipe`, or of YOLO-pose."""
-    standard = replace(YOLO_INPUT if decoder == 'yolo_pose' else InputRecipe(), multiple_of=stride)
+    standard = replace(YOLO_INPUT if decoder == Decoder.YOLO_POSE else InputRecipe(), multiple_of=stride)
     section = _Section(top.path, 'input', top.values.get('input', {}), tuple(vars(standard)))
     recipe = InputRecipe(
         channels=section.choice('channels', ('BGR', 'RGB'), standard.channels),
@@ -168,13 +169,13 @@ def _skeleton(top: _Section, name: str, decoder: str) -> SkeletonModel:
     """Return the joint set: a known one by its name, or the description's own."""
     value = top.values.get('skeleton')
     if not isinstance(value, dict):
-        default = _REQUIRED if decoder == 'paf' else COCO_18.name
+        default = _REQUIRED if decoder == Decoder.PAF else COCO_18.name
         skeleton = SKELETONS[top.choice('skeleton', tuple(SKELETONS), default)]
     else:
         skeleton = _own_skeleton(_Section(top.path, 'skeleton', value, ('joints', 'limbs', 'drawn_limbs')), name)
-    if decoder == 'paf' and not skeleton.limbs:
+    if decoder == Decoder.PAF and not skeleton.limbs:
         raise top.error('skeleton', 'one with limbs, for decoder paf')
-    if decoder != 'paf' and skeleton is not COCO_18:
+    if decoder != Decoder.PAF and skeleton is not COCO_18:
         raise top.error('skeleton', f'{COCO_18.name}, which is what decoder {decoder} gives')
     return skeleton
 

@@ -3,6 +3,7 @@ from typing import Dict, Tuple
 
 from openpose_ros_pkg.networks.model_types import (
     RTMO_INPUT,
+    Decoder,
     InputRecipe,
     Model,
     NpmArchive,
@@ -41,7 +42,7 @@ MOVENET_MULTIPOSE = Model(
         author='Google',
         legal=(f'{_NFD}!LICENSE', f'{_NFD}!NOTICE', f'{_NFD}!THIRD_PARTY_NOTICES.md')),
     input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32),
-    outputs=('StatefulPartitionedCall:0',), decoder='movenet_multipose', stride=32)
+    outputs=('StatefulPartitionedCall:0',), decoder=Decoder.MOVENET_MULTIPOSE, stride=32)
 
 # 17 joints and a neck between the shoulders, of the one person in the middle of a square crop.
 MOVENET_THUNDER = Model(
@@ -62,7 +63,7 @@ MOVENET_THUNDER = Model(
         stated="Google's model card says Apache-2.0. The archive is under the MIT licence of its maker, in the file "
                'LICENSE; its graph names movenet/singlepose/thunder/4 of Google as its source.'),
     input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32, fixed_size=(256, 256)),
-    outputs=('Identity',), decoder='movenet_singlepose', stride=32)
+    outputs=('Identity',), decoder=Decoder.MOVENET_SINGLEPOSE, stride=32)
 
 
 
@@ -137,7 +138,7 @@ def _rtmo(size: str, archive: str) -> Model:
         files=(WeightsFile('end2end.onnx'),),
         licence='Apache-2.0',
         source=UserFiles(f'github.com/open-mmlab/mmpose, projects/rtmo: the link onnx in its table, {archive}'),
-        input=RTMO_INPUT, outputs=('dets', 'keypoints'), decoder='rtmo', stride=32)
+        input=RTMO_INPUT, outputs=('dets', 'keypoints'), decoder=Decoder.RTMO, stride=32)
 
 
 _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')

@@ -5,7 +5,16 @@ from typing import Optional, Tuple, Union
 
 from openpose_ros_pkg.skeletons import SkeletonModel
 
-DECODERS = ('paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose')
+
+class Decoder:
+    """Names of what turns the outputs of a network into people."""
+
+    PAF = 'paf'
+    MOVENET_MULTIPOSE = 'movenet_multipose'
+    MOVENET_SINGLEPOSE = 'movenet_singlepose'
+    RTMO = 'rtmo'
+    YOLO_POSE = 'yolo_pose'
+
 
 # Sizes along the axes of an array; None: free.
 Shape = Tuple[Optional[int], ...]
@@ -92,7 +101,7 @@ class Model:
     # Nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence maps first.
     # Caffe: the layer that computes it. Empty: all outputs of the graph in its order.
     outputs: Tuple[str, ...]
-    decoder: str = 'paf'  # one of `DECODERS`, or 'landmarks' for the points of a hand or a face
+    decoder: str = Decoder.PAF  # a `Decoder`, or 'landmarks' for the points of a hand or a face
     output_layout: str = 'NCHW'  # of the fields, or 'NHWC'; backends give NCHW
     stride: int = 8  # network pixels per output cell
     heatmaps: int = 0  # number of confidence maps, with the background's; the PAF channels follow them

@@ -13,13 +13,11 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 
 
 class CameraInfoPublisher:
-    """Publishes NAMESPACE/camera_info with the header of each image, while somebody listens and it is known.
+    """Publishes NAMESPACE/camera_info with the header of each image, while it has a subscriber and is known.
 
     Args:
         namespace: prefix of the topic, that of the annotated image.
         source: topic of the input's camera info.
-        health: counts images of another size than that camera info.
-        demand: gets to know who listens.
         needed: the node does nothing without the camera info of the input.
 
     Attributes:
@@ -38,12 +36,10 @@ class CameraInfoPublisher:
 
     def publish(self, header: Header, size: Tuple[int, int],
                 otherwise: Callable[[], Optional[CameraInfo]] = lambda: None) -> None:
-        """Publish the camera info of an image.
+        """Publish the camera info of an image of a size (width, height) [px].
 
         Args:
-            header: of the image.
-            size: width and height of the image [px].
-            otherwise: returns the camera info where the input has none of this image; called while somebody listens.
+            otherwise: returns the camera info where the input has none of this image; called if there is a subscriber.
         """
         if self._publisher.get_num_connections() == 0:
             return

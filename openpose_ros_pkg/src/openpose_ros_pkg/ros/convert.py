@@ -46,16 +46,10 @@ _bridge = CvBridge()
 
 
 def image_to_bgr(message: Image, most: float = MOST_MEGAPIXELS) -> np.ndarray:
-    """Return the image of an Image message of any colour encoding that cv_bridge knows.
-
-    Args:
-        most: `max_image_megapixels`.
-
-    Returns:
-        (H, W, 3) uint8 BGR; for bgr8 a read-only view of the message's data.
+    """Return the image of a message in any colour encoding of cv_bridge, (H, W, 3) uint8 BGR; of bgr8 a read-only view.
 
     Raises:
-        BadInputError: empty, too large, truncated, wrong step, or an encoding without colour or grey values.
+        BadInputError: empty, more than `most` megapixels, truncated, wrong step, or neither colour nor grey values.
     """
     encoding = _PLAIN_TYPES.get(message.encoding, message.encoding)
     rows = image_rows(message, 2 if encoding in _YUYV else _bytes_per_pixel(encoding), most)
@@ -79,10 +73,7 @@ def image_to_bgr(message: Image, most: float = MOST_MEGAPIXELS) -> np.ndarray:
 
 
 def image_rows(message: Image, bytes_per_pixel: int, most: float = MOST_MEGAPIXELS) -> np.ndarray:
-    """Return the bytes of an Image message without the padding of its rows, as a view.
-
-    Returns:
-        (H, W * bytes_per_pixel) uint8, read-only.
+    """Return the bytes of an Image message without the padding of its rows, (H, W * bytes_per_pixel) uint8, as a view.
 
     Raises:
         BadInputError: the message is empty or too large, its step too short or its data truncated.
@@ -106,7 +97,7 @@ def image_to_pixels(message: Image) -> Tuple[np.ndarray, str]:
 
     Returns:
         (H, W) or (H, W, 3 or 4) uint8, uint16 or float32 in native byte order, colours in OpenCV's order; and one of
-        mono8, mono16, 16UC1, 32FC1, bgr8, bgra8, bgr16, bgra16. `pixels_to_image` makes a message of them.
+        mono8, mono16, 16UC1, 32FC1, bgr8, bgra8, bgr16, bgra16, for `pixels_to_image`.
 
     Raises:
         BadInputError: empty, truncated, wrong step, or another encoding.
@@ -144,13 +135,10 @@ def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIX
 
 
 def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> Image:
-    """Return the Image message (16UC1 or 32FC1) of a depth image of compressed_depth_image_transport, as PNG.
-
-    Args:
-        most: `max_image_megapixels`.
+    """Return the 16UC1 or 32FC1 message of a PNG of compressed_depth_image_transport.
 
     Raises:
-        BadInputError: it holds no such image.
+        BadInputError: it holds no such image, or one of more than `most` megapixels.
     """
     encoding = message.format.partition(';')[0].strip()
     begin = message.data.find(PNG, 0, _DEPTH_HEADER.size + len(PNG))
@@ -170,11 +158,7 @@ def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAP
 
 
 def any_image_to_bgr(message: Union[Image, CompressedImage], most: float = MOST_MEGAPIXELS) -> np.ndarray:
-    """Return the image of a raw or compressed image, (H, W, 3) uint8 BGR; see the functions for each.
-
-    Raises:
-        BadInputError: it has none.
-    """
+    """Return the image of a raw or compressed image, (H, W, 3) uint8 BGR; BadInputError: it has none."""
     to_bgr = compressed_image_to_bgr if message._type == CompressedImage._type else image_to_bgr
     return to_bgr(message, most)
 
@@ -185,11 +169,7 @@ def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:
 
 
 def bgr_to_jpeg(bgr: np.ndarray, header: Header, quality: int) -> CompressedImage:
-    """Return a CompressedImage message (JPEG) of a (H, W, 3) uint8 image, as image_transport's plugin makes it.
-
-    Args:
-        quality: 1 to 100, as libjpeg defines it.
-    """
+    """Return the JPEG, of a quality of 1 to 100, of a (H, W, 3) uint8 image, as image_transport's plugin makes it."""
     jpeg = cv2.imencode('.jpg', bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
     return CompressedImage(header=header, format='bgr8; jpeg compressed bgr8', data=jpeg.tobytes())
 
@@ -214,7 +194,6 @@ def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.
 
 def people_to_array(messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel
                     ) -> PersonDetectionArray:
-    """Return the array message of one frame."""
     return PersonDetectionArray(header=header, pose_model=skeleton.name, persons=list(messages))
 
 
@@ -250,11 +229,7 @@ def hands_to_array(hands: Hands2D, header: Header) -> HandDetectionArray:
 
 
 def hands_from_array(message: HandDetectionArray) -> Hands2D:
-    """Return the hands in an image.
-
-    Raises:
-        BadInputError: a side is neither LEFT nor RIGHT.
-    """
+    """Return the hands in an image; BadInputError: a side is neither LEFT nor RIGHT."""
     for hand in message.hands:
         check_side(hand.side)
     return Hands2D(_points([hand.keypoints for hand in message.hands], HAND_POINTS),
@@ -286,7 +261,6 @@ def faces_from_array(message: FaceDetectionArray) -> Faces2D:
 
 
 def _parts(points: np.ndarray) -> List[BodypartDetection]:
-    """Return the messages of points (K, 3)."""
     return [BodypartDetection(x=x, y=y, confidence=score) if score > 0 else BodypartDetection()
             for x, y, score in points.tolist()]
 
@@ -300,7 +274,6 @@ def _points(parts: Sequence[Sequence[BodypartDetection]], number: int) -> np.nda
 
 
 def _bytes_per_pixel(encoding: str) -> int:
-    """Return the bytes that one pixel of a cv_bridge encoding takes."""
     try:
         cv_type = getCvType(encoding)
     except RuntimeError:
@@ -311,7 +284,6 @@ def _bytes_per_pixel(encoding: str) -> int:
 
 
 def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:
-    """Return the CameraInfo of a calibration."""
     return CameraInfo(header=header, width=calibration.width, height=calibration.height,
                       distortion_model=calibration.distortion_model, D=list(calibration.distortion),
                       K=list(calibration.matrix), R=list(calibration.rectification), P=list(calibration.projection),
@@ -320,7 +292,6 @@ def calibration_to_message(calibration: Calibration, header: Header) -> CameraIn
 
 
 def calibration_from_message(message: CameraInfo) -> Calibration:
-    """Return the calibration of a CameraInfo."""
     return Calibration(message.width, message.height, message.distortion_model, message.D, message.K, message.R,
                        message.P, '', (message.binning_x, message.binning_y),
                        tuple(getattr(message.roi, key) for key in message.roi.__slots__))

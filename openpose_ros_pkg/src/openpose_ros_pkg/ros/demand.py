@@ -21,10 +21,8 @@ Needs = Mapping[InputSubscriber, Sequence[rospy.Publisher]]
 def in_camera(camera: str, name: str) -> str:
     """Return a name as a node of the same name in the namespace of a camera would resolve it.
 
-    Args:
-        camera: namespace, within that of the node; empty: the node has one camera, and the name stays.
-        name: relative, private or global. One that is remapped to a name outside of the node's namespace is the same
-            for all cameras.
+    A name that is remapped to one outside of the node's namespace is the same for all cameras; with an empty camera it
+    stays.
     """
     if not camera:
         return name
@@ -37,14 +35,12 @@ def in_camera(camera: str, name: str) -> str:
 class Demand(rospy.SubscribeListener):
     """Whether the results of a node are wanted: its inputs are subscribed then, and only then.
 
-    Results are wanted while the node is enabled (service `~enable`, std_srvs/SetBool) and somebody subscribes to one of
-    the topics that were advertised here. A node that is not lazy needs no subscriber. What counts are the connections
-    at the moment of looking, so it does not matter in which order they come and go.
+    Results are wanted while the node is enabled (service `~enable`, std_srvs/SetBool) and one of the topics that were
+    advertised here has a subscriber. A node that is not lazy needs no subscriber.
 
     Args:
         lazy: false: the results are always wanted, e.g. as they are saved.
-        health: shows on /diagnostics why the node rests, which inputs are silent, and how many messages of each were
-            lost on the way.
+        health: shows on /diagnostics why the node rests, which inputs are silent, and how many messages were lost.
         camera: one of several in this node, whose results are wanted or not by themselves, see `in_camera`.
 
     Attributes:
@@ -105,17 +101,17 @@ class Demand(rospy.SubscribeListener):
         """Return why the node does nothing, in a few words; empty while it works."""
         if not self.enabled:
             return 'disabled'
-        return 'idle: nobody listens' if self.inputs and self._since is None else ''
+        return 'idle: no subscriber' if self.inputs and self._since is None else ''
 
     def is_wanted(self, *publishers: rospy.Publisher) -> bool:
-        """Return whether somebody listens to one of these topics, or the node is not lazy."""
+        """Return whether one of these topics has a subscriber, or the node is not lazy."""
         return not self._lazy or any(publisher.get_num_connections() > 0 for publisher in publishers)
 
     def peer_subscribe(self, *_: Any) -> None:
         self._changed.set()
 
     def peer_unsubscribe(self, *_: Any) -> None:
-        """See rospy.SubscribeListener. Called with locks of rospy held, so the inputs are left to another thread."""
+        """Called with locks of rospy held, so the inputs are left to another thread."""
         self._changed.set()
 
     def _look(self) -> None:

@@ -2,7 +2,7 @@
 import itertools
 import time
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, Generic, List, Optional, Tuple, TypeVar
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -47,36 +47,24 @@ STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode
           'added', DRAW_STAGE)
 # When so many frames in a row could not be saved, the status is ERROR.
 _LASTING = 10
+State = TypeVar('State', PreparedDetection, ComputedDetection)
 
 
-@dataclass(frozen=True)
-class _Prepared:
-    """An image that is ready for the networks."""
+@dataclass(frozen=True, eq=False)
+class _Step(Generic[State]):
+    """An image on its way through the detection."""
 
     frame: ImageFrame  # the image
-    image: PreparedDetection  # what the networks will see
-    received: float  # when it came [s]
-    worked: float  # how long it was decoded and prepared [s]
+    state: State  # in the detection
+    received: float  # when the image came [s], time.monotonic()
+    busy: float  # time that the newest stage took: decoding and preparing the image, or computing it [s]
+    waited: float = 0.0  # for the networks [s]
+    network_seconds: float = 0.0  # of the networks [s]
 
     @property
     def header(self) -> Header:
         """Header of the image."""
         return self.frame.source.header
-
-
-@dataclass(frozen=True)
-class _Computed:
-    """An image after the networks."""
-
-    prepared: _Prepared  # the image before
-    found: ComputedDetection  # what the networks gave
-    waited: float  # how long it waited for the networks in all [s]
-    seconds: float  # how long it was computed, decoding between the networks included [s]
-
-    @property
-    def network_seconds(self) -> float:
-        """Time that the networks took [s]."""
-        return self.found.network_seconds
 
 
 class DetectionService:
@@ -155,41 +143,42 @@ class DetectionService:
                 'people': self._detection.description,
                 'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
 
-    def prepare(self, frame: ImageFrame) -> _Prepared:
+    def prepare(self, frame: ImageFrame) -> _Step[PreparedDetection]:
         """See `Detection`; `source` of the frame is a message with the header of the image."""
         return self._prepare(frame, time.monotonic())
 
-    def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
+    def compute(self, prepared: _Step[PreparedDetection], expected: Optional[People2D] = None
+                ) -> _Step[ComputedDetection]:
         begin = time.monotonic()
-        found = self._detection.compute(prepared.image, expected)
-        return _Computed(prepared, found, begin - prepared.received - prepared.worked, time.monotonic() - begin)
+        found = self._detection.compute(prepared.state, expected)
+        return _Step(prepared.frame, found, prepared.received, time.monotonic() - begin,
+                     begin - prepared.received - prepared.busy, found.network_seconds)
 
-    def finish(self, computed: _Computed) -> People2D:
+    def finish(self, computed: _Step[ComputedDetection]) -> People2D:
         """Publish and save the people of an image as the parameters say, and return them; see `Detection`."""
-        begin = time.monotonic()
-        prepared, header = computed.prepared, computed.prepared.header
-        people = self._detection.finish(computed.found)
+        begin, frame, header = time.monotonic(), computed.frame, computed.header
+        people = self._detection.finish(computed.state)
         decoded = time.monotonic()
         if self._publisher is not None:
             self._publisher.publish(convert.people_to_messages(people, header), header, people.skeleton,
-                                    self._scaled(people, prepared))
+                                    self._scaled(people, frame))
         published = time.monotonic()
-        landmarks = self._find_landmarks(people, prepared)
+        landmarks = self._find_landmarks(people, frame)
         found = time.monotonic()
         if self._publisher is not None:
-            self._publisher.draw(Drawing(header, prepared.frame.bgr, people, None, landmarks))
+            self._publisher.draw(Drawing(header, frame.bgr, people, None, landmarks))
         if self._recorder is not None:
-            self._recorder.submit(next(self._numbers), prepared.frame.bgr, people, landmarks)
+            self._recorder.submit(next(self._numbers), frame.bgr, people, landmarks)
         end = time.monotonic()
-        network, total = computed.network_seconds, end - prepared.received
+        network, total = computed.network_seconds, end - computed.received
         for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
-                               ('decode', computed.seconds - network + decoded - begin),
+                               ('decode', computed.busy - network + decoded - begin),
                                (LANDMARK_STAGE, found - published), ('publish', published - decoded + end - found),
                                ('total', total), ('added', total - computed.waited - network)):
             self._timing.add(stage, seconds)
         return people
 
-    def _find_landmarks(self, people: People2D, prepared: _Prepared) -> Optional[Landmarks2D]:
+    def _find_landmarks(self, people: People2D, frame: ImageFrame) -> Optional[Landmarks2D]:
         """Return hands and faces of the people of an image, after publishing them; None: they are not wanted."""
         if self._landmarks is None:
             return None
@@ -197,10 +186,9 @@ class DetectionService:
         asked = self._landmarks.look(used, used)
         if not (asked.hands or asked.face):
             return None
-        frame = prepared.frame
         found = self._landmarks.detector.detect(frame.bgr, people, None, frame.camera, frame.stamp,
                                                 self._landmarks.seconds)
-        self._landmarks.publish(found, prepared.header)
+        self._landmarks.publish(found, frame.source.header)
         return found
 
     def _subscribe(self, topic: str, namespace: str) -> None:
@@ -232,7 +220,7 @@ class DetectionService:
             self._health.frame_failed(error)
             raise rospy.ServiceException(str(error)) from error
 
-    def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Prepared:
+    def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Step[PreparedDetection]:
         message, received = item
         if self._input_publisher.get_num_connections() > 0:
             self._input_publisher.publish(raw_image(message, self._settings.limits.max_image_megapixels))
@@ -241,7 +229,8 @@ class DetectionService:
             self._camera_info.publish(message.header, (prepared.frame.bgr.shape[1], prepared.frame.bgr.shape[0]))
         return prepared
 
-    def _decode(self, message: AnyImage, received: float, sender: str = '', follow: bool = True) -> _Prepared:
+    def _decode(self, message: AnyImage, received: float, sender: str = '', follow: bool = True
+                ) -> _Step[PreparedDetection]:
         begin, header = time.monotonic(), message.header
         bgr = convert.any_image_to_bgr(message, self._settings.limits.max_image_megapixels)
         decoding = time.monotonic() - begin
@@ -249,25 +238,25 @@ class DetectionService:
         frame = ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, follow=follow, source=message)
         return self._prepare(frame, received, decoding)
 
-    def _prepare(self, frame: ImageFrame, received: float, decoding: float = 0.0) -> _Prepared:
+    def _prepare(self, frame: ImageFrame, received: float, decoding: float = 0.0) -> _Step[PreparedDetection]:
         begin = time.monotonic()
-        image = self._detection.prepare(frame)
+        prepared = self._detection.prepare(frame)
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)
-        return _Prepared(frame, image, received, decoding + preparing)
+        return _Step(frame, prepared, received, decoding + preparing)
 
-    def _finish_and_count(self, computed: _Computed) -> People2D:
+    def _finish_and_count(self, computed: _Step[ComputedDetection]) -> People2D:
         people = self.finish(computed)
-        self._health.frame_done(computed.prepared.header.stamp)
+        self._health.frame_done(computed.header.stamp)
         return people
 
-    def _scaled(self, people: People2D, prepared: _Prepared) -> Optional[List[PersonDetection]]:
+    def _scaled(self, people: People2D, frame: ImageFrame) -> Optional[List[PersonDetection]]:
         """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
         scale = self._settings.keypoint_scale
         if scale.keypoint_scale == 0:
             return None
-        size = (prepared.frame.bgr.shape[1], prepared.frame.bgr.shape[0])
-        return convert.people_to_messages(people, prepared.header, scale_keypoints(people.keypoints, size, scale))
+        size = (frame.bgr.shape[1], frame.bgr.shape[0])
+        return convert.people_to_messages(people, frame.source.header, scale_keypoints(people.keypoints, size, scale))
 
     def _recorder_counters(self) -> Dict[str, str]:
         counters = self._recorder.counters if self._recorder is not None else {}

@@ -17,8 +17,7 @@ class ForeignPackage(NamedTuple):
         """Return the class of a message.
 
         Args:
-            name: without the package.
-            fields: those that are filled in, with their types as `rosmsg show` has them; others may be there too.
+            fields: those that are filled in, with their types as `rosmsg show` has them.
 
         Raises:
             ForeignPackageError: package or message is not found, or a field is missing or of another type.

@@ -24,9 +24,7 @@ _Value = TypeVar('_Value')
 class Health:
     """Counts what a node does and its faults; published on /diagnostics once a second.
 
-    Args:
-        bad_input: what the node calls a message that it can not use.
-        name: of its status; empty: that of the node.
+    `bad_input` names messages that it can not use; `name` is that of its status, empty: of the node.
     """
 
     def __init__(self, bad_input: str = BadInputError.event, name: str = '') -> None:
@@ -101,7 +99,7 @@ class Health:
             self.warn('report failed', repr(error))
 
     def _ask(self, ask: Callable[[], _Value], otherwise: _Value) -> _Value:
-        """Return what a part of the node says of itself; otherwise, counted and warned of, where it raises."""
+        """Return what a part of the node says of itself; otherwise, with a warning, where it raises."""
         try:
             return ask()
         except Exception as error:  # one part that can not tell must not hide the others

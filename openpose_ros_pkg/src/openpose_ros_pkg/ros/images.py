@@ -18,18 +18,13 @@ class InputSubscriber(message_filters.SimpleFilter):
     """Passes on what a message_filters.Subscriber receives, and can rest, as that of C++ can.
 
     It rests until `subscribe` is called. Only the newest message waits until the callbacks have taken the one before.
-    Callbacks that are registered stay.
 
     Args:
         optional: the node does without its messages: it says nothing while none comes.
 
     Attributes:
-        resolved_name: of the topic.
         kind: type of its messages, as package/Type.
-        optional: as given.
-        lost: messages that were sent while it was subscribed and did not come, as they were replaced by newer ones in
-            the publisher's queue or in that of rospy: gaps in `header.seq`, which publishers of ROS 1 count up. Of
-            several publishers on the topic, whose messages take turns, they are not counted.
+        lost: messages that were sent while it was subscribed and did not come: gaps in `header.seq` of one publisher.
         on_error: called with a BadInputError for bytes that are no message of this type; they are not passed on.
     """
 
@@ -115,11 +110,7 @@ def _tolerant(message_type: Type[genpy.Message]) -> Type[genpy.Message]:
 
 
 def image_subscriber(topic: str, transport: str) -> InputSubscriber:
-    """Return a subscriber of images as image_transport publishes them.
-
-    Args:
-        transport: 'raw' for Image, else a transport whose messages are CompressedImage.
-    """
+    """Return a subscriber of images as image_transport publishes them; transport 'raw': Image, else CompressedImage."""
     if transport == 'raw':
         return InputSubscriber(topic, Image)
     # resolved first, so that a remapping of the image topic holds for its compressed sibling too
@@ -127,14 +118,7 @@ def image_subscriber(topic: str, transport: str) -> InputSubscriber:
 
 
 def raw_image(message: AnyImage, most: float) -> Image:
-    """Return the message itself if it is raw, else the decoded image as bgr8.
-
-    Args:
-        most: `max_image_megapixels`.
-
-    Raises:
-        BadInputError: it can not be decoded.
-    """
+    """Return the message itself if it is raw, else the decoded image as bgr8; BadInputError: it can not be decoded."""
     if message._type == CompressedImage._type:
         return convert.bgr_to_image(convert.compressed_image_to_bgr(message, most), message.header)
     return message

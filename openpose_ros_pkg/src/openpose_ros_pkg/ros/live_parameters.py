@@ -12,8 +12,7 @@ from openpose_ros_pkg.params.parameters import Settings, build, flat_values
 class LiveParameters(Generic[Settings]):
     """A dynamic_reconfigure server on the node's private parameters.
 
-    Values out of range are set to the limit. What the parameter classes refuse beyond that is not taken: a warning
-    says why, and the values before stay.
+    Values out of range are set to the limit. Others that the parameter classes refuse give a warning and are not taken.
 
     Args:
         current: the node's parameters, a parameter class or a record.
@@ -28,7 +27,6 @@ class LiveParameters(Generic[Settings]):
         self._server = Server(LiveDescription(type(current), names), self._change)
 
     def _change(self, config: Dict[str, Any], level: int) -> Dict[str, Any]:
-        """Take a new configuration, or return the one before."""
         values = {**flat_values(self._current), **{key: value for key, value in config.items() if key != 'groups'}}
         try:
             current = build(type(self._current), values)

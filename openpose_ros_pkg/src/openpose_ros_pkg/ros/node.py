@@ -31,10 +31,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
     """Initialise the node, build it of its parameters and serve until shutdown.
 
     Exits with 1 when it can not be built, or when the ROS master is replaced by another one (see `MasterWatch`).
-
     Arguments of the command line are private parameters too, as --NAME=VALUE (see `read_flags`); they win over what the
-    parameter server has. With --help it only prints what the node does, which is its module's docstring, and its
-    parameters. Neither this nor the refusal of an argument needs a master.
+    parameter server has. With --help it only prints its module's docstring and its parameters.
 
     Args:
         name: default node name.
@@ -123,7 +121,6 @@ def _rest() -> NoReturn:
 
 
 def _wait() -> NoReturn:
-    """Do nothing until a signal has ended the process."""
     while True:
         signal.pause()
 
@@ -139,14 +136,7 @@ def _read_arguments(name: str, kind: Type[Settings]) -> Tuple[Dict[str, Any], Li
 
 
 def introduce(inputs: Iterable[InputSubscriber], **at_work: str) -> None:
-    """Log in a few lines what is at work: what a node says of itself, then its topics and services.
-
-    To be called when all publishers and services are there.
-
-    Args:
-        inputs: that the node reads, now or as soon as its results are wanted.
-        at_work: titles, and what belongs to each.
-    """
+    """Log what is at work: titles with their texts, then the topics and services, which have to be there already."""
     topics = {'subscribes to': [source.resolved_name for source in inputs],
               'publishes': _own(registration.get_topic_manager().get_publications()),
               'serves': _own(registration.get_service_manager().get_services())}
@@ -161,21 +151,17 @@ def _own(entries: Iterable[Sequence[str]]) -> List[str]:
 
 
 def check_topic_name(key: str, topic: str) -> None:
-    """Refuse what is no name of a topic: rospy would only log an error and wait without end.
-
-    Raises:
-        ParameterError: names the parameter.
-    """
+    """Raise ParameterError for what is no name of a topic: rospy would only log an error and wait without end."""
     if not topic or not rosgraph.names.is_legal_name(topic):
         raise ParameterError(f"parameter '{key}' = {topic!r} is not allowed: the name of a topic", key)
 
 
 def _how_to_delete(error: OpenposeRosError) -> str:
-    """Return what to do about a wrong parameter that nobody set: the server keeps those of nodes that have ended."""
+    """Return what to do about a wrong parameter that an earlier start set: the server keeps those of ended nodes."""
     if not isinstance(error, ParameterError) or not error.key or not rospy.has_param(f'~{error.key}'):
         return ''
     name = rospy.resolve_name(f'~{error.key}')
-    return f'. If nobody meant to set it, an earlier start left it: rosparam delete {name}'
+    return f'. If it was not set on purpose, an earlier start left it: rosparam delete {name}'
 
 
 class _Unfailing:

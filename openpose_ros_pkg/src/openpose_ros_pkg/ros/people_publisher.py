@@ -50,16 +50,8 @@ class Drawing(NamedTuple):
 class PeoplePublisher:
     """Publishes detected_poses, detected_poses_keypoints and detected_poses_image, raw and compressed.
 
-    The image is drawn once, in a thread of its own, and made a raw and a compressed message only while somebody listens
-    to each.
-
-    Args:
-        namespace: prefix of the topics.
-        params: how people are drawn.
-        images: how the image is compressed.
-        health: counts drawings that fail.
-        timing: a report with DRAW_STAGE.
-        demand: gets to know who listens.
+    The image is drawn once, in a thread of its own, and made a raw and a compressed message only for subscribers.
+    `timing` is a report with DRAW_STAGE.
     """
 
     def __init__(self, namespace: str, params: DrawParams, images: AnnotatedImageParams, health: Health,
@@ -81,7 +73,7 @@ class PeoplePublisher:
 
     @property
     def draws(self) -> bool:
-        """Whether somebody wants the drawn image."""
+        """Whether the drawn image has a subscriber."""
         return _is_wanted(self._image_publisher) or _is_wanted(self._compressed_publisher)
 
     def publish(self, messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel,
@@ -89,9 +81,8 @@ class PeoplePublisher:
         """Publish the people of an image.
 
         Args:
-            messages: one of each person, as `convert.people_to_messages` makes them.
+            messages: one of each person, as `convert.people_to_messages` makes them, with the joints of `skeleton`.
             header: of the image.
-            skeleton: whose joints they have.
             scaled: the messages for detected_poses_keypoints where those are not in pixels.
         """
         self._array_publisher.publish(convert.people_to_array(messages, header, skeleton))
@@ -99,7 +90,7 @@ class PeoplePublisher:
             self._person_publisher.publish(message)
 
     def draw(self, drawing: Drawing) -> None:
-        """Have an image drawn and published, if somebody listens; it may be read after this call."""
+        """Have an image drawn and published, if there is a subscriber; it may be read after this call."""
         if self.draws:
             self._painter.submit(drawing)
 
@@ -121,15 +112,12 @@ class LandmarkPublisher:
     """Publishes detected_hands and detected_faces, each while its parameter is on.
 
     Args:
-        namespace: prefix of the topics; None: nothing is published, as others want hands and faces.
+        namespace: prefix of the topics; None: nothing is published.
         detector: finds them; it belongs to this object from now on.
         params: what is to be found.
         target_rate: of the images [Hz]; 0: none is asked for.
-        health: shows how many there are, and which network is missing.
-        demand: gets to know who listens.
 
     Attributes:
-        detector: see above.
         seconds: that the networks may take for an image [s]: what the others leave of the time until the next one, at
             `target_rate` or as images come; None: any time.
     """
@@ -154,10 +142,10 @@ class LandmarkPublisher:
             self.detector.reconfigure(params)
 
     def look(self, hands: bool, faces: bool) -> LandmarkParams:
-        """Let the detector look for what the parameters ask for and somebody wants; return what that is.
+        """Let the detector look for what the parameters ask for and is wanted; return what that is.
 
         Args:
-            hands, faces: whether somebody wants them beside those who listen to the topics.
+            hands, faces: whether they are wanted also without subscribers to the topics.
         """
         wanted = self._publishers and [self._demand.is_wanted(publisher) for publisher in self._publishers]
         hands, faces = (hands or wanted[0], faces or wanted[1]) if wanted else (hands, faces)

@@ -15,9 +15,7 @@ _LEAST_PAUSE = 0.1
 def repeat(work: Callable[[], object], name: str, period: float = 0.0) -> None:
     """Repeat work in a thread of its own until shutdown; errors are logged, throttled for each thread.
 
-    Args:
-        name: of the thread.
-        period: pause in between, in wall time, so that it does not stop with a simulated clock [s].
+    `period` is a pause in between [s], in wall time, so that it does not stop with a simulated clock.
     """
     def step() -> bool:
         if rospy.is_shutdown():

@@ -14,12 +14,9 @@ WINDOW = 10.0
 
 
 class TimingReport:
-    """Collects durations; publishes them once a second while somebody listens.
+    """Collects durations of `stages`; publishes them once a second to subscribers.
 
-    Args:
-        stages: names, in the order of the report.
-        result: the stage that ends once per result: its rate is that of the results.
-        topic: where they are published.
+    `result` is the stage that ends once per result: its rate is that of the results.
     """
 
     def __init__(self, stages: Sequence[str], result: str, topic: str = '~timing') -> None:

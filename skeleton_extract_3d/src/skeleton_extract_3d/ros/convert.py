@@ -74,7 +74,6 @@ def camera_from_message(message: CameraInfo, rectified: bool = False) -> CameraM
 
 
 def camera_to_message(camera: CameraModel, header: Header) -> CameraInfo:
-    """Return the CameraInfo of a camera."""
     (fx, _, cx), (_, fy, cy), _ = camera.matrix.tolist()
     return CameraInfo(header=header, width=camera.width, height=camera.height,
                       distortion_model=camera.distortion_model or 'plumb_bob',
@@ -83,11 +82,7 @@ def camera_to_message(camera: CameraModel, header: Header) -> CameraInfo:
 
 
 def depth_image_from_messages(image: Image, info: CameraInfo, rectified: bool = False) -> DepthImage:
-    """Return a view of an aligned depth image.
-
-    Raises:
-        BadInputError: wrong encoding, step, data or size, or a camera that is not calibrated.
-    """
+    """Return a view of an aligned depth image; BadInputError: it is damaged, or its camera not calibrated."""
     layout = ImageLayout(image.width, image.height, image.step, image.encoding, bool(image.is_bigendian))
     return DepthImage.from_buffer(image.data, layout, camera_from_message(info, rectified))
 
@@ -148,7 +143,7 @@ def people_from_array(message: PersonDetection_3dArray) -> People3D:
 
 
 def _velocities(message: PersonDetection_3dArray, skeleton: SkeletonModel) -> Optional[np.ndarray]:
-    """Return the velocities of a frame, (P, K, 3) [m/s], or None where the message has none."""
+    """Return the velocities of a frame, (P, K, 3) [m/s]; None: the message has none."""
     if not message.velocities:
         return None
     if len(message.velocities) != len(message.persons):
@@ -159,7 +154,6 @@ def _velocities(message: PersonDetection_3dArray, skeleton: SkeletonModel) -> Op
 
 
 def hands_to_array(hands: Hands3D, header: Header) -> HandDetection_3dArray:
-    """Return the message of the hands in space."""
     return HandDetection_3dArray(header=header, hands=[
         HandDetection_3d(header=header, person_ID=max(person, 0), confidence=score, keypoints=parts,
                          side=HandDetection_3d.LEFT if left else HandDetection_3d.RIGHT)
@@ -168,11 +162,7 @@ def hands_to_array(hands: Hands3D, header: Header) -> HandDetection_3dArray:
 
 
 def hands_from_array(message: HandDetection_3dArray) -> Hands3D:
-    """Return the hands in space.
-
-    Raises:
-        BadInputError: a side is neither LEFT nor RIGHT, or a point has a status without a position.
-    """
+    """Return the hands in space; BadInputError: a wrong side, or a point with a status without a position."""
     for hand in message.hands:
         check_side(hand.side)
     return Hands3D(_points([hand.keypoints for hand in message.hands], HAND_POINTS),
@@ -182,7 +172,6 @@ def hands_from_array(message: HandDetection_3dArray) -> Hands3D:
 
 
 def faces_to_array(faces: Faces3D, header: Header) -> FaceDetection_3dArray:
-    """Return the message of the faces in space, and of the directions of heads."""
     rows = zip(_parts_of(faces.points), faces.scores.tolist(), faces.people.tolist(), faces.orientations.tolist(),
                faces.orientation_sigma.tolist())
     return FaceDetection_3dArray(header=header, faces=[
@@ -192,11 +181,7 @@ def faces_to_array(faces: Faces3D, header: Header) -> FaceDetection_3dArray:
 
 
 def faces_from_array(message: FaceDetection_3dArray) -> Faces3D:
-    """Return the faces in space.
-
-    Raises:
-        BadInputError: a point has a status without a position.
-    """
+    """Return the faces in space; BadInputError: a point has a status without a position."""
     turns = [(face.orientation.x, face.orientation.y, face.orientation.z, face.orientation.w) for face in message.faces]
     return Faces3D(_points([face.keypoints for face in message.faces], FACE_POINTS),
                    np.array([face.confidence for face in message.faces], np.float32),
@@ -206,7 +191,6 @@ def faces_from_array(message: FaceDetection_3dArray) -> Faces3D:
 
 
 def _parts_of(points: Points3D) -> List[List[BodypartDetection_3d]]:
-    """Return the messages of the points of each hand or face."""
     values = np.concatenate([points.xyz, points.confidence[..., np.newaxis]], axis=2)
     return [[BodypartDetection_3d(x, y, z, confidence, status, sigma)
              for (x, y, z, confidence), status, sigma in zip(*row)]
@@ -238,7 +222,6 @@ def people_to_transforms(people: People3D, header: Header) -> List[TransformStam
 
 
 def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
-    """Return the message of one marker."""
     red, green, blue, alpha = marker.rgba
     message = Marker(header=header, ns=marker.ns, id=marker.id, type=_MARKER_TYPES[marker.kind],
                      action=_MARKER_ACTIONS[marker.action], text=marker.text,

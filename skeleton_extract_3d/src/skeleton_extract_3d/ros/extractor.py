@@ -1,6 +1,7 @@
 """The extractor node: pairs images and points, and publishes what the chain knows of the people in them."""
 import time
-from typing import Dict, NamedTuple, Optional, Tuple
+from dataclasses import dataclass
+from typing import Dict, Generic, NamedTuple, Optional, Tuple, TypeVar
 
 import numpy as np
 import rospy
@@ -60,6 +61,7 @@ _GREATEST_LATENCY = 10.0
 AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', 'publish')
 STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[3:5], *ESTIMATOR_STAGES,
           *AGE_STAGES[5:], 'total', 'age', LANDMARK_STAGE, DRAW_STAGE)
+State = TypeVar('State', PreparedFrame, ComputedFrame)
 
 
 class _Pair(NamedTuple):
@@ -81,34 +83,14 @@ class Networks(NamedTuple):
     camera: str = ''  # namespace of the camera, which tells those apart that share the detection
 
 
-class _Prepared(NamedTuple):
-    """A pair that is ready for the networks.
+@dataclass(frozen=True, eq=False)
+class _Step(Generic[State]):
+    """A pair on its way through the pipeline."""
 
-    Attributes:
-        pair: image, raw, and points.
-        frame: in the chain.
-        begin, ready: when preparing it began, and ended [s].
-    """
-
-    pair: _Pair
-    frame: PreparedFrame
-    begin: float
-    ready: float
-
-
-class _Computed(NamedTuple):
-    """A pair after the networks.
-
-    Attributes:
-        prepared: the pair before.
-        frame: in the chain.
-        begin, end: when the networks began, and ended [s].
-    """
-
-    prepared: _Prepared
-    frame: ComputedFrame
-    begin: float
-    end: float
+    pair: _Pair  # its image is raw
+    state: State  # of its frame in the chain
+    stages: Dict[str, float]  # duration of each stage so far [s]
+    end: float  # of the newest stage [s], time.monotonic()
 
 
 class Extractor:
@@ -189,25 +171,30 @@ class Extractor:
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
         self._pipeline.submit(_Pair(time.monotonic(), image, points))
 
-    def _prepare(self, pair: _Pair) -> _Prepared:
+    def _prepare(self, pair: _Pair) -> _Step[PreparedFrame]:
         begin, image = time.monotonic(), raw_image(pair.image, self._most)
         bgr = convert_2d.image_to_bgr(image, self._most)
         header = pair.points.header
         frame = Frame((self._networks.camera, header.frame_id), header.stamp.to_sec(), bgr, self._points(pair.points),
                       image_stamp=image.header.stamp.to_sec(), source=image)
-        return _Prepared(pair._replace(image=image), self._chain.prepare(frame), begin, time.monotonic())
+        prepared, end = self._chain.prepare(frame), time.monotonic()
+        return _Step(pair._replace(image=image), prepared, {'wait': begin - pair.received, 'prepare': end - begin}, end)
 
-    def _compute(self, prepared: _Prepared) -> _Computed:
-        begin, pair, frame = time.monotonic(), prepared.pair, prepared.frame.frame
+    def _compute(self, step: _Step[PreparedFrame]) -> _Step[ComputedFrame]:
+        begin, pair, frame = time.monotonic(), step.pair, step.state.frame
         self._echo.submit(InputFrame(pair.image, frame.bgr, pair.points, frame.points))
-        computed = self._chain.compute(prepared.frame)
-        return _Computed(prepared, computed, begin, time.monotonic())
+        computed, stages = self._chain.compute(step.state), dict(step.stages)
+        end = time.monotonic()
+        network = getattr(computed.found, 'network_seconds', None)
+        if network is not None:
+            stages.update(wait_for_network=begin - step.end, network=network, decode=end - begin - network)
+        return _Step(pair, computed, {**stages, 'detection': end - step.end}, end)
 
-    def _finish(self, computed: _Computed) -> None:
+    def _finish(self, step: _Step[ComputedFrame]) -> None:
         """Lift and publish the people of a pair, and report the duration of each stage."""
-        begin, pair = time.monotonic(), computed.prepared.pair
+        begin, pair = time.monotonic(), step.pair
         header, image = pair.points.header, pair.image
-        result = self._chain.finish(computed.frame)
+        result = self._chain.finish(step.state)
         found = time.monotonic()
         result = result.located(self._transforms.tracking_from_points(header),
                                 self._floor.at(header) if self._floor else None)
@@ -222,8 +209,9 @@ class Extractor:
         self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(points, image))
         self._publish(result.people_3d, header)
         end = time.monotonic()
-        self._note({**_stages_of_detection(computed, found - begin),
-                    'wait_for_lifting': begin - computed.end + located - found, **result.timing,
+        detecting = {stage: seconds + (found - begin if stage in ('detection', 'decode') else 0.0)
+                     for stage, seconds in step.stages.items()}
+        self._note({**detecting, 'wait_for_lifting': begin - step.end + located - found, **result.timing,
                     'estimate': estimated - located, 'publish': end - estimated, 'total': end - pair.received}, header)
         result = self._with_landmarks(result, (image.header, header))
         self._timing.add(LANDMARK_STAGE, time.monotonic() - end)
@@ -299,21 +287,6 @@ def _camera_of(points: PointGrid, image: Image) -> Optional[CameraInfo]:
         return camera and convert.camera_to_message(camera.scaled(image.width, image.height), image.header)
     except BadInputError:
         return None  # lifting by window needs no camera
-
-
-def _stages_of_detection(computed: _Computed, finishing: float) -> Dict[str, float]:
-    """Return the duration of each stage until the people in the image are known [s].
-
-    Args:
-        finishing: what the last step of the detection took [s].
-    """
-    prepared, network = computed.prepared, getattr(computed.frame.found, 'network_seconds', None)
-    stages = {'wait': prepared.begin - prepared.pair.received, 'prepare': prepared.ready - prepared.begin,
-              'detection': computed.end - prepared.ready + finishing}
-    if network is not None:
-        stages.update(wait_for_network=computed.begin - prepared.ready, network=network,
-                      decode=computed.end - computed.begin - network + finishing)
-    return stages
 
 
 def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:

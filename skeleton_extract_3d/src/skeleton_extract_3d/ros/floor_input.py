@@ -1,4 +1,4 @@
-"""The floor as a node publishes it, for those who stand on it."""
+"""The floor as a node publishes it, for people on it."""
 from typing import Optional
 
 import numpy as np

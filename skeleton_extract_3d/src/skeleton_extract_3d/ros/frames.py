@@ -21,12 +21,11 @@ PointsMessage = Union[PointCloud2, Image, CompressedImage]
 
 def points_from_message(message: PointsMessage, info: Optional[CameraInfo], params: ExtractorParams,
                         most: float = MOST_MEGAPIXELS) -> PointGrid:
-    """Return a view of the points of a message.
+    """Return a view of the points of a message: a cloud or a depth image, as `points_source` says.
 
     Args:
-        message: cloud or depth image, as `points_source` says; a CompressedImage is a compressedDepth.
         info: of the depth image; None with a cloud, and where none has come.
-        most: points of a message, `max_image_megapixels`.
+        most: megapixels of a message.
 
     Raises:
         BadInputError: it can not be used; see `convert`.
@@ -44,12 +43,11 @@ def points_from_message(message: PointsMessage, info: Optional[CameraInfo], para
 
 
 class FrameTransforms:
-    """The transforms from the frame of the points to `tracking_frame` and `target_frame`.
+    """The transforms from the frame of the points to the `tracking_frame` and `target_frame` of the parameters.
 
     Args:
-        params: names the frames.
-        lookup: returns the transform that takes points of the second frame to the first at a time; raises
-            NoTransformError where there is none. Called only for frames that are named; may be None without these.
+        lookup: returns the transform that takes points of the second frame to the first at a time, or raises
+            NoTransformError. Called only for frames that are named; may be None without these.
     """
 
     def __init__(self, params: ExtractorParams,
@@ -57,19 +55,11 @@ class FrameTransforms:
         self._params, self._lookup = params, lookup
 
     def tracking_from_points(self, header: Header) -> Optional[Transform]:
-        """Return what takes the points of a message to `tracking_frame`, if one is named.
-
-        Raises:
-            NoTransformError: there is no such transform.
-        """
+        """Return what takes the points of a message to `tracking_frame`; None: none is named; NoTransformError."""
         return self._transform_to(self._params.tracking_frame, header)
 
     def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
-        """Return the people as they are published, and their header; `header` is that of the points.
-
-        Raises:
-            NoTransformError: there is no transform to `target_frame`.
-        """
+        """Return the people as they are published, and their header; raises NoTransformError."""
         header, target_from_points = self._target(header)
         return people if target_from_points is None else transform_people(people, *target_from_points), header
 
@@ -80,16 +70,12 @@ class FrameTransforms:
                 header)
 
     def _target(self, header: Header) -> Tuple[Header, Optional[Transform]]:
-        """Return the header of what is published, and the transform from the points to its frame; None: the same."""
         target_from_points = self._transform_to(self._params.target_frame, header)
         frame_id = header.frame_id if target_from_points is None else self._params.target_frame
         return Header(stamp=header.stamp, frame_id=frame_id), target_from_points
 
     def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
-        """Return rotation and translation from the frame of a message to another one at its stamp.
-
-        None where that is the same frame, or no other one is wanted.
-        """
+        """Return the transform to another frame at the stamp of a message; None: the same, or none is named."""
         if frame in ('', header.frame_id):
             return None
         return convert.rotation_and_translation(self._lookup(frame, header.frame_id, header.stamp))

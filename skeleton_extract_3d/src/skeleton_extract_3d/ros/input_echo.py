@@ -24,14 +24,9 @@ class InputFrame(NamedTuple):
 
 
 class InputEcho:
-    """Publishes input_rgb and input_pointcloud, each while somebody listens, in a thread of its own.
+    """Publishes input_rgb and input_pointcloud to their subscribers, in a thread of its own.
 
     A cloud is passed on as it came. Of a depth image one is made, with the colours of the image.
-
-    Args:
-        namespace: prefix of the topics.
-        health: counts frames that can not be published.
-        demand: gets to know who listens.
     """
 
     def __init__(self, namespace: str, health: Health, demand: Demand) -> None:
@@ -43,11 +38,11 @@ class InputEcho:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether somebody listens."""
+        """Whether there is a subscriber."""
         return any(each.get_num_connections() > 0 for each in (self._image_publisher, self._cloud_publisher))
 
     def submit(self, frame: InputFrame) -> None:
-        """Publish a frame if somebody listens; its arrays may be read after this call."""
+        """Publish a frame if there is a subscriber; its arrays may be read after this call."""
         if self.is_wanted:
             self._worker.submit(frame)
 

@@ -15,12 +15,7 @@ from skeleton_extract_3d.ros.frames import FrameTransforms
 class LandmarkStage:
     """Finds hands and faces while they have subscribers, and publishes detected_hands_3d and detected_faces_3d.
 
-    Args:
-        namespace: prefix of the topics.
-        chain: with the detector of `in_image`.
-        transforms: to the frame in which they are published.
-        in_image: publishes what is found in the image.
-        demand: gets to know the subscribers.
+    The chain has the detector of `in_image`, which publishes what is found in the image.
     """
 
     def __init__(self, namespace: str, chain: PeopleChain, transforms: FrameTransforms, in_image: LandmarkPublisher,
@@ -43,8 +38,7 @@ class LandmarkStage:
             drawn: whether they are drawn.
 
         Raises:
-            BadInputError: the points are in no optical frame.
-            NoTransformError: there is no transform to `target_frame`.
+            BadInputError, NoTransformError: the points are in no optical frame, or it is not known.
         """
         asked = self._in_image.look(drawn or self._demand.is_wanted(self._hands),
                                     drawn or self._demand.is_wanted(self._faces))

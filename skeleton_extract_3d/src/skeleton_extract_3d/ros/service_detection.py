@@ -14,11 +14,8 @@ from openpose_ros_pkg.stream.fair_lock import FairLock
 class ServiceDetection:
     """A `Detection` that sends each image to openpose_ros_msgs/GetPersons; the service gets neither depth nor tracks.
 
-    The next image is on its way while one is computed. `compute` raises ServiceCallError, see `DetectionClient`.
-
-    Args:
-        client: of the service. `ImageFrame.source` is the sensor_msgs/Image that it is sent.
-        skeleton: joint set of the people.
+    `ImageFrame.source` is the sensor_msgs/Image that is sent. The next image is on its way while one is computed.
+    `compute` raises ServiceCallError, see `DetectionClient`.
     """
 
     def __init__(self, client: DetectionClient, skeleton: SkeletonModel) -> None:

@@ -26,7 +26,7 @@ class StampSynchronizer(message_filters.SimpleFilter):
     Args:
         inputs: two filters, that of the images and that of the points: whatever has registerCallback.
         params: slop and queue size; None: the defaults.
-        health: counts what can not be paired; None: one for this filter alone, in a node that has none.
+        health: counts what can not be paired; None: one for this filter alone.
         names: what /diagnostics calls messages of each input that found no partner.
     """
 

@@ -25,13 +25,10 @@ def check_stamp(stamp: genpy.Time) -> None:
 
 
 class Transforms:
-    """What tf knows.
+    """What tf knows; `timeout` is how long to wait for a transform [s].
 
     A recording that is played again without a simulated clock has stamps that tf2 takes for outdated: what was known is
     forgotten then, but for static transforms.
-
-    Args:
-        timeout: how long to wait for a transform [s].
     """
 
     def __init__(self, timeout: float) -> None:

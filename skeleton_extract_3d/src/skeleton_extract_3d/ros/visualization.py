@@ -25,7 +25,7 @@ _MARKERS_QUEUE = 4 * PERSONS_QUEUE
 class Visualization:
     """Turns the array of people of each frame into markers: a few per person, each with a namespace of its own.
 
-    Those of hands and faces have topics of their own, and are made while somebody subscribes to them.
+    Those of hands and faces have topics of their own, and are made while these have subscribers.
     """
 
     def __init__(self, settings: VisualizationSettings) -> None:

@@ -87,21 +87,6 @@ class AlignmentParams:
 
 
 @dataclass(frozen=True)
-class ClockCurve:
-    """Correlation of speeds over the clock offset.
-
-    Attributes:
-        offsets: (L,) [s].
-        correlation: (L,), NaN where too little is common.
-        peak: the correlation at the offset that was taken.
-    """
-
-    offsets: np.ndarray
-    correlation: np.ndarray
-    peak: float
-
-
-@dataclass(frozen=True)
 class Alignment:
     """How the recordings lie to each other.
 
@@ -116,7 +101,7 @@ class Alignment:
         scale: by which the camera's people would have to be stretched to fit; not applied.
         samples: joints in single frames that were used.
         rival: merit of the best other solution, as a share of this one's.
-        curve: correlation of speeds, None where the clock was given.
+        speed_correlation: of the joints' speeds at the clock offset, None where that was given.
         warnings: what makes the result doubtful.
     """
 
@@ -132,7 +117,7 @@ class Alignment:
     scale: float
     samples: int
     rival: float
-    curve: Optional[ClockCurve]
+    speed_correlation: Optional[float]
     warnings: Tuple[str, ...]
 
     def apply(self, positions: np.ndarray) -> np.ndarray:
@@ -180,11 +165,11 @@ def align(estimate: MeasuredPeople, reference: Reference, params: Optional[Align
     if best.samples < least_points(free):
         raise BadInputError(f'estimate and reference share {best.samples} measured joints at the best fit, expected at '
                             f'least {least_points(free)}; are they of the same scene?')
-    curve = None if correlations is None else _curve(correlations, best, observed.ids, tracks, base)
+    correlation = None if correlations is None else _speed_correlation(correlations, best, observed.ids, tracks)
     return Alignment(
         base + best.lag if params.clock_offset is None else params.clock_offset, best.rotation, best.translation,
-        not free[6], not free[0], *best.std, best.residual, best.scale, best.samples, rival, curve,
-        tuple(_doubts(best, rival, curve, observed.frame_time, params.clock_option)))
+        not free[6], not free[0], *best.std, best.residual, best.scale, best.samples, rival, correlation,
+        tuple(_doubts(best, rival, correlation, observed.frame_time, params.clock_option)))
 
 
 def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -> Tuple[Observed, np.ndarray]:
@@ -226,8 +211,8 @@ def _correlations(observed: Observed, tracks: np.ndarray, paths: JointPaths, opt
     return correlate_speeds([observed.track(track) for track in tracks], paths, observed.frame_time)
 
 
-def _curve(correlations: Correlations, best: Refined, ids: np.ndarray, tracks: np.ndarray, base: float) -> ClockCurve:
-    """Return the correlation over the offset for the tracks and the subjects that they turned out to be."""
+def _speed_correlation(correlations: Correlations, best: Refined, ids: np.ndarray, tracks: np.ndarray) -> float:
+    """Return the correlation at the best lag of the tracks with the subjects that they turned out to be."""
     pairs: List[Tuple[int, int]] = []
     for number, track in enumerate(tracks):
         subjects = best.subjects[(ids == track) & (best.subjects >= 0)]
@@ -235,28 +220,28 @@ def _curve(correlations: Correlations, best: Refined, ids: np.ndarray, tracks: n
             pairs.append((number, int(np.bincount(subjects).argmax())))
     correlation = correlations.correlation(pairs)
     near = np.abs(correlations.lags - best.lag) <= correlations.step
-    return ClockCurve(base + correlations.lags, correlation, float(np.nanmax(np.append(correlation[near], -1))))
+    return float(np.nanmax(np.append(correlation[near], -1)))
 
 
-def _doubts(best: Refined, rival: float, curve: Optional[ClockCurve], frame_time: float, option: str) -> List[str]:
+def _doubts(best: Refined, rival: float, correlation: Optional[float], frame_time: float, option: str) -> List[str]:
     """Return what makes the result doubtful.
 
     Raises:
         BadInputError: it is not even doubtful.
     """
     doubts = []
-    if curve is not None and best.residual > _LARGE_RESIDUAL and curve.peak < _SAFE_CORRELATION:
+    if correlation is not None and best.residual > _LARGE_RESIDUAL and correlation < _SAFE_CORRELATION:
         raise BadInputError(
             f'no clock offset and transform make poses and reference agree: at the best ones half of the joints are '
-            f'more than {1e3 * best.residual:.0f} mm off, and their speeds correlate by {curve.peak:.2f}; are they of '
+            f'more than {1e3 * best.residual:.0f} mm off, and their speeds correlate by {correlation:.2f}; are they of '
             'the same scene, and are markers mapped to the right joints?')
-    if curve is not None and (curve.peak < _LEAST_CORRELATION or not best.std[0] < frame_time):
+    if correlation is not None and (correlation < _LEAST_CORRELATION or not best.std[0] < frame_time):
         raise BadInputError(
-            f'the clock offset can not be found: the speeds of the joints correlate by {curve.peak:.2f} '
+            f'the clock offset can not be found: the speeds of the joints correlate by {correlation:.2f} '
             f'(expected {_LEAST_CORRELATION} or more), and the offset is uncertain by {1e3 * best.std[0]:.0f} ms (a '
             f'frame takes {1e3 * frame_time:.0f} ms); people must move. If the clocks are known, say so '
             f'({option})')
-    if curve is not None and best.std[0] > _UNCERTAIN_FRAMES * frame_time:
+    if correlation is not None and best.std[0] > _UNCERTAIN_FRAMES * frame_time:
         doubts.append(f'the clock offset is uncertain by {1e3 * best.std[0]:.0f} ms, as people move little (a frame '
                       f'takes {1e3 * frame_time:.0f} ms)')
     if rival > _RIVAL:

@@ -23,8 +23,6 @@ class EvaluationParams:
     max_gap: float = 0.1  # between two samples of the reference that may be bridged [s], see `bridged_gap`
     # names to compare; none: all that both have. Persons and subjects are paired by all joints in any case.
     joints: Tuple[str, ...] = ()
-    start: Optional[float] = None  # of the part of the estimate, since its first frame [s]; None: all
-    end: Optional[float] = None  # of that part [s]
 
 
 @dataclass(frozen=True)
@@ -93,13 +91,10 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
                        bridged_gap(reference.times, params.max_gap))
     lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
     inside = (stamps + lag > -SAME_TIME) & (stamps + lag < paths.times[-1] + SAME_TIME)
-    wanted = ((stamps >= (params.start or 0) - SAME_TIME)
-              & (stamps <= (np.inf if params.end is None else params.end) + SAME_TIME))
-    if not (wanted & inside).any():
-        raise BadInputError('estimate and reference have no time in common' + (
-            ' between --start and --end' if wanted.sum() < len(wanted) else ' with this clock offset'))
+    if not inside.any():
+        raise BadInputError('estimate and reference have no time in common with this clock offset')
     truth, positions = paths.at(stamps + lag), alignment.apply(estimate.positions[:, joints])
-    frame, row, subject = _matches(progress(np.flatnonzero(wanted & inside)), frame_of, positions, truth, params.gate)
+    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth, params.gate)
     found = row >= 0
     if not found.any():
         raise BadInputError(f'no person of the estimate is within {params.gate:g} m of a subject of the reference')
@@ -111,9 +106,8 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         estimate=positions, truth=truth[subject, frame][:, kept],
         status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints[kept]], MISSING),
         sigma=np.where(found[:, None], estimate.sigma[row][:, joints[kept]], np.nan).astype(np.float64),
-        frames=int((wanted & inside).sum()), frames_outside=int((wanted & ~inside).sum()),
-        frames_empty=_empty_frames(stamps[wanted & inside]),
-        extra_people=int((wanted & inside)[frame_of].sum() - found.sum()),
+        frames=int(inside.sum()), frames_outside=int((~inside).sum()), frames_empty=_empty_frames(stamps[inside]),
+        extra_people=int(inside[frame_of].sum() - found.sum()),
         only_reference=only_reference, only_estimate=only_estimate)
 
 

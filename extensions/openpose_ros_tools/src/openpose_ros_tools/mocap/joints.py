@@ -13,7 +13,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.mocap.files.recording import MarkerRecording, checked
+from openpose_ros_tools.mocap.files.recording import MarkerRecording
 from openpose_ros_tools.mocap.marker_map import MarkerMap, read_marker_map, shipped_maps
 
 _log = logging.getLogger(__name__)
@@ -31,21 +31,11 @@ _WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+')
 
 @dataclass(frozen=True)
 class JointRecording:
-    """Joints of S people at T times, in the frame and by the clock of the motion capture system.
-
-    Raises:
-        ValueError: shapes, names or times are wrong, or a position is half missing.
-    """
+    """Joints of S people at T times, in the frame and by the clock of the motion capture system."""
 
     subjects: Tuple[str, ...]  # names of the people, each once
     times: np.ndarray  # (T,) float64 [s], increasing
     positions: np.ndarray  # (S, T, K, 3) float64 [m]; NaN where missing. The K joints are `MESSAGE_JOINTS`.
-
-    def __post_init__(self) -> None:
-        values = checked(self.subjects, self.times, self.positions,
-                         (len(self.subjects), len(self.times), len(MESSAGE_JOINTS)))
-        for name, value in zip(('subjects', 'times', 'positions'), values):
-            object.__setattr__(self, name, value)
 
 
 def chosen_map(recording: MarkerRecording) -> MarkerMap:

@@ -43,7 +43,8 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]
         'clock': {
             'offset_s': alignment.clock_offset, 'meaning': _CLOCK_MEANING, 'given': alignment.clock_given,
             'std_ms': number_or_none(1e3 * alignment.clock_std),
-            'peak_correlation': None if alignment.curve is None else number_or_none(alignment.curve.peak)},
+            'peak_correlation': None if alignment.speed_correlation is None else number_or_none(
+                alignment.speed_correlation)},
         'transform': {
             'meaning': _TRANSFORM_MEANING, 'given': alignment.transform_given,
             'translation_m': np.round(alignment.translation, 9).tolist(),

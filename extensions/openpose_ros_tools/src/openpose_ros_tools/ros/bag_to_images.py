@@ -48,8 +48,8 @@ from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
 from openpose_ros_tools.ros.camera_topics import CLOUD, TopicFinder
 from openpose_ros_tools.ros.image_messages import file_of_message
+from openpose_ros_tools.ros.static_frames import frames_above
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
-from skeleton_extract_3d.ros.convert import rotation_and_translation
 
 _log = logging.getLogger(__name__)
 
@@ -96,77 +96,55 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, 
     return topics
 
 
-class RecordedCamera:
-    """Reads the images of a camera in a bag, and on the way its calibration and the static transforms.
+class RecordedCamera(NamedTuple):
+    """What a bag says of a camera beside its images."""
 
-    Args:
-        topics: by stream, see `find_topics`.
-        bag_time: take the times of recording in place of the stamps in the headers.
-
-    Attributes:
-        frame_ids: by stream that of its first message.
-        calibration: the first CameraInfo, or None.
-        changed: number of CameraInfo that differ from it.
-        links: by child frame the parent, and (4, 4) from child to parent, of all static transforms.
-    """
-
-    def __init__(self, bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> None:
-        self._bag, self._topics, self._bag_time = bag, topics, bag_time
-        self.frame_ids: Dict[str, str] = {}
-        self.calibration: Optional[Calibration] = None
-        self.changed = 0
-        self.links: Dict[str, Tuple[str, np.ndarray]] = {}
+    frame_ids: Dict[str, str]  # by stream that of its first message
+    calibration: Optional[Calibration]  # of the first CameraInfo, or None
+    changed: int  # number of CameraInfo that differ from it
+    T_world_camera: Optional[np.ndarray]  # (4, 4) from the frame of the camera to WORLD_FRAME [m]; None: not connected
 
     @property
     def frame_id(self) -> str:
         """Frame of the camera."""
         return self.frame_ids.get('colour', self.frame_ids.get('depth', ''))
 
-    def images(self) -> Iterator[RecordedImage]:
-        """Yield the images; the attributes are complete after the last one.
 
-        Raises:
-            BadInputError: a stamp is missing, or there twice, or the bag is damaged.
-        """
-        stream_of = {topic: stream for stream, topic in self._topics.items()}
-        stamps: Dict[str, Set[int]] = {stream: set() for stream in self._topics}
-        names = [*stream_of, TF_TOPIC]
-        for message in tqdm(stamped_messages(self._bag, names), unit='message', disable=None,
-                            total=sum(map(self._bag.get_message_count, names))):
-            stream = stream_of.get(message.topic)
-            if stream is None:
-                self.links.update(_links(message))
-            elif stream == 'camera_info':
-                calibration = calibration_from_message(deserialized(message))
-                self.calibration = self.calibration or calibration
-                self.changed += calibration != self.calibration
-            else:
-                stamp = message.time if self._bag_time else message.stamp or 0
-                if not stamp or stamp in stamps[stream]:
-                    raise BadInputError(f"a message on '{message.topic}' has "
-                                        f"{'the stamp of another one' if stamp else 'no stamp in its header'}; "
-                                        '--bag-time takes the times of recording')
-                stamps[stream].add(stamp)
-                self.frame_ids.setdefault(stream, message.frame_id)
-                yield RecordedImage(stream, stamp, message)
+def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
+    """Read what is not in the images; `topics`: by stream, see `find_topics`. Errors as `stamped_messages`."""
+    infos = [calibration_from_message(deserialized(message))
+             for message in stamped_messages(bag, [topics[stream] for stream in ('camera_info',) if stream in topics])]
+    links = {one.child_frame_id.strip('/'): one for message in stamped_messages(bag, [TF_TOPIC])
+             for one in deserialized(message).transforms}
+    frame_ids = {stream: next(stamped_messages(bag, [topics[stream]])).frame_id for stream in LISTS if stream in topics}
+    camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
+    in_world = [pose for frame, pose in frames_above(camera.frame_id, links) if frame == WORLD_FRAME]
+    if not in_world:
+        return camera
+    return camera._replace(T_world_camera=np.vstack([np.column_stack(in_world[0]), [0, 0, 0, 1]]))
 
 
-def _links(message: StampedMessage) -> Iterator[Tuple[str, Tuple[str, np.ndarray]]]:
-    """Yield by child frame the parent, and (4, 4) from child to parent."""
-    for transform in deserialized(message).transforms:
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = rotation_and_translation(transform)
-        yield transform.child_frame_id.lstrip('/'), (transform.header.frame_id.lstrip('/'), matrix)
+def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Iterator[RecordedImage]:
+    """Yield the images of a camera in a bag.
 
+    Args:
+        topics: by stream, see `find_topics`.
+        bag_time: take the times of recording in place of the stamps in the headers.
 
-def pose_in_world(frame_id: str, links: Dict[str, Tuple[str, np.ndarray]]) -> Optional[np.ndarray]:
-    """Return the pose of a frame by static transforms, (4, 4) from frame_id to WORLD_FRAME [m]; None: not connected."""
-    matrix, frame, passed = np.eye(4), frame_id.lstrip('/'), set()
-    while frame != WORLD_FRAME and frame in links and frame not in passed:
-        passed.add(frame)
-        frame, step = links[frame]
-        matrix = step @ matrix
-    return matrix if frame == WORLD_FRAME and passed else None
+    Raises:
+        BadInputError: a stamp is missing, or there twice, or the bag is damaged.
+    """
+    stream_of = {topics[stream]: stream for stream in LISTS if stream in topics}
+    taken: Set[Tuple[str, int]] = set()
+    for message in tqdm(stamped_messages(bag, list(stream_of)), unit='image', disable=None,
+                        total=sum(map(bag.get_message_count, stream_of))):
+        stamp = message.time if bag_time else message.stamp or 0
+        if not stamp or (message.topic, stamp) in taken:
+            raise BadInputError(f"a message on '{message.topic}' has "
+                                f"{'the stamp of another one' if stamp else 'no stamp in its header'}; "
+                                '--bag-time takes the times of recording')
+        taken.add((message.topic, stamp))
+        yield RecordedImage(stream_of[message.topic], stamp, message)
 
 
 # ----------------------------------------------------------------------------------------------------------- writing
@@ -210,16 +188,15 @@ def _run(options: argparse.Namespace) -> int:
     wanted = {'colour': options.image, 'depth': options.depth, 'camera_info': options.camera_info}
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
-        camera = RecordedCamera(bag, topics, options.bag_time)
-        written, failed = write_images(part, camera.images(), options.depth_scale)
+        camera = read_camera(bag, topics)
+        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
         write_lists(part, files)
-        pose = pose_in_world(camera.frame_id, camera.links)
         write_description(part, camera.calibration, files, frame_id=camera.frame_id,
                           depth_scale=options.depth_scale or MILLIMETRES,
-                          T_world_camera=None if pose is None else pose.tolist())
+                          T_world_camera=None if camera.T_world_camera is None else camera.T_world_camera.tolist())
     sys.stdout.write(_summary(options.output, topics, files, failed))
     return SOME_FAILED if failed else DONE
 

@@ -22,11 +22,12 @@ from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
 from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
+from openpose_ros_tools.ros.static_frames import frames_above
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow, measured_people, table_of
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
-from skeleton_extract_3d.ros.convert import camera_from_message, rotation_and_translation
+from skeleton_extract_3d.ros.convert import camera_from_message
 
 # Topics of people below the namespace of a camera, those with depth first.
 _TOPICS = ('openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses')
@@ -61,21 +62,11 @@ class Recorded(NamedTuple):
             by optical frame the root, and the transform from the former to the latter; of cameras that have such
             transforms.
         """
-        chains = {camera.frame_id: self._chain(camera.frame_id) for camera in self.cameras}
+        chains = {camera.frame_id: frames_above(camera.frame_id, self.links) for camera in self.cameras}
         above = Counter(frame for chain in chains.values() for frame, _ in chain)
         above[fixed_frame.strip('/')] += 2
         own = {frame: [link for link in chain if above[link[0]] < 2] for frame, chain in chains.items()}
         return {frame: links[-1] for frame, links in own.items() if links}
-
-    def _chain(self, frame: str) -> List[Tuple[str, Transform]]:
-        """Return the frames above a frame, each with the transform from the frame to it."""
-        rotation, shift = np.eye(3), np.zeros(3)
-        found: List[Tuple[str, Transform]] = []
-        while frame in self.links and len(found) < len(self.links):  # whatever the transforms say
-            turn, arm = rotation_and_translation(self.links[frame])
-            rotation, shift, frame = turn @ rotation, turn @ shift + arm, self.links[frame].header.frame_id.strip('/')
-            found.append((frame, (rotation, shift)))
-        return found
 
 
 class CameraOptions(NamedTuple):

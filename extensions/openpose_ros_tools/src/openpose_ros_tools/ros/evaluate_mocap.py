@@ -36,7 +36,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
-from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
+from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.mocap.joints import chosen_map, joints_of
@@ -53,9 +53,7 @@ _ROTATION_TOLERANCE = 1e-2
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    check_time_span(parser, options)
+    options = _parser().parse_args(arguments)
     return run_command('evaluate_mocap', lambda: _run(options))
 
 
@@ -124,13 +122,12 @@ def _run(options: argparse.Namespace) -> int:
     recording = read_mocap(options.mocap)
     marker_map = chosen_map(recording) if options.markers is None else read_marker_map(options.markers)
     reference = joints_of(recording, marker_map)
-    alignment = align(measured_people(poses), reference, AlignmentParams(
-        options.clock_offset, transform, options.max_clock_offset, options.max_gap, options.use_sigma),
-        partial(tqdm, desc='aligning', disable=None, leave=False))
+    alignment = align(measured_people(poses), reference, AlignmentParams(options.clock_offset, transform),
+                      partial(tqdm, desc='aligning', disable=None, leave=False))
     names = (options.joints or '').split(',')
     comparison = compare(poses, reference, alignment, EvaluationParams(
-        options.gate, options.max_gap, tuple(name.strip().replace(' ', '_') for name in names if name.strip()),
-        options.start, options.end), partial(tqdm, desc='comparing', disable=None, leave=False))
+        joints=tuple(name.strip().replace(' ', '_') for name in names if name.strip())),
+        partial(tqdm, desc='comparing', disable=None, leave=False))
     values = summary(comparison, alignment, _inputs(options, poses, marker_map))
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')
@@ -144,15 +141,11 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _inputs(options: argparse.Namespace, poses: KeypointTable, marker_map: MarkerMap) -> Dict[str, str]:
-    """Return what was compared, and the options that bear on the figures, for the report."""
+    """Return what was compared, for the report."""
     inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name,
               'marker map': Path(marker_map.name).name + ', chosen by the names of the markers' * marker_map.is_choice}
     if poses.frame_ids[0]:
         inputs['frame of the camera'] = str(poses.frame_ids[0])
-    told = [f"{name.replace('_', '-')} {getattr(options, name):g} {unit}"
-            for name, unit in (('start', 's'), ('end', 's'), ('max_gap', 's'), ('gate', 'm'))
-            if getattr(options, name) is not None]
-    inputs['options'] = ', '.join(told + ['joints weighted by sigma'] * options.use_sigma)
     return inputs
 
 
@@ -171,21 +164,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '
                         'of a shipped map (default: chosen by the names of the markers)')
-    above_0 = positive_number(float)
-    clock = parser.add_argument_group('clock and place')
-    clock.add_argument('--clock-offset', type=float, metavar='S',
-                       help='time of the reference minus time of the poses at the same instant [s] (default: found)')
-    clock.add_argument('--max-clock-offset', type=above_0, metavar='S',
-                       help='search offsets up to this, either way (default: wherever the recordings overlap)')
-    clock.add_argument('--transform', nargs='+', metavar='VALUE',
-                       help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y z "
-                       '[m] qx qy qz qw, or a file with these or 4 x 4 numbers, or the summary.json of a report')
-    clock.add_argument('--use-sigma', action='store_true', help='weigh joints by 1 / sigma^2 when aligning')
-    what = parser.add_argument_group('what is compared')
-    what.add_argument('--joints', metavar='NAMES', help='only these, separated by commas (default: all that both have)')
-    add_time_span(what, 'the first pose')
-    what.add_argument('--max-gap', type=above_0, default=AlignmentParams.max_gap, metavar='S',
-                      help='bridge gaps of the reference up to this [s] (default: %(default)s)')
-    what.add_argument('--gate', type=above_0, default=EvaluationParams.gate, metavar='M',
-                      help='largest distance of a person from its subject [m] (default: %(default)s)')
+    parser.add_argument('--clock-offset', type=float, metavar='S',
+                        help='time of the reference minus time of the poses at the same instant [s] (default: found)')
+    parser.add_argument('--transform', nargs='+', metavar='VALUE',
+                        help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y "
+                        'z [m] qx qy qz qw, or a file with these or 4 x 4 numbers, or the summary.json of a report')
+    parser.add_argument('--joints', metavar='NAMES',
+                        help='compare only these, separated by commas (default: all that both have)')
     return parser

@@ -18,12 +18,12 @@ the order of their median delay: the difference of two is what lies between them
 Exit status: 0 done; 2 nothing was done, as the command line or the bag is wrong; 130 interrupted.
 """
 import argparse
-import csv
 import sys
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
+import pandas as pd
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
@@ -32,12 +32,12 @@ from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
-from openpose_ros_tools.topic_timing import COLUMNS, TopicTiming, cells, in_order, markdown, notes
+from openpose_ros_tools.topic_timing import TopicTiming, notes, timing_table, topic_timing
 
 
 def read_timings(path: Path, topics: Sequence[str] = (), start: Optional[float] = None, end: Optional[float] = None
                  ) -> List[TopicTiming]:
-    """Read the stamps and the times of recording of the topics in a bag; see `in_order`.
+    """Read the stamps and the times of recording of the topics in a bag.
 
     Args:
         topics: that are read; none: all.
@@ -64,7 +64,7 @@ def read_timings(path: Path, topics: Sequence[str] = (), start: Optional[float] 
             arrivals.append(message.time)
     if not found:
         raise BadInputError(f'{path} has no messages in the part that was read')
-    return in_order([TopicTiming.of_messages(topic, types[topic], *times) for topic, times in found.items()])
+    return [topic_timing(topic, types[topic], *times) for topic, times in found.items()]
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -79,11 +79,14 @@ def _run(options: argparse.Namespace) -> int:
     if options.output is not None:
         check_outputs([options.output], options.overwrite, [options.bag])
     timings = read_timings(options.bag, options.topic, options.start, options.end)
+    table = timing_table(timings)
     if options.output is not None:
-        with output_file(options.output, options.overwrite, [options.bag]) as part, part.open('w', newline='') as file:
-            csv.writer(file, lineterminator='\n').writerows([COLUMNS, *map(cells, timings)])
-    lines = [f'# Time report of {options.bag.name}\n', *(f'Note: {note}\n' for note in notes(timings))]
-    sys.stdout.write('\n'.join([*lines, markdown(timings)]))
+        with output_file(options.output, options.overwrite, [options.bag]) as part:
+            table.to_csv(str(part), index=False, float_format='%.3f')
+    for note in notes(timings):
+        sys.stdout.write(f'Note: {note}\n')
+    with pd.option_context('display.max_colwidth', 1000):  # which else cuts long names of topics
+        sys.stdout.write(table.to_string(index=False, na_rep='-', float_format='{:.3f}'.format) + '\n')
     return DONE
 
 

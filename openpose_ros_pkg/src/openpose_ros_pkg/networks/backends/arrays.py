@@ -2,7 +2,7 @@
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.networks.model_types import InputRecipe, Model
+from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model
 
 
 def network_input(images: np.ndarray, recipe: InputRecipe) -> np.ndarray:
@@ -30,6 +30,6 @@ def own_output(output: np.ndarray, model: Model, layout: str) -> np.ndarray:
     Args:
         layout: of a field as the runtime gives it, 'NHWC' or 'NCHW'.
     """
-    if model.decoder == 'paf' and layout == 'NHWC' and output.ndim == 4:
+    if model.decoder == Decoder.PAF and layout == 'NHWC' and output.ndim == 4:
         output = output.transpose(0, 3, 1, 2)
     return np.array(output, np.float32, order='C')

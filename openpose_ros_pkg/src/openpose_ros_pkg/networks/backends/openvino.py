@@ -16,7 +16,7 @@ import openvino as ov
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
-from openpose_ros_pkg.networks.model_types import InputRecipe, Model, Shape
+from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model, Shape
 
 _log = logging.getLogger(__name__)
 
@@ -212,7 +212,7 @@ def _with_recipe(graph: ov.Model, model: Model) -> ov.Model:
     given.model().set_layout(ov.Layout(recipe.layout))
     for i in range(len(graph.outputs)):
         steps.output(i).tensor().set_element_type(ov.Type.f32)
-        if model.decoder == 'paf':
+        if model.decoder == Decoder.PAF:
             steps.output(i).model().set_layout(ov.Layout(model.output_layout))
             steps.output(i).tensor().set_layout(ov.Layout('NCHW'))
     return steps.build()

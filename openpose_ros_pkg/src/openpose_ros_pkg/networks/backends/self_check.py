@@ -20,7 +20,7 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.people import Poses
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _exact_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], 
     shapes, known = [output.shape for output in outputs], [array.shape for array in expected]
     if shapes != known:
         return f'its outputs have the shapes {_listed(shapes)}, expected {_listed(known)}'
-    if model.decoder == 'movenet_multipose':
+    if model.decoder == Decoder.MOVENET_MULTIPOSE:
         difference = _people_difference(outputs[0][0], expected[0][0])
     else:  # landmarks: as a share of the greatest number, which is 1 at least
         scales = [max(np.abs(array).max(), 1.0) if model.decoder == 'landmarks' else 1.0 for array in expected]
@@ -125,7 +125,7 @@ def _people_difference(found: np.ndarray, known: np.ndarray) -> float:
 def _people(outputs: Sequence[np.ndarray], model: Model, image: np.ndarray) -> Poses:
     """Return the people decoded from outputs [px of the image]."""
     size = image.shape[1], image.shape[0]
-    if model.decoder == 'paf':
+    if model.decoder == Decoder.PAF:
         return decode_fields(np.concatenate([output[0] for output in outputs]), model, DecodeParams(), size)
     return decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), size)
 
@@ -162,7 +162,7 @@ def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Sequence
     names = model.outputs or ('0',)
     if len(outputs) != len(names):
         return f'it has {len(outputs)} outputs, expected {len(names)}'
-    if model.decoder == 'paf':
+    if model.decoder == Decoder.PAF:
         expected, right = _fields_structure(model, shapes, size)
     else:
         expected, is_right = _STRUCTURES[model.decoder]
@@ -185,11 +185,11 @@ def _fields_structure(model: Model, shapes: _Shapes, size: Sequence[int]) -> Tup
 
 # By decoder: the expected shapes of the outputs in words, and whether shapes are so.
 _STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
-    'movenet_multipose': ('(1, N, 56)', lambda people: len(people) == 3 and people[::2] == (1, 56)),
-    'movenet_singlepose': ('(1, 1, 17, 3)', lambda person: person == (1, 1, 17, 3)),
-    'rtmo': ('(1, N, 5) and (1, N, 17, 3)', lambda boxes, joints: (
+    Decoder.MOVENET_MULTIPOSE: ('(1, N, 56)', lambda people: len(people) == 3 and people[::2] == (1, 56)),
+    Decoder.MOVENET_SINGLEPOSE: ('(1, 1, 17, 3)', lambda person: person == (1, 1, 17, 3)),
+    Decoder.RTMO: ('(1, N, 5) and (1, N, 17, 3)', lambda boxes, joints: (
         len(boxes) == 3 and boxes[::2] == (1, 5) and joints == (1, boxes[1], 17, 3))),
-    'yolo_pose': ('(1, 56, N) or (1, N, 57)', lambda people: (
+    Decoder.YOLO_POSE: ('(1, 56, N) or (1, N, 57)', lambda people: (
         len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57)))}
 
 
@@ -198,7 +198,7 @@ def _any_image(model: Model) -> np.ndarray:
     person = _read(reference_path(MOBILENET_THIN))['image']
     least = model.input.multiple_of
     # The end-to-end form chooses 300 of its cells; a smaller input has fewer.
-    zoom = 2 if model.decoder == 'yolo_pose' else 1
+    zoom = 2 if model.decoder == Decoder.YOLO_POSE else 1
     width, height = model.input.fixed_size or (-(-zoom * side // least) * least for side in person.shape[1::-1])
     return cv2.resize(person, (width, height))
 

@@ -18,14 +18,11 @@ REQUEST_LEAD = 0.015
 
 
 class DetectionClient:
-    """Client of openpose_ros_msgs/GetPersons.
+    """Client of openpose_ros_msgs/GetPersons; `name` is the resolved one of the service.
 
-    Each call makes its own connection. On one machine that costs no more than a persistent one (measured), and a
-    service that was restarted is found again. While the service computes one image, the next may be sent: `begin` is
-    for one thread at a time, and so is `result`.
-
-    Attributes:
-        name: resolved name of the service.
+    Each call makes its own connection: on one machine that costs no more (measured), and a service that was restarted
+    is found again. While the service computes one image, the next may be sent. `begin` and `result` are for one thread
+    each.
     """
 
     def __init__(self, service: str, params: ServiceClientParams) -> None:
@@ -34,11 +31,7 @@ class DetectionClient:
         self._hung: Deque[Call] = deque()
 
     def begin(self, image: Image) -> 'Call':
-        """Send an image and return at once.
-
-        Raises:
-            ServiceCallError: a call before has not ended though it was given up `service_timeout` ago.
-        """
+        """Send an image and return at once; ServiceCallError: a call that was given up has not ended."""
         # as long as a call can not be ended no other is begun, so that they do not pile up
         while self._hung:
             if not self._hung[0].ended.wait(self._timeout):
@@ -51,8 +44,7 @@ class DetectionClient:
         """Return the people in an image, in pixels of that image.
 
         Raises:
-            ServiceCallError: there is no such service, it answered with an error, or not within `service_timeout`
-                from now.
+            ServiceCallError: no such service, an error, or no answer within `service_timeout` from now.
         """
         if not call.ended.wait(self._timeout):
             call.give_up()
@@ -72,11 +64,7 @@ class DetectionClient:
 
 
 class Call:
-    """One call in a thread of its own, since rospy itself waits without limit, even to be let in.
-
-    Attributes:
-        ended: set when `detections` or `error` hold the answer.
-    """
+    """A call in a thread of its own, as rospy waits without limit. `ended` is set with `detections` or `error`."""
 
     def __init__(self, name: str, image: Image) -> None:
         self.ended = threading.Event()

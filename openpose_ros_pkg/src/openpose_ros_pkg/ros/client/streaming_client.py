@@ -35,7 +35,7 @@ class StreamingClient:
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         images = image_subscriber(topic, self._settings.transport.image_transport)
         images.registerCallback(self._pipeline.submit)
-        # who wants the results, only the service knows
+        # only the service knows whether the results have subscribers
         self._demand = Demand(lazy=False, health=self._health)
         self._demand.read(images)
         introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._skeleton.name}')

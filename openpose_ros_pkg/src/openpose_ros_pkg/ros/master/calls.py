@@ -9,7 +9,7 @@ import rosgraph
 import rospy
 from rospy.core import parse_rosrpc_uri
 
-# Answers come within milliseconds; who needs longer hangs [s].
+# Answers come within milliseconds; a master that needs longer hangs [s].
 CALL_TIMEOUT = 2.0
 # What a call raises when the master can not be reached, hangs, or answers with nonsense.
 CALL_ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
@@ -25,16 +25,13 @@ class _Transport(xmlrpc.client.Transport):
 
 
 def call_master(calls: Sequence[Tuple[Any, ...]]) -> Sequence[Tuple[int, str, Any]]:
-    """Make calls of the master API in one request.
+    """Make calls of the master API in one request; CALL_ERRORS: there was no answer.
 
     Args:
         calls: name of the method and its arguments but for the first, the name of this node.
 
     Returns:
         Code (1: success), text and value of each.
-
-    Raises:
-        CALL_ERRORS: there was no answer.
     """
     with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport()) as master:
         request = xmlrpc.client.MultiCall(master)
@@ -45,7 +42,7 @@ def call_master(calls: Sequence[Tuple[Any, ...]]) -> Sequence[Tuple[int, str, An
 
 
 def is_listening(service_uri: str) -> bool:
-    """Tell whether somebody takes connections at the URI of a service, rosrpc://HOST:PORT."""
+    """Tell whether connections are taken at the URI of a service, rosrpc://HOST:PORT."""
     with suppress(OSError), socket.create_connection(parse_rosrpc_uri(service_uri), CALL_TIMEOUT):
         return True
     return False

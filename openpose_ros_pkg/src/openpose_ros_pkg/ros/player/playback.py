@@ -10,14 +10,13 @@ from openpose_ros_pkg.throttle import Throttle
 
 
 class Playback:
-    """Plays a source in a thread. The node ends when it is over, or fails.
+    """Plays a source in a thread; the node ends when it is over, or fails.
 
     Args:
-        source: its name, for the log.
         play: publishes the frames of the source, and tells `skip` of those that can not be read.
 
     Attributes:
-        failed: whether something of the source could not be played: for the exit status, see `run_node`.
+        failed: whether something could not be played: for the exit status, see `run_node`.
     """
 
     def __init__(self, source: str, play: Callable[[], None]) -> None:
