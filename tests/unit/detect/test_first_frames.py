@@ -1,18 +1,23 @@
 """Frames without a usable history are searched in full, and what is remembered of other images stays out of them."""
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
 
-from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
+from optional_weights import need_weights
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order
 
+SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 FOLLOWING = FollowingParams(following='always')
 PACES = {**PACE, 'mobilenet_thin': 1e-7}
 
@@ -53,6 +58,22 @@ def test_images_far_apart_show_all_people(interval, params):
         found = scene.frame(interval * i, [right_of(person, 40.0 * (i % 2)) for person in CROWD])[0]
         assert len(found) == len(CROWD)
         assert_same(found, scene.stream.detector.detect(IMAGE))
+
+
+def test_shipped_images_far_apart_show_the_people_of_a_full_search():
+    """With the networks themselves, and the depth of the images."""
+    for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
+        need_weights(model)
+    settings = build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0})
+    full = create_detector(build(DetectorSettings, {'mode': 'balanced'}))
+    stream = NetworkDetection(create_detector(settings, FOLLOWING), TrackingParams(), FOLLOWING, slower(20))
+    for i, name in enumerate(('000', '005', '030')):
+        image = cv2.imread(str(SHIPPED / 'rgb' / f'{name}.jpg'))
+        depth = cv2.imread(str(SHIPPED / 'depth' / f'{name}.png'), cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
+        view = DepthView(np.where(depth > 0, depth, np.float32(np.nan)), 540.7 * depth.shape[1] / image.shape[1])
+        found = stream.detect(ImageFrame('camera', BEGIN + 2.0 * i, image, view))
+        assert len(found) >= 1
+        assert_same(found, full.detect(image, view))
 
 
 @pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.5), (80, 0.3)])

@@ -106,6 +106,15 @@ def test_after_a_video_was_deleted_a_new_one_begins(tmp_path):
     assert (video.frames, video.lost, readable(folder / 'v.avi')) == (1, 3, 1)
 
 
+def test_two_do_not_write_the_same_video(tmp_path):
+    with VideoFile(tmp_path / 'v.avi', 30.0) as first:
+        first.write(NOISE)
+        with VideoFile(tmp_path / 'v.avi', 30.0) as second, pytest.raises(BlockingIOError, match='another program'):
+            second.write(NOISE)
+        first.write(NOISE)
+    assert readable(tmp_path / 'v.avi') == 2
+
+
 # --- all files of a frame
 
 def test_files_of_an_earlier_run_stay_and_the_numbers_go_on_after_them(tmp_path):

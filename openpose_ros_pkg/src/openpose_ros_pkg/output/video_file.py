@@ -1,5 +1,6 @@
 """Video files, written frame by frame."""
 import errno
+import fcntl
 import os
 import resource
 from pathlib import Path
@@ -46,7 +47,7 @@ class VideoFile:
         self.frames = self.lost = 0
         self._rate, self._keep = rate, keep
         self._writer: Optional[cv2.VideoWriter] = None
-        self._handle: Optional[BinaryIO] = None
+        self._lock: Optional[BinaryIO] = None
         self._size = (0, 0)
 
     def __enter__(self) -> 'VideoFile':
@@ -64,7 +65,7 @@ class VideoFile:
         Raises:
             OSError: with the file and the reason; the frame is not in the video, later ones may be.
         """
-        if self._handle is not None and not self._is_in_place(self._handle):
+        if self._lock is not None and not self._is_in_place(self._lock):
             lost = self.frames
             self.frames, self.lost = 0, self.lost + lost
             self._release()
@@ -80,10 +81,10 @@ class VideoFile:
         Raises:
             OSError: they can not; a file without readable frames is deleted.
         """
-        if self._handle is None:
+        if self._lock is None:
             return
         with naming(self.path):
-            written, in_place = self.frames, self._is_in_place(self._handle)
+            written, in_place = self.frames, self._is_in_place(self._lock)
             self.frames, self.lost = 0, self.lost + written  # until they are read back
             self._release()
             readable = _readable_frames(self.path) if in_place else None
@@ -97,29 +98,36 @@ class VideoFile:
                 raise OSError(errno.EIO, f'the video is damaged: {what}')
 
     def _open(self, size: Tuple[int, int]) -> cv2.VideoWriter:
-        """Begin the file."""
+        """Begin the file, locked against other programs."""
         if self._keep:
             self.path = free_name(self.path)
         if self.path.exists() and not self.path.is_file():
             raise FileExistsError(errno.EEXIST, 'is no file', str(self.path))  # opening a pipe would block
-        handle = self.path.open('xb' if self._keep else 'ab')
+        lock = self.path.open('xb' if self._keep else 'ab')
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            lock.close()
+            raise BlockingIOError(errno.EAGAIN, 'another program is writing it', str(self.path)) from error
+        except OSError:
+            pass  # a file system without locks
         codec = cv2.VideoWriter_fourcc(*_CODECS[self.path.suffix.lower()])
         writer = cv2.VideoWriter(str(self.path), codec, self._rate, size)
         if not writer.isOpened():
-            if os.fstat(handle.fileno()).st_size == 0:  # what was there before stays
+            if os.fstat(lock.fileno()).st_size == 0:  # what was there before stays
                 self.path.unlink()
-            handle.close()
+            lock.close()
             raise OSError(errno.EINVAL, f'OpenCV can not write a video of {size[0]}x{size[1]} pixels', str(self.path))
-        self._handle, self._writer, self._size = handle, writer, size
+        self._lock, self._writer, self._size = lock, writer, size
         return writer
 
     def _release(self) -> None:
         """Let OpenCV complete the file, and synchronize it with the disk."""
-        if self._writer is not None and self._handle is not None:
+        if self._writer is not None and self._lock is not None:
             self._writer.release()
             self._writer = None
-            with self._handle as handle:
-                self._handle = None
+            with self._lock as handle:
+                self._lock = None
                 os.fsync(handle.fileno())
 
     def _is_in_place(self, handle: BinaryIO) -> bool:
@@ -136,7 +144,7 @@ class VideoFile:
             raise OSError(errno.ENOSPC, f'{os.strerror(errno.ENOSPC)}: a video needs {needed >> 20} MB to be completed',
                           str(self.path))
         limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
-        size = 0 if self._handle is None else os.fstat(self._handle.fileno()).st_size
+        size = 0 if self._lock is None else os.fstat(self._lock.fileno()).st_size
         if limit != resource.RLIM_INFINITY and size + needed > limit:
             raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(self.path))
 
