@@ -11,7 +11,7 @@ from openpose_ros_tools.plots.plotting import (
     HELP_COLOUR,
     STATUS_COLOURS,
     STATUS_NAMES,
-    joint_title,
+    label_rows,
     legend_above,
     new_figure,
     person_colours,
@@ -37,27 +37,25 @@ def error_per_joint(comparison: Comparison) -> Figure:
     """Draw median (bar) and 90th percentile (line) of the errors of each joint, measured and inferred apart."""
     figure = new_figure(9, 0.34 * len(comparison.joints) + 1.6)
     axes = figure.add_subplot(1, 1, 1)
-    table, places = comparison.table().dropna(subset=['error']), np.arange(len(comparison.joints))[::-1]
-    handles, labels = [], []
-    for status, shift in ((MEASURED, 0.19), (INFERRED, -0.19)):
+    table, places = comparison.table().dropna(subset=['error']), np.arange(len(comparison.joints))
+    handles: List[Any] = []
+    for status, shift in ((MEASURED, -0.19), (INFERRED, 0.19)):
         errors = 1e3 * table.error[table.status == status]
         if not len(errors):
             continue
         by_joint, at = errors.groupby(table.joint.astype(str)), places + shift
         # one by one, as versions of pandas differ in the order of several at a time
         median, high = (by_joint.quantile(share).reindex(list(comparison.joints)) for share in (0.5, 0.9))
-        handles.append(axes.barh(at, median.fillna(0), 0.34, color=STATUS_COLOURS[status]))
+        handles.append(axes.barh(at, median.fillna(0), 0.34, color=STATUS_COLOURS[status],
+                                 label=f'{STATUS_NAMES[status]}: median'))
         axes.hlines(at, median, high, color=STATUS_COLOURS[status], linewidth=1.6)
         axes.plot(high, at, '|', color=STATUS_COLOURS[status], markersize=7, markeredgewidth=1.6)
-        labels.append(f'{STATUS_NAMES[status]}: median')
-    handles.append(Line2D([], [], color=HELP_COLOUR, marker='|', markersize=7, linewidth=1.6))
-    labels.append('up to the 90th percentile')
-    axes.set_yticks(places)
-    axes.set_yticklabels([joint_title(joint) for joint in comparison.joints])
-    axes.set_ylim(-0.6, len(places) - 0.4)
+    handles.append(Line2D([], [], color=HELP_COLOUR, marker='|', markersize=7, linewidth=1.6,
+                          label='up to the 90th percentile'))
     axes.set_xlim(left=0)
     tidy_axes(axes, 'distance from the reference [mm]', grid='x')
-    legend_above(axes, handles, labels)
+    label_rows(axes, comparison.joints)
+    legend_above(axes, handles)
     return figure
 
 

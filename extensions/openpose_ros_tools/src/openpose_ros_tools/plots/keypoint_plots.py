@@ -11,7 +11,6 @@ from matplotlib.ticker import MaxNLocator
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.plots import plotting
 from openpose_ros_tools.tables.keypoint_selection import Selection, ground_places, vertical_axis
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 # Joints from head to feet: the rows of a timeline.
@@ -20,7 +19,7 @@ BODY_ORDER = (
     'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow', 'left_wrist', 'mid_hip', 'right_hip', 'right_knee',
     'right_ankle', 'right_heel', 'right_big_toe', 'right_small_toe', 'left_hip', 'left_knee', 'left_ankle', 'left_heel',
     'left_big_toe', 'left_small_toe')
-# Number of columns of a timeline; where there are more frames, each column is their mean.
+# Number of columns of a timeline, each of which shows the frame at its middle.
 _COLUMNS = 1200
 # With more frames than this, points are small, and drawn as pixels also in PDF and SVG.
 _MANY_FRAMES = 600
@@ -44,7 +43,7 @@ def top_view(selection: Selection) -> Figure:
     after, before = (axis + 1) % 3, (axis + 2) % 3
     # right-handed, seen against "up": across x along = up
     across, along = (after, before) if sign > 0 else (before, after)
-    figure, axes = _draw_paths(selection, [across, along], (9.5, 7.0))
+    figure, axes = _draw_paths(selection, [across, along], 'Paths of the people, seen from above')
     if (axis, sign) == (1, -1):
         axes.add_patch(Polygon([(0, 0), (-_CAMERA_SIZE / 2, _CAMERA_SIZE), (_CAMERA_SIZE / 2, _CAMERA_SIZE)],
                                color='#000000', zorder=3))
@@ -56,23 +55,21 @@ def top_view(selection: Selection) -> Figure:
                       textcoords='offset points', va='top')
         labels = (f'{_AXES[across]} [m]', f'{_AXES[along]} [m]')
     plotting.tidy_axes(axes, *labels)
-    plotting.set_title(figure, 'Paths of the people, seen from above')
     return figure
 
 
 def image_paths(selection: Selection) -> Figure:
     """Draw the paths of the people in the image, pixels to the right and down."""
-    figure, axes = _draw_paths(selection, [0, 1], (10.0, 6.0))
+    figure, axes = _draw_paths(selection, [0, 1], 'Paths of the people in the image')
     plotting.tidy_axes(axes, 'x: to the right [px]', 'y: down [px]')
     axes.invert_yaxis()
-    plotting.set_title(figure, 'Paths of the people in the image')
     return figure
 
 
 def trajectory(selection: Selection, joint: str) -> Figure:
     """Draw the coordinates of a joint over time, a colour for each person."""
     dimensions, number = selection.table.dimensions, selection.table.joints.index(joint)
-    figure = plotting.new_figure(11.0, 1.4 + 2.2 * dimensions)
+    figure = plotting.new_figure(11.0, 1.4 + 2.2 * dimensions, plotting.joint_title(joint).capitalize())
     panels = figure.subplots(dimensions, 1, sharex=True)
     colours, small = plotting.person_colours(selection.persons), len(selection.frames) > _MANY_FRAMES
     for person in selection.persons:
@@ -97,19 +94,20 @@ def trajectory(selection: Selection, joint: str) -> Figure:
         if axis in inverted:
             axes.invert_yaxis()
     plotting.time_axis(panels[-1], selection.span)
-    plotting.set_title(figure, plotting.joint_title(joint).capitalize())
     _legend_with_gaps(panels[0], selection, _legend_of_people(selection, colours))
     return figure
 
 
 def visibility(selection: Selection, person: int) -> Figure:
     """Draw for each joint of a person when it was measured, inferred or missing."""
-    rows, joints, numbers = _timeline_rows(selection, person)
-    status = rows.status[:, numbers]
-    colours = np.ones((len(selection.frames), len(numbers), 3))
+    rows, joints = selection.rows_of(person), [joint for joint in BODY_ORDER if joint in selection.joints]
+    status = rows.status[:, [MESSAGE_JOINTS.index(joint) for joint in joints]]
+    colours = np.ones((len(selection.frames), len(joints), 3))
     palette = np.array([to_rgb(plotting.STATUS_COLOURS[value]) for value in sorted(plotting.STATUS_COLOURS)])
     colours[np.searchsorted(selection.frames, rows.stamps)] = palette[status]
-    figure, axes = _draw_timeline(selection, joints, colours)
+    figure = plotting.new_figure(11.5, 1.5 + 0.25 * len(joints), f'Person {person}: status of each joint')
+    axes = figure.subplots()
+    _draw_timeline(axes, selection, joints, colours)
     in_image = selection.table.dimensions == 2
     shown = (MEASURED, MISSING) if in_image else (MEASURED, INFERRED, MISSING)
     names = {**plotting.STATUS_NAMES, MEASURED: 'detected'} if in_image else plotting.STATUS_NAMES
@@ -120,7 +118,6 @@ def visibility(selection: Selection, person: int) -> Figure:
                   transform=axes.get_yaxis_transform())
     handles = [Patch(facecolor=plotting.STATUS_COLOURS[value], label=names[value]) for value in shown]
     handles.append(Patch(facecolor='white', edgecolor=plotting.HELP_COLOUR, label='person not found'))
-    plotting.set_title(figure, f'Person {person}: status of each joint')
     _legend_with_gaps(axes, selection, handles)
     return figure
 
@@ -128,7 +125,8 @@ def visibility(selection: Selection, person: int) -> Figure:
 def detections(selection: Selection) -> Figure:
     """Draw when there were frames and people, their rates, and the number of people in view."""
     table, persons = selection.all_people, selection.persons
-    figure = plotting.new_figure(11.0, 5.6 + 0.24 * len(persons))
+    figure = plotting.new_figure(11.0, 5.6 + 0.24 * len(persons),
+                                 f'Detections over time; first frame: {selection.first_moment}')
     marks, rates, counts = figure.subplots(3, 1, sharex=True, gridspec_kw={
         'height_ratios': (0.6 + 0.24 * len(persons), 1.6, 1.3)})
     colours, frames, span = plotting.person_colours(persons), selection.seconds(selection.frames), selection.span
@@ -136,8 +134,7 @@ def detections(selection: Selection) -> Figure:
     for row, (moments, colour) in enumerate(zip(times, ['#000000', *colours.values()])):
         marks.vlines(moments, row - 0.38, row + 0.38, color=colour, linewidth=0.8 if len(frames) < 1000 else 0.3,
                      rasterized=len(frames) > _MANY_FRAMES)
-    _label_rows(marks, ['frames', *[f'person {person}' for person in persons]])
-    marks.set_ylim(len(times) - 0.5, -0.5)
+    plotting.label_rows(marks, ['frames', *[f'person {person}' for person in persons]])
     rates.plot(*plotting.rates_over_time(frames, span), color='#000000', label='frames')
     rates.plot(*plotting.rates_over_time(selection.seconds(table.stamps), span),
                color=plotting.STATUS_COLOURS[MEASURED], label='people found in them')
@@ -153,19 +150,17 @@ def detections(selection: Selection) -> Figure:
     for axes in (marks, rates, counts):
         _shade_gaps(axes, selection)
     plotting.time_axis(counts, span)
-    plotting.set_title(figure, f'Detections over time; first frame: {selection.first_moment}')
     _legend_with_gaps(rates, selection, list(rates.get_lines()))
     return figure
 
 
-def _draw_paths(selection: Selection, columns: List[int], size: Tuple[float, float]) -> Tuple[Figure, Any]:
+def _draw_paths(selection: Selection, columns: List[int], title: str) -> Tuple[Figure, Any]:
     """Draw the paths of all people, each from a ring at its begin to a dot at its end.
 
     Args:
         columns: coordinates to the right and upwards.
-        size: of the figure [inches].
     """
-    figure = plotting.new_figure(*size)
+    figure = plotting.new_figure(9.5, 7.0, title)
     axes = figure.subplots()
     axes.set_aspect('equal', adjustable='datalim')
     axes.margins(0.08)
@@ -183,8 +178,7 @@ def _draw_paths(selection: Selection, columns: List[int], size: Tuple[float, flo
             axes.plot(*places[known][row], 'o', color=colour, markerfacecolor=fill, markersize=9, zorder=4)
     ends = [Line2D([], [], marker='o', color=plotting.HELP_COLOUR, linestyle='', markerfacecolor=fill, label=label)
             for fill, label in (('white', 'begin'), (plotting.HELP_COLOUR, 'end'))]
-    axes.legend(handles=[*axes.get_legend_handles_labels()[0], *ends], loc='upper left', bbox_to_anchor=(1.0, 1.0),
-                frameon=False, fontsize='small', handlelength=1.4)
+    plotting.legend_beside(axes, [*axes.get_legend_handles_labels()[0], *ends])
     return figure, axes
 
 
@@ -224,45 +218,19 @@ def _coordinate_labels(selection: Selection) -> Tuple[List[str], Sequence[int]]:
     return labels, [axis] if sign < 0 else []
 
 
-def _label_rows(axes: Any, names: Sequence[str]) -> None:
-    axes.set_yticks(range(len(names)))
-    axes.set_yticklabels([plotting.joint_title(name) for name in names], fontsize='small')
-    for side in ('top', 'right', 'left'):
-        axes.spines[side].set_visible(False)
-    axes.tick_params(axis='y', length=0)
-
-
-def _timeline_rows(selection: Selection, person: int) -> Tuple[KeypointTable, List[str], List[int]]:
-    """Return the rows of a person, and the names and numbers of the joints from head to feet."""
-    joints = [joint for joint in BODY_ORDER if joint in selection.joints]
-    return selection.rows_of(person), joints, [MESSAGE_JOINTS.index(joint) for joint in joints]
-
-
-def _draw_timeline(selection: Selection, joints: Sequence[str], values: np.ndarray) -> Tuple[Figure, Any]:
-    """Draw (N, K, 3) colours of the frames as rows over time; gaps are shaded.
-
-    A frame lasts until the next one. A column of the timeline is the mean of its frames, so that each one counts.
-    """
+def _draw_timeline(axes: Any, selection: Selection, joints: Sequence[str], colours: np.ndarray) -> None:
+    """Draw (N, K, 3) colours of the frames, each until the next one, as rows over time; gaps are shaded."""
     begin, end = selection.span
-    edges = np.linspace(begin, end + selection.period, _COLUMNS + 1)
-    frames = selection.seconds(selection.frames)
-    first, last = np.searchsorted(frames, edges[:-1]), np.searchsorted(frames, edges[1:])
-    # a column without a frame of its own belongs to the frame before it
-    first = np.where(last > first, first, np.maximum(first - 1, 0))
-    last = np.maximum(last, first + 1)
-    sums, rows = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)]), len(joints)
-    # sums of many numbers are a little off
-    columns = np.clip((sums[last] - sums[first]) / (last - first)[:, np.newaxis, np.newaxis], 0.0, 1.0)
-    figure = plotting.new_figure(11.5, 1.5 + 0.25 * rows)
-    axes = figure.subplots()
+    end += selection.period
+    middles = begin + (end - begin) * (np.arange(_COLUMNS) + 0.5) / _COLUMNS
+    columns = colours[np.searchsorted(selection.seconds(selection.frames), middles) - 1]
     axes.imshow(np.swapaxes(columns, 0, 1), aspect='auto', interpolation='nearest',
-                extent=(edges[0], edges[-1], rows - 0.5, -0.5))
-    for row in range(1, rows):
+                extent=(begin, end, len(joints) - 0.5, -0.5))
+    for row in range(1, len(joints)):
         axes.axhline(row - 0.5, color='white', linewidth=1.0)
     _shade_gaps(axes, selection, 2)
-    plotting.time_axis(axes, (begin, end + selection.period))
-    _label_rows(axes, joints)
-    return figure, axes
+    plotting.time_axis(axes, (begin, end))
+    plotting.label_rows(axes, joints)
 
 
 def _broken(seconds: np.ndarray, values: np.ndarray, gap: float, hold: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:

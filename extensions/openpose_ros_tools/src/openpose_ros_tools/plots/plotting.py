@@ -1,7 +1,7 @@
 """Shared parts of plots: figures, colours, axes and files. No window, no global state."""
 import io
 from pathlib import Path
-from typing import Any, Dict, Optional, Sequence, Tuple
+from typing import Any, Dict, Sequence, Tuple
 
 import matplotlib
 import numpy as np
@@ -26,27 +26,22 @@ _WINDOW, _MOST_WINDOWS = 1.0, 200
 HELP_COLOUR = '#8C8C8C'
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure [inches] that arranges its axes by itself (constrained layout)."""
+def new_figure(width: float, height: float, title: str = '') -> Figure:
+    """Return an empty figure [inches] that arranges its axes by itself (constrained layout), its title at the left."""
     figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, constrained_layout=True)
     FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(title, x=0.01, ha='left', fontsize='large')
     return figure
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
-    """Write a figure atomically, in the format of the path's suffix.
-
-    Returns:
-        The path.
+    """Write a figure atomically, in the format of the path's suffix, one of FORMATS; return the path.
 
     Raises:
-        ValueError: the suffix is none of FORMATS.
         OSError: it can not be written.
     """
-    kind = path.suffix[1:].lower()
-    if kind not in FORMATS:
-        raise ValueError(f'{path.name}: the suffix must be one of {", ".join(FORMATS)}')
-    write_whole(path, figure_content(figure, kind))
+    write_whole(path, figure_content(figure, path.suffix[1:]))
     return path
 
 
@@ -65,29 +60,19 @@ def person_colours(ids: Sequence[int]) -> Dict[int, str]:
     return {person: PALETTE[number % len(PALETTE)] for number, person in enumerate(ids)}
 
 
-def set_title(figure: Figure, title: str) -> None:
-    """Put a title above everything in the figure, at the left."""
-    figure.suptitle(title, x=0.01, ha='left', fontsize='large')
-
-
 def joint_title(joint: str) -> str:
     """Return the name of a joint as people write it: 'right wrist'."""
     return joint.replace('_', ' ')
 
 
 def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '', grid: str = 'both') -> None:
-    """Give axes the look of this package: labels, a light grid, no frame at the top and the right.
-
-    Args:
-        grid: 'x', 'y', 'both', or '' for none.
-    """
+    """Give axes the look of this package: labels, a light grid ('x', 'y', 'both'), no frame at the top and right."""
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
     for side in ('top', 'right'):
         axes.spines[side].set_visible(False)
     axes.set_axisbelow(True)
-    if grid:
-        axes.grid(True, axis=grid, color='#E5E5E5', linewidth=0.7)
+    axes.grid(True, axis=grid, color='#E5E5E5', linewidth=0.7)
 
 
 def time_axis(axes: Any, span: Tuple[float, float]) -> None:
@@ -98,14 +83,26 @@ def time_axis(axes: Any, span: Tuple[float, float]) -> None:
     axes.set_xlabel('time since the first frame [s]')
 
 
-def legend_above(axes: Any, handles: Sequence[Any], labels: Optional[Sequence[str]] = None) -> None:
-    """Put a legend above the axes, at the right, where it hides nothing; `labels`: None: those that the handles have.
-
-    More than 8 handles take further lines.
-    """
-    labels = [handle.get_label() for handle in handles] if labels is None else labels
-    axes.legend(handles, labels, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(max(len(labels), 1), 8),
+def legend_above(axes: Any, handles: Sequence[Any]) -> None:
+    """Put a legend above the axes, at the right, where it hides nothing; more than 8 handles take further lines."""
+    axes.legend(handles=handles, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(max(len(handles), 1), 8),
                 frameon=False, fontsize='small', borderaxespad=0.2, handlelength=1.4, columnspacing=1.2)
+
+
+def legend_beside(axes: Any, handles: Sequence[Any]) -> None:
+    """Put a legend to the right of the axes."""
+    axes.legend(handles=handles, loc='upper left', bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize='small',
+                handlelength=1.4)
+
+
+def label_rows(axes: Any, names: Sequence[str]) -> None:
+    """Name rows at 0, 1, ... from above; a row is one high."""
+    axes.set_yticks(range(len(names)))
+    axes.set_yticklabels([joint_title(name) for name in names], fontsize='small')
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    for side in ('top', 'right', 'left'):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(axis='y', length=0)
 
 
 def rates_over_time(times: np.ndarray, span: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 from openpose_ros_tools.calibration.calibrate import Calibrated
-from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, set_title, tidy_axes
+from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, tidy_axes
 
 # Length and half the opening of the fields of view that are drawn [m, degrees].
 _REACH, _OPENING = 0.8, 30.0
@@ -14,7 +14,7 @@ _REACH, _OPENING = 0.8, 30.0
 
 def rig_figure(found: Calibrated) -> Figure:
     """Return the drawing: cameras with their fields of view, lines between cameras with common people, people."""
-    figure = new_figure(7, 6)
+    figure = new_figure(7, 6, f'cameras in {found.rig.fixed_frame}, from above')
     axes = figure.add_subplot()
     places = np.array([np.nanmedian(person, axis=0)[:2] for person in found.people if np.isfinite(person).any()])
     axes.plot(*places.T, '.', color=HELP_COLOUR, markersize=2, alpha=0.5, label='people')
@@ -36,5 +36,4 @@ def rig_figure(found: Calibrated) -> Figure:
         axes.annotate(', '.join(told), tuple(ends.mean(axis=0)), fontsize='x-small', color=HELP_COLOUR, ha='center')
     axes.set_aspect('equal', 'datalim')
     tidy_axes(axes, 'x [m]', 'y [m]')
-    set_title(figure, f'cameras in {found.rig.fixed_frame}, from above')
     return figure

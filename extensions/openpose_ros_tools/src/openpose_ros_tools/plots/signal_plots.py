@@ -28,7 +28,7 @@ def signals(selection: Selection, timeline: SignalTimeline) -> Figure:
     A frame lasts until the next one of the person.
     """
     rows = {person: row for row, person in enumerate(selection.persons)}
-    figure = plotting.new_figure(11.0, 1.7 + 0.62 * len(rows))
+    figure = plotting.new_figure(11.0, 1.7 + 0.62 * len(rows), 'Postures and gestures')
     axes = figure.subplots()
     spans = [span for span in timeline.spans if span.person in rows]
     for span in spans:
@@ -36,17 +36,11 @@ def signals(selection: Selection, timeline: SignalTimeline) -> Figure:
     fallen = [(fall.stamp - selection.begin * 1e-9, rows[person]) for person, fall in timeline.falls if person in rows]
     for moment, row in fallen:
         axes.plot(moment, row - 0.03, marker='v', color=_FALL, markersize=10, markeredgecolor='white', zorder=5)
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(range(len(rows)))
-    axes.set_yticklabels([f'person {person}' for person in rows])
     begin, end = selection.span
     plotting.tidy_axes(axes, grid='x')
-    axes.spines['left'].set_visible(False)
-    axes.tick_params(axis='y', length=0)
+    plotting.label_rows(axes, [f'person {person}' for person in rows])
     plotting.time_axis(axes, (begin, end + selection.period))
-    plotting.set_title(figure, 'Postures and gestures')
-    axes.legend(handles=_legend(spans, bool(fallen)), loc='upper left', bbox_to_anchor=(1.0, 1.0), frameon=False,
-                fontsize='small')
+    plotting.legend_beside(axes, _legend(spans, bool(fallen)))
     return figure
 
 
