@@ -1,8 +1,9 @@
 """Parts of the command lines that the programs share."""
 import argparse
 import math
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Tuple
 
 # Stamps of ROS have 32-bit unsigned seconds.
 _MOST_SECONDS = 2.0 ** 32
@@ -46,38 +47,40 @@ def check_up(parser: argparse.ArgumentParser, options: argparse.Namespace) -> No
         parser.error('--up must be three numbers that are not all 0')
 
 
-def seconds(text: str) -> float:
-    """Return a time [s] that ROS can have, as `type` of an option."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not abs(value) < _MOST_SECONDS:
-        raise argparse.ArgumentTypeError(f"'{text[:40]}': expected a number of seconds below 2^32")
-    return value
+def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expected: str) -> Callable[[str], Any]:
+    """Return the reader of an option, as `type` of argparse.
+
+    Args:
+        kind: makes the value of the text; raises ValueError or ZeroDivisionError where that is none.
+        is_allowed: tells whether the value is.
+        expected: what is, for the error.
+    """
+    def read(text: str) -> Any:
+        with suppress(ValueError, ZeroDivisionError):
+            value = kind(text)
+            if is_allowed(value):
+                return value
+        raise argparse.ArgumentTypeError(f"'{text[:40]}': expected {expected}")
+    return read
 
 
 def positive_number(kind: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return the reader of an option that is a finite number above 0.
-
-    Args:
-        kind: makes the number of the text.
-    """
-    def number(text: str) -> Any:
-        try:
-            value = kind(text)
-        except (ValueError, ZeroDivisionError):
-            raise argparse.ArgumentTypeError(f"'{text}' is no number") from None
-        if not 0 < value < float('inf'):
-            raise argparse.ArgumentTypeError(f"'{text}': expected a number above 0")
-        return value
-    return number
+    """Return the reader of an option that is a finite number above 0; `kind` makes the number of the text."""
+    return checked(kind, lambda value: 0 < value < math.inf, 'a number above 0')
 
 
 def whole_number(least: int) -> Callable[[str], int]:
     """Return the reader of an option that is a whole number from `least`."""
-    def number(text: str) -> int:
-        if not text.isdigit() or int(text) < least:
-            raise argparse.ArgumentTypeError(f'expected a whole number from {least}, got {text!r}')
-        return int(text)
-    return number
+    return checked(int, lambda value: value >= least, f'a whole number from {least}')
+
+
+def named_value(kind: Callable[[str], Any], example: str) -> Callable[[str], Tuple[str, Any]]:
+    """Return the reader of an option that is NAME=VALUE; `kind` makes the value of its text, as in `checked`."""
+    def pair(text: str) -> Tuple[str, Any]:
+        name, _, value = text.rpartition('=')
+        return name.strip('/'), kind(value)
+    return checked(pair, lambda value: bool(value[0]), f'a camera and its value, such as {example}')
+
+
+seconds = checked(float, lambda value: abs(value) < _MOST_SECONDS, 'a number of seconds below 2^32')
+"""Reader of an option that is a time [s] that ROS can have."""

@@ -3,7 +3,7 @@
 1. Two cameras that see the same people have an edge (`edges`, `image_edges`); the best edges make a tree.
 2. By these poses, people of all cameras are matched at single times (`gathering`); cameras, clocks and joints are
    adjusted together (`bundle`), some rounds.
-3. Without depth, people or a distance tell the scale (`scale`); ankles tell the floor (`floor`).
+3. Without depth, people or a distance tell the scale; ankles tell the floor (`floor`).
 """
 import itertools
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ import numpy as np
 
 from openpose_ros_fusion.rig import Rig, rig_camera
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.calibration.bundle import Adjusted, Given, adjust
 from openpose_ros_tools.calibration.constants import CALIBRATION, CalibrationConstants, EdgeConstants
 from openpose_ros_tools.calibration.edges import CameraPose, Edge, align_in_space, scaled, spanning_tree
@@ -21,8 +22,7 @@ from openpose_ros_tools.calibration.gathering import gather
 from openpose_ros_tools.calibration.image_edges import relate_images, resect
 from openpose_ros_tools.calibration.quality import EdgeQuality, doubts, edge_qualities
 from openpose_ros_tools.calibration.recording import CameraPaths, CameraRecording, paths_of
-from openpose_ros_tools.calibration.scale import scale_of_bones
-from skeleton_extract_3d.body.body import BODY
+from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.points.transform import Transform
 
 
@@ -147,17 +147,38 @@ def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: Calibra
     if not one.has_depth:
         there = [CameraPose((np.eye(3), np.zeros(3)), 0.0), CameraPose((rotation.T, -rotation.T @ shift), -clock)]
         gathered = gather([one, other], there, constants.gather)
-        shift = scale_of_bones(gathered.people(gathered.joints), params.stature) * shift
+        shift = _scale_of_bones(gathered.people(gathered.joints), params.stature) * shift
     return Edge(first, second, rotation, shift, clock, cost)
 
 
 def _scale(adjusted: Adjusted, names: Sequence[str], params: CalibrationParams) -> float:
     """Return by which factor a rig without depth must grow."""
     if params.distance is None:
-        return scale_of_bones(adjusted.gathered.people(adjusted.joints), params.stature)
+        return _scale_of_bones(adjusted.gathered.people(adjusted.joints), params.stature)
     first, second, distance = params.distance
     centres = [adjusted.poses[names.index(name)].pose[1] for name in (first, second)]
     return float(distance / np.linalg.norm(centres[1] - centres[0]))
+
+
+def _scale_of_bones(people: np.ndarray, stature: float, constants: BodyConstants = BODY) -> float:
+    """Return by which factor people must grow so that their bones are those of bodies of a stature.
+
+    Args:
+        people: (N, 18, 3), each at one time; NaN where not known.
+        stature: mean of the people [m].
+
+    Raises:
+        BadInputError: no bone of `BodyConstants.sized_bones` is visible.
+    """
+    found = expected = 0.0
+    for start, end, length in constants.sized_bones:
+        bone = np.linalg.norm(people[:, COCO_18.index[start]] - people[:, COCO_18.index[end]], axis=1)
+        if np.isfinite(bone).any():
+            found += float(np.median(bone[np.isfinite(bone)]))
+            expected += length * stature / constants.adult_stature
+    if not found:
+        raise BadInputError('no bones are seen, so that the scale can not be found; give the distance of two cameras')
+    return expected / found
 
 
 def _check_spread(people: np.ndarray, constants: EdgeConstants) -> None:

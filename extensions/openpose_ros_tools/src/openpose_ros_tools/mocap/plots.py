@@ -17,6 +17,7 @@ from openpose_ros_tools.plots.plotting import (
     person_colours,
     tidy_axes,
 )
+from openpose_ros_tools.tables.keypoint_selection import upright_axis
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
 REFERENCE_COLOUR = '#000000'
@@ -26,11 +27,6 @@ _THIN, _THICK = 1.3, 2.0
 _MOMENTS, _MARGIN = 6, 0.1
 # Direction from which stick figures are seen: angle to the side, angle above [degrees].
 _VIEW = (20.0, 14.0)
-# The reference's axis that is within this angle of the people's trunks is up [degrees].
-_UPRIGHT = 30.0
-# Ends of trunks, the upper one first; those that are compared tell where up is.
-_TRUNKS = (('neck', 'right_hip'), ('neck', 'left_hip'), ('right_shoulder', 'right_ankle'),
-           ('left_shoulder', 'left_ankle'), ('nose', 'neck'))
 
 
 def error_per_joint(comparison: Comparison) -> Figure:
@@ -128,7 +124,8 @@ def _view(comparison: Comparison, shown: np.ndarray) -> np.ndarray:
     Args:
         shown: (N,) bool, rows that are drawn; where they spread most is from left to right.
     """
-    up = _up(comparison)
+    axis, sign = upright_axis(comparison.joints, comparison.truth[comparison.found]) or (2, 1)
+    up = sign * np.eye(3)[axis]
     points = comparison.truth[shown].reshape(-1, 3)
     ground = points[np.isfinite(points).all(axis=1)]
     ground = ground - np.outer(ground @ up, up)
@@ -137,20 +134,3 @@ def _view(comparison: Comparison, shown: np.ndarray) -> np.ndarray:
     turn, above = np.radians(_VIEW)
     back = np.cos(turn) * away - np.sin(turn) * across
     return np.stack([np.cos(turn) * across + np.sin(turn) * away, np.sin(above) * back + np.cos(above) * up])
-
-
-def _up(comparison: Comparison) -> np.ndarray:
-    """Return the unit vector (3,) in the reference's frame that points up: along the people's trunks, or z."""
-    joints, truth = comparison.joints, comparison.truth[comparison.found]
-    up = np.zeros(3)
-    for high, low in _TRUNKS:
-        if high in joints and low in joints:
-            trunks = truth[:, joints.index(high)] - truth[:, joints.index(low)]
-            trunks = trunks[np.isfinite(trunks).all(axis=1)]
-            if len(trunks):
-                up = up + np.median(trunks, axis=0)
-    if not np.linalg.norm(up):
-        return np.array([0.0, 0.0, 1.0])
-    up = up / np.linalg.norm(up)
-    axis = np.eye(3)[np.abs(up).argmax()] * np.sign(up[np.abs(up).argmax()])
-    return axis if up @ axis > np.cos(np.radians(_UPRIGHT)) else up

@@ -26,7 +26,7 @@ import logging
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Optional, Sequence, Tuple
+from typing import Optional, Sequence
 
 import rospy
 from tqdm import tqdm
@@ -35,7 +35,7 @@ from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_tools.calibration.report import launch_text, report, shared_frames
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.command_options import add_output, command_parser, named_value, positive_number
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.plots.rig_plot import rig_figure
@@ -82,13 +82,6 @@ def _run(options: argparse.Namespace) -> int:
 _positive = positive_number(float)
 
 
-def _calibration(text: str) -> Tuple[str, Path]:
-    name, separator, path = text.partition('=')
-    if not separator:
-        raise argparse.ArgumentTypeError(f"'{text}': expected CAMERA=FILE")
-    return name, Path(path)
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('calibrate_cameras', __doc__)
     parser.add_argument('files', nargs='*', type=Path, metavar='FILE', help='bags or CSV files with people')
@@ -97,7 +90,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--cameras', type=lambda text: [name for name in text.split(',') if name], default=[],
                         metavar='A,B', help='only these, the first one is where the frame of the room begins (default: '
                         'all, by name)')
-    parser.add_argument('--camera-info', type=_calibration, action='append', default=[], metavar='CAMERA=FILE',
+    parser.add_argument('--camera-info', type=named_value(Path, 'left=camera.yaml'), action='append',
+                        default=[], metavar='CAMERA=FILE',
                         help='calibration of a camera without depth, where no CameraInfo is recorded; may be repeated')
     parser.add_argument('--rectified', action='store_true', help='images of cameras without depth are rectified')
     parser.add_argument('--fixed-frame', default=CalibrationParams.fixed_frame, metavar='FRAME',

@@ -52,7 +52,7 @@ from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.command_options import add_output, checked, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import RgbdFolder, read_rgbd_folder
 from openpose_ros_tools.images.stamps import SECOND, parse_stamp
@@ -208,7 +208,8 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--rate', type=positive_number(Fraction), metavar='HZ',
                        help='of numbered images; may be a fraction such as 30000/1001 (default: rgb.txt and depth.txt, '
                             'else fps of sequence.yaml or meta.json)')
-    group.add_argument('--start', type=_stamp, metavar='SECONDS',
+    group.add_argument('--start', metavar='SECONDS',
+                       type=checked(parse_stamp, lambda stamp: True, 'a number of seconds from 0 to below 2^32'),
                        help='move all stamps so that the first is this one (default: as they are; 1000 for numbered '
                             'images)')
     group.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
@@ -230,10 +231,3 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--compression', choices=COMPRESSIONS, default='none',
                        help='of the bag; bz2 is small and slow (default: %(default)s)')
     return parser
-
-
-def _stamp(text: str) -> int:
-    try:
-        return parse_stamp(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None

@@ -124,8 +124,8 @@ def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
 
     The middle of the hips replaces a mid_hip that the joint set lacks.
     """
-    hip, neck = _middle(table, 'mid_hip'), _middle(table, _NECK)
-    hip = np.where(np.isfinite(hip), hip, _middle(table, *_HIPS))
+    hip, neck, hips = (_middle(table.joints, table.positions, *names) for names in (('mid_hip',), (_NECK,), _HIPS))
+    hip = np.where(np.isfinite(hip), hip, hips)
     if np.isfinite(neck[:, 0]).sum() > np.isfinite(hip[:, 0]).sum():
         return neck, _NECK
     return hip, 'mid_hip'
@@ -134,17 +134,25 @@ def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
 def vertical_axis(table: KeypointTable) -> Tuple[int, int]:
     """Return the number of the axis that is vertical, and 1 where it points up, -1 where it points down.
 
-    Necks are above hips, noses above ankles. Where these are not known, down is along y, as in a camera's frame.
+    Where people do not tell, down is along y, as in a camera's frame.
+    """
+    return upright_axis(table.joints, table.positions) or (1, -1)
+
+
+def upright_axis(joints: Sequence[str], positions: np.ndarray) -> Optional[Tuple[int, int]]:
+    """Return the axis along which people (R, K, 3) stand and its sign, as `vertical_axis`; None: they do not tell.
+
+    Necks are above hips, noses above ankles.
     """
     for upper, lower in ((_NECK, _HIPS), (_NOSE, _ANKLES)):
-        body = _middle(table, upper) - _middle(table, *lower)
+        body = _middle(joints, positions, upper) - _middle(joints, positions, *lower)
         body = body[np.isfinite(body).all(axis=1)]
         if len(body):
             up = np.median(body / np.maximum(np.linalg.norm(body, axis=1, keepdims=True), 1e-6), axis=0)
             axis = int(np.argmax(np.abs(up)))
             if abs(up[axis]) > _UPRIGHT:
                 return axis, 1 if up[axis] > 0 else -1
-    return 1, -1
+    return None
 
 
 def description(name: str, selection: Selection) -> str:
@@ -192,11 +200,11 @@ def _persons(table: KeypointTable, ids: np.ndarray, rows: np.ndarray,
     return tuple(sorted(set(persons)))
 
 
-def _middle(table: KeypointTable, *joints: str) -> np.ndarray:
-    """Return the mean position of joints, (R, D) float32; NaN where one of them is missing, or none of the table's."""
-    if not set(joints) <= set(table.joints):
-        return np.full((len(table), table.dimensions), np.nan, np.float32)
-    return table.positions[:, [table.joints.index(joint) for joint in joints]].mean(axis=1)
+def _middle(joints: Sequence[str], positions: np.ndarray, *names: str) -> np.ndarray:
+    """Return the mean position of joints, (R, D); NaN where one of them is missing, or is none of the recording's."""
+    if not set(names) <= set(joints):
+        return np.full_like(positions[:, 0], np.nan)
+    return positions[:, [joints.index(name) for name in names]].mean(axis=1)
 
 
 def _shares(status: np.ndarray) -> str:

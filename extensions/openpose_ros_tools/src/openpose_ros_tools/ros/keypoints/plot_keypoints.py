@@ -36,7 +36,7 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, command_parser
+from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, checked, command_parser
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
@@ -127,27 +127,12 @@ def _run(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _names(text: str) -> List[str]:
-    return _known(text, (*MESSAGE_JOINTS, 'all'), 'joint')
+def _names(known: Sequence[str], what: str) -> Callable[[str], List[str]]:
+    return checked(_words, lambda names: set(names) <= set(known), f'{what}, separated by commas: {", ".join(known)}')
 
 
-def _hand_points(text: str) -> List[str]:
-    return _known(text, HAND_JOINTS, 'point of a hand')
-
-
-def _known(text: str, known: Sequence[str], what: str) -> List[str]:
-    names = [word.strip() for word in text.split(',') if word.strip()]
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is no {what}; there are {', '.join(known)}")
-    return names
-
-
-def _ids(text: str) -> List[int]:
-    try:
-        return [int(word) for word in text.split(',') if word.strip()]
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"'{text}': expected numbers, as 0,2") from error
+def _words(text: str) -> List[str]:
+    return [word.strip() for word in text.split(',') if word.strip()]
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -157,12 +142,15 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
     parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
-    parser.add_argument('--joints', type=_names, metavar='A,B', help='only these joints, and a trajectory of each; or '
-                        f"all (default: all joints, trajectories of {', '.join(_TRAJECTORIES)})")
-    parser.add_argument('--hand-points', type=_hand_points, metavar='A,B',
+    parser.add_argument('--joints', metavar='A,B', type=_names((*MESSAGE_JOINTS, 'all'), 'joints'),
+                        help='only these joints, and a trajectory of each; or all (default: all joints, trajectories '
+                        f"of {', '.join(_TRAJECTORIES)})")
+    parser.add_argument('--hand-points', metavar='A,B', type=_names(HAND_JOINTS, 'points of the hands'),
                         help='trajectories of these points of the hands of a bag instead: left_hand_wrist, '
                         'right_hand_index_4 (the tip of the index finger), ...')
-    parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
+    parser.add_argument('--persons', metavar='I,J',
+                        type=checked(lambda text: list(map(int, _words(text))), bool, 'numbers, as 0,2'),
+                        help='only these ids (default: the 8 with most rows)')
     add_time_span(parser, 'the first frame')
     add_up(parser)
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')

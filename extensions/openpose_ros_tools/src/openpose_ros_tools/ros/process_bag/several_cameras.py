@@ -3,7 +3,6 @@ import argparse
 import functools
 import heapq
 import itertools
-import math
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from tqdm import tqdm
 
 from openpose_ros_fusion.rig import read_rig
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_tools.command_options import named_value, seconds
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
@@ -84,7 +84,8 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
                        help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
     group.add_argument('--rig', type=Path, metavar='FILE',
                        help='where the cameras stand, and by which time their clocks differ (default: tf says where)')
-    group.add_argument('--clock-offset', action='append', default=[], type=_named_seconds, metavar='NAME=S',
+    group.add_argument('--clock-offset', action='append', default=[], metavar='NAME=S',
+                       type=named_value(seconds, 'left=0.07'),
                        help='is added to the stamps of a camera [s], in place of that of --rig; may be repeated')
     group.add_argument('--rectified', action='store_true', help='images of cameras without depth are rectified')
     group.add_argument('--only-fuse', action='store_true', help='the bags hold the people of each camera; fuse these')
@@ -140,17 +141,6 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
     frame = options.fixed_frame or (WORLD_FRAME if rig is None else rig.fixed_frame)
     return RigJob(cameras, jobs[0].output, jobs[0].csv, jobs[0].json, frame, rig, offsets, options.rectified,
                   options.only_fuse)
-
-
-def _named_seconds(text: str) -> Tuple[str, float]:
-    name, _, seconds = text.rpartition('=')
-    try:
-        value = float(seconds)
-    except ValueError:
-        value = math.nan
-    if not name or not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}': expected a camera and seconds, such as left=0.07")
-    return name.strip('/'), value
 
 
 def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> RigReport:
