@@ -14,18 +14,20 @@ Either of rgb/ and depth/ and all other files may be missing. `RgbdSequence` rea
 where each frame has both images and depth is in mm.
 """
 import re
+import statistics
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
+import yaml
 
-from openpose_ros_pkg.calibration import Calibration, calibration_from_values, read_calibration
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.calibration import Calibration, calibration_from_values, calibration_text, read_calibration
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.images.image_files import COLOUR_SUFFIXES, DEPTH_SUFFIXES
-from openpose_ros_tools.images.stamps import SECOND, STAMP_END, associate, parse_stamp, seconds_text
+from openpose_ros_tools.images.stamps import MAX_DIFFERENCE, SECOND, STAMP_END, associate, parse_stamp, seconds_text
 from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values, sequence_values
 
 # By stream its folders, of which the first one is written; the list of its files; suffixes of its files.
@@ -218,3 +220,79 @@ def _remarks_on_partners(streams: Streams, pairs: int) -> List[str]:
                             f'{seconds_text(colour.stamp)} s and {depth.path.name} at {seconds_text(depth.stamp)} s')
     return [f'{len(files) - pairs} of {len(files)} {stream} images have no partner'
             for stream, files in streams.items() if len(files) > pairs]
+
+
+# ------------------------------------------------------------------------------------------------------------ writing
+
+class WrittenFile(NamedTuple):
+    """An image that was written."""
+
+    stream: str
+    stamp: int  # [ns]
+    path: Path  # in the folder
+
+
+def number_files(folder: Path, files: Sequence[WrittenFile], only_pairs: bool
+                 ) -> Tuple[List[WrittenFile], List[str]]:
+    """Rename the images of a folder to the numbers of their frames.
+
+    Args:
+        only_pairs: delete images without a partner.
+
+    Returns:
+        The files under their new names, and remarks on images without a partner.
+
+    Raises:
+        ParameterError: no image would be left.
+    """
+    colour, depth = (sorted((file for file in files if file.stream == stream), key=lambda file: file.stamp)
+                     for stream in LISTS)
+    pairs = associate([file.stamp for file in colour], [file.stamp for file in depth])
+    frames = [[colour[i], depth[j]] for i, j in pairs]
+    alone = sorted({*colour, *depth} - {file for frame in frames for file in frame})
+    remarks = [f'{len(of_stream) - len(pairs)} of {len(of_stream)} {of_stream[0].stream} images have no partner within '
+               f'{MAX_DIFFERENCE / SECOND:g} s' for of_stream in (colour, depth)
+               if colour and depth and len(of_stream) > len(pairs)]
+    if not only_pairs:
+        frames += [[file] for file in alone]
+    elif not frames:
+        raise ParameterError('no image has a partner, so --only-pairs leaves nothing')
+    else:
+        for file in alone:
+            (folder / file.path).unlink()
+    numbered = []
+    for number, frame in enumerate(sorted(frames, key=lambda frame: min(file.stamp for file in frame))):
+        for file in frame:
+            path = file.path.with_name(f'{number:06d}{file.path.suffix}')
+            (folder / file.path).rename(folder / path)
+            numbered.append(file._replace(path=path))
+    return numbered, remarks
+
+
+def write_lists(folder: Path, files: Sequence[WrittenFile]) -> None:
+    """Write rgb.txt and depth.txt."""
+    for stream, name in LISTS.items():
+        of_stream = sorted(file for file in files if file.stream == stream)
+        if of_stream:
+            lines = [f'{seconds_text(file.stamp)} {file.path.as_posix()}\n' for file in of_stream]
+            (folder / name).write_text(f'# {stream} images\n# timestamp filename\n' + ''.join(lines))
+
+
+def write_description(folder: Path, calibration: Optional[Calibration], files: Sequence[WrittenFile], **known: Any
+                      ) -> None:
+    """Write camera.yaml and sequence.yaml.
+
+    Args:
+        files: their stamps give the rate.
+        known: values of sequence.yaml; None: left out.
+    """
+    if calibration is not None:
+        (folder / 'camera.yaml').write_text(calibration_text(calibration))
+    values: Dict[str, Any] = {}
+    stamps = sorted(file.stamp for file in files if file.stream == files[0].stream)
+    if len(stamps) > 1:
+        rate = round(SECOND / statistics.median(np.diff(np.array(stamps, np.int64)).tolist()), 3)
+        if 0 < rate <= 1000:
+            values['fps'] = rate
+    values.update((key, value) for key, value in known.items() if value is not None)
+    (folder / 'sequence.yaml').write_text(yaml.safe_dump(values, default_flow_style=None, sort_keys=False))

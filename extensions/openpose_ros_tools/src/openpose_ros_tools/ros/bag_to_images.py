@@ -40,8 +40,15 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import FOLDERS, LISTS, OLD_STAMPS
-from openpose_ros_tools.images.rgbd_folder_writer import WrittenFile, number_files, write_description, write_lists
+from openpose_ros_tools.images.rgbd_folder import (
+    FOLDERS,
+    LISTS,
+    OLD_STAMPS,
+    WrittenFile,
+    number_files,
+    write_description,
+    write_lists,
+)
 from openpose_ros_tools.images.stamps import seconds_text
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map

@@ -4,10 +4,8 @@ from typing import Union
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.mocap.files.c3d_file import is_c3d, read_c3d
-from openpose_ros_tools.mocap.files.motive import is_motive_csv, read_motive_csv
 from openpose_ros_tools.mocap.files.recording import MarkerRecording
-from openpose_ros_tools.mocap.files.text import decode
-from openpose_ros_tools.mocap.files.trc import is_trc, read_trc
+from openpose_ros_tools.mocap.files.tables import MOTIVE_KEY, TRC_KEY, decode, read_motive_csv, read_trc
 
 __all__ = ['MarkerRecording', 'read_mocap']
 
@@ -31,9 +29,9 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
             recording = read_c3d(path, content)
         else:
             text = decode(path, content)
-            if is_trc(text) or (suffix == '.trc' and not is_motive_csv(text)):
+            if text.startswith(TRC_KEY) or (suffix == '.trc' and not text.startswith(MOTIVE_KEY)):
                 recording = read_trc(path, text)
-            elif is_motive_csv(text) or suffix == '.csv':
+            elif text.startswith(MOTIVE_KEY) or suffix == '.csv':
                 recording = read_motive_csv(path, text)
             else:
                 raise BadInputError(f"{path} is no motion capture file that can be read: expected a table that Motive "

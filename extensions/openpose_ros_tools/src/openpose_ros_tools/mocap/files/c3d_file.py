@@ -12,7 +12,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.mocap.files.recording import MarkerRecording, unique_names
-from openpose_ros_tools.mocap.files.text import metres_in
+from openpose_ros_tools.mocap.files.tables import metres_in
 
 _log = logging.getLogger(__name__)
 

@@ -41,13 +41,12 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.command_options import command_parser
-from openpose_ros_tools.outputs import output_file
+from openpose_ros_tools.outputs import LiveFile, output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoints import keypoint_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
-from openpose_ros_tools.tables.live_file import LiveFile
 from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
 
 _log = logging.getLogger(__name__)

@@ -6,7 +6,7 @@ from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Union
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Tuple, Union
 
 import genpy
 import rosbag
@@ -145,7 +145,7 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     """
     settings, images, chain = networks.settings, view.images, networks.chain()
     with ExitStack() as stack:
-        params = _extractor_params(settings, view.topics)
+        params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
         most = settings.limits.max_image_megapixels
         points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
         recording = FrameReader(*view, settings.pairing, points, most)
@@ -162,23 +162,13 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     return frames.report
 
 
-def _extractor_params(settings: BagSettings, topics: CameraTopics) -> ExtractorParams:
-    return replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
-
-
-def _transforms(source: Path, params: ExtractorParams, stack: ExitStack) -> '_Located':
-    """Return what looks up transforms in a bag, which is read only where some are wanted."""
+def _transforms(source: Path, params: ExtractorParams, stack: ExitStack
+                ) -> Tuple[FrameTransforms, Callable[[genpy.Time], None]]:
+    """Return the transforms in a bag, which is read only where some are wanted, and what reads them until a time."""
     if not (params.target_frame or params.tracking_frame):
-        return _Located(FrameTransforms(params, None), None)
-    transforms = RecordedTransforms(stack.enter_context(open_bag(source)))
-    return _Located(FrameTransforms(params, transforms.lookup), transforms)
-
-
-class _Located(NamedTuple):
-    """RecordedTransforms for the frames of a bag; `recorded` are those of the bag, None where none is looked up."""
-
-    frames: FrameTransforms
-    recorded: Optional[RecordedTransforms]
+        return FrameTransforms(params, None), lambda time: None
+    recorded = RecordedTransforms(stack.enter_context(open_bag(source)))
+    return FrameTransforms(params, recorded.lookup), recorded.read_until
 
 
 class _Pending(NamedTuple):
@@ -193,9 +183,11 @@ class _Frames:
 
     Args:
         capacity: see `Networks`.
+        transforms: of `_transforms`.
     """
 
-    def __init__(self, chain: PeopleChain, capacity: int, transforms: _Located, results: Results, report: BagReport
+    def __init__(self, chain: PeopleChain, capacity: int,
+                 transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport
                  ) -> None:
         self._chain, self._capacity, self._transforms, self._results = chain, capacity, transforms, results
         self._numbers, self._throttle = itertools.count(), Throttle()
@@ -255,9 +247,8 @@ class _Frames:
 
     def _lifted(self, frame: RecordedFrame, number: int, result: Result) -> Result:
         """Write the people of a frame in the image and in space; return the result with them."""
-        transforms, header = self._transforms.frames, frame.points_header
-        if self._transforms.recorded is not None:
-            self._transforms.recorded.read_until(frame.time)
+        (transforms, read_until), header = self._transforms, frame.points_header
+        read_until(frame.time)
         result = self._chain.add_landmarks(self._chain.lift(result.located(transforms.tracking_from_points(header))))
         for doubt in result.doubts:
             self.report.doubts[doubt.event] += 1
