@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import BadInputError, ModelError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
+from openpose_ros_tools.parallel.detector_pool import DetectorPool
 
 DEFAULTS = build(DetectorSettings, {})
 REFUSED = 67
@@ -38,22 +38,12 @@ def image(level):
     return np.full((4, 6, 3), level, np.uint8)
 
 
-def levels(pool, wanted):
-    return [found.result(30).xy[0, 0, 0] for found in [pool.submit(image(level)) for level in wanted]]
-
-
-@pytest.mark.parametrize('jobs', [1, 2])
-def test_depth_comes_with_its_image(jobs):
-    with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
-        found = [pool.submit(image(9), DepthView(np.full((4, 6), metres, np.float32), 5.0)) for metres in (1.5, 2.5)]
-        assert [people.result(30).xy[0, 0, 0] for people in found] == [1.5, 2.5]
-
-
 @pytest.mark.parametrize('jobs', [1, 2])
 def test_every_image_has_its_result(jobs):
     with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
-        assert levels(pool, []) == []
-        assert levels(pool, range(20)) == list(range(20))
+        found = [pool.submit(image(level)) for level in range(20)]
+        deep = pool.submit(image(9), DepthView(np.full((4, 6), 1.5, np.float32), 5.0))
+        assert [people.result(30).xy[0, 0, 0] for people in (*found, deep)] == [*range(20), 1.5]
         assert pool.skeleton is COCO_18
         with pytest.raises(BadInputError, match='not this one'):
             pool.submit(image(REFUSED)).result(30)
@@ -63,8 +53,3 @@ def test_every_image_has_its_result(jobs):
 def test_a_detector_that_can_not_be_made_says_why(jobs):
     with pytest.raises(ModelError, match='weights are missing'), DetectorPool(jobs, DEFAULTS, broken) as pool:
         pool.submit(image(1)).result(30)
-
-
-def test_threads_are_shared_unless_they_are_named():
-    assert with_threads(DEFAULTS, 3).backend.threads == 3
-    assert with_threads(build(DetectorSettings, {'threads': 2}), 3).backend.threads == 2

@@ -3,11 +3,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.plots import keypoint_plots
-from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, rates_over_time, save_figure
-from openpose_ros_tools.tables.keypoint_selection import description, ground_places, select, vertical_axis
+from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, save_figure
+from openpose_ros_tools.tables.keypoint_selection import ground_places, select, vertical_axis
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
@@ -41,11 +40,6 @@ def all_plots(selection):
     ways = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     return [keypoint_plots.detections(selection), ways(selection), keypoint_plots.trajectory(selection, 'neck'),
             keypoint_plots.visibility(selection, 0)]
-
-
-def test_empty_table_says_so():
-    with pytest.raises(BadInputError, match='no people'):
-        select(a_table([]))
 
 
 @pytest.mark.parametrize('frames, dimensions', [([0], 3), ([0, 1, 2, 30, 31], 2)])
@@ -124,18 +118,3 @@ def test_timeline_shows_each_status_when_it_was():
     expected = [to_rgb(STATUS_COLOURS[value]) for value in (MEASURED, INFERRED, MISSING, MEASURED)]
     assert middles == pytest.approx(np.array(expected))
     assert '50 / 25 / 25 %' in [text.get_text() for text in axes.texts]
-
-
-def test_rates():
-    middles, rates = rates_over_time(np.arange(0, 10, 0.1), (0.0, 10.0))
-    assert middles.tolist() == [0.5 + second for second in range(10)] and rates == pytest.approx(10.0, abs=1.0)
-    assert rates_over_time(np.zeros(1), (0.0, 0.0))[0].size == 0
-
-
-def test_description():
-    text = description('walk.csv', select(a_table([0, 1, 2, 10], (2, 3))))
-    assert text.startswith('walk.csv: keypoints in space [m], frame camera\n')
-    assert 'first frame: 2023-11-14 22:13:20.000 UTC' in text
-    assert 'frames: 4 (3.0 per second); people: 2; rows, one per person and frame: 8' in text
-    assert 'gaps without frames: 1, together 0.7 s; the longest: 0.30 to 1.00 s' in text
-    assert '     3       4       0.00       1.00    100.0 %      0.0 %      0.0 %' in text

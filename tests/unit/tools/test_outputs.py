@@ -89,16 +89,6 @@ def test_of_two_that_make_the_same_at_a_time_the_first_that_is_done_has_made_it(
     assert (tmp_path / 'a.bag').read_text() == 'earlier'
 
 
-def test_files_of_an_earlier_run_go_when_the_new_ones_come(tmp_path):
-    for name in ('a_0.json', 'a_1.json', 'b_1.json'):
-        (tmp_path / name).write_text('older')
-    with PartFiles() as parts:
-        (parts.folder(tmp_path, is_of_a) / 'a_0.json').write_text('new')
-        assert (tmp_path / 'a_1.json').exists()
-    assert everything(tmp_path) == ['a_0.json', 'b_1.json']
-    assert (tmp_path / 'a_0.json').read_text() == 'new'
-
-
 def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
     path = tmp_path / 'a.csv'
     for overwrite, text in ((False, 'first'), (True, 'second')):
@@ -110,30 +100,8 @@ def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
     assert path.read_text() == 'second'
 
 
-# ---- folders: new, in place of an older one, and not at all after an error
-
-
-def write(path, text='new', overwrite=False):
-    with output_folder(path, overwrite, ('own',)) as part:
-        (part / 'own').mkdir()
-        (part / 'own' / 'file').write_text(text)
-        assert not (path / 'own' / 'file').exists() or (path / 'own' / 'file').read_text() != text
-
-
-def test_an_older_one_is_replaced_only_when_asked_for(tmp_path):
-    write(tmp_path / 'out', 'old')
-    with pytest.raises(ParameterError, match='is there already'):
-        write(tmp_path / 'out')
-    assert (tmp_path / 'out' / 'own' / 'file').read_text() == 'old'
-    write(tmp_path / 'out', overwrite=True)
-    assert (tmp_path / 'out' / 'own' / 'file').read_text() == 'new'
-    assert [path.name for path in tmp_path.iterdir()] == ['out']
-
-
-def test_what_is_foreign_is_never_replaced(tmp_path):
+def test_folders_with_other_things_are_never_replaced(tmp_path):
     (tmp_path / 'thesis.tex').write_text('years of work')
-    with pytest.raises(ParameterError, match='thesis'):
-        write(tmp_path, overwrite=True)
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(ParameterError, match='is a file'):
-        write(tmp_path / 'file', overwrite=True)
+    for path, told in ((tmp_path, 'thesis'), (tmp_path / 'thesis.tex', 'is a file')):
+        with pytest.raises(ParameterError, match=told), output_folder(path, True, ('own',)):
+            pass

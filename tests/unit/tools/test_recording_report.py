@@ -130,13 +130,6 @@ def test_walking_is_told_in_seconds():
     assert float(people_of(facts_of(table_of(walking, 8.0)))[0][-1]) == pytest.approx(4.0, abs=0.6)
 
 
-def test_frames_without_people_are_counted():
-    table = table_of(MOTION, 1.0)
-    stamps = np.append(table.stamps, table.stamps[-1] + np.arange(1, 6) * 10 ** 8)
-    assert empty_frames(select(table, stamps)) == 5
-    assert empty_frames(select(table)) is None
-
-
 def test_the_page_is_whole_and_shows_the_numbers():
     facts = facts_of(table_of(MOTION, 9.0))
     checked = Checker(page(facts))
@@ -158,13 +151,6 @@ def test_nothing_in_a_recording_becomes_html():
         timeline=timeline, notes=(bad,), recording=RecordingFacts(bad, 1, bad, 1.0, (TopicFacts(bad, bad, 1, 1.0),))))
     assert '<script' not in text
     assert Checker(text).text.count(bad) == 10
-
-
-def test_a_page_without_people_says_so():
-    checked = Checker(page(ReportFacts(RECORDING, frames=7, empty=7, notes=('No people were found.',))))
-    assert '7 frames, 7 of them without people · 0 people' in checked.text
-    assert 'No people were found.' in checked.text
-    assert 'Gestures' not in checked.text
 
 
 def test_crops_show_people_where_they_are_largest():
