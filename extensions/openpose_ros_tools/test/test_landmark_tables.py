@@ -94,12 +94,6 @@ def test_json_has_hands_and_faces_of_each_person(processed):
         assert len(person['hand_left_keypoints_3d']) in (0, 4 * HAND_POINTS)
 
 
-def test_without_the_parameters_there_are_neither(processed):
-    out, frames = processed()
-    assert messages(out, '/openpose_ros/skeleton_3d/detected_hands') == []
-    assert all(person['hand_left_keypoints_2d'] == [] for people in frames for person in people)
-
-
 def test_signals_are_in_the_bag_for_each_frame_and_in_a_table(processed, tmp_path):
     out, _ = processed('--signals')
     people = messages(out, '/openpose_ros/skeleton_3d/detected_poses_3d')
@@ -154,8 +148,10 @@ def test_points_of_hands_are_plotted(processed, tmp_path):
         plot_keypoints([str(out), '-o', str(tmp_path / 'plots'), '--hand-points', 'sixth_finger'])
 
 
-def test_a_bag_without_hands_says_so(processed, tmp_path, capsys, caplog):
-    out, _ = processed()
+def test_without_the_parameters_there_are_neither_and_tables_say_so(processed, tmp_path, capsys, caplog):
+    out, frames = processed()
+    assert messages(out, '/openpose_ros/skeleton_3d/detected_hands') == []
+    assert all(person['hand_left_keypoints_2d'] == [] for people in frames for person in people)
     assert keypoints_to_csv([str(out), '-o', str(tmp_path / 'hands.csv'), '--hands']) == 2
     assert 'there are no hands in' in capsys.readouterr().err + caplog.text
 
