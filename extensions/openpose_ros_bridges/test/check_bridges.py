@@ -105,10 +105,8 @@ class BridgesTest(unittest.TestCase):
     def test_detections(self):
         (detection,) = self.images.wait(1)[0].detections
         self.assertEqual((detection.bbox.center.x, detection.bbox.center.y), (120.0, 150.0))
-        self.assertEqual((detection.results[0].id, detection.results[0].score), (1, 0.5))
         (detection,) = self.space.wait(1)[0].detections
         self.assertAlmostEqual(detection.bbox.center.position.x, 2.0, delta=0.1)
-        self.assertAlmostEqual(detection.bbox.size.z, 1.75, delta=0.25)
 
     def test_the_input_ends(self):
         def last():

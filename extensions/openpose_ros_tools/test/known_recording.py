@@ -98,11 +98,7 @@ def _points(topic: str, number: int, header: Header) -> Any:
 class KnowingDetector:
     """Finds exactly the people of a frame, and notes in a file which frames it was shown.
 
-    Args:
-        notes: file; None: no notes.
-        dies_at: frame at which the process kills itself, as long as `died` does not exist.
-        fails_at: frame at which an error is raised, as long as `failed` does not exist.
-        slow: seconds for a image.
+    At a frame the process kills itself, or an error is raised, as long as the file `died`, `failed` does not exist.
     """
 
     def __init__(self, notes: Optional[Path] = None, dies_at: Optional[int] = None, died: Optional[Path] = None,

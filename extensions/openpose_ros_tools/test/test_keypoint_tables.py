@@ -42,26 +42,21 @@ def frames(number, dimensions, seed=0):
     random = np.random.RandomState(seed)
     for index in range(number):
         header = Header(index, when(FIRST + index * PERIOD), 'camera')
-        persons = []
+        kind, array = ((PersonDetection_3d, PersonDetection_3dArray) if dimensions == 3
+                       else (PersonDetection, PersonDetectionArray))
         count = (2, 1, 0, 3, 2)[index % 5]
-        for person in range(count):
-            kind = PersonDetection_3d if dimensions == 3 else PersonDetection
-            message = kind(header=header, num_people_detected=count, person_ID=10 + person)
-            for joint in MESSAGE_JOINTS:
-                values = random.uniform(-3, 3, 4).tolist()
-                if dimensions == 2:
-                    part = BodypartDetection(values[0], values[1], abs(values[2]) / 3)
-                    if random.uniform() < 0.3 or joint not in COCO_18.joints:
-                        part = BodypartDetection()
-                else:
-                    part = BodypartDetection_3d(*values[:3], abs(values[3]) / 3, random.choice([MEASURED, INFERRED]),
-                                                abs(values[0]) * 1e-7)
-                    if random.uniform() < 0.3 or joint not in COCO_18.joints:
-                        part = BodypartDetection_3d(NAN, NAN, NAN, 0, MISSING, NAN)
-                setattr(message, joint, part)
-            persons.append(message)
-        kind = PersonDetection_3dArray if dimensions == 3 else PersonDetectionArray
-        yield kind(header=header, pose_model='COCO_18', persons=persons)
+        persons = [kind(header=header, num_people_detected=count, person_ID=10 + person, **{
+            joint: part(random, dimensions, joint in COCO_18.joints and random.uniform() > 0.3)
+            for joint in MESSAGE_JOINTS}) for person in range(count)]
+        yield array(header=header, pose_model='COCO_18', persons=persons)
+
+
+def part(random, dimensions, is_known):
+    x, y, z, confidence = random.uniform(-3, 3, 4).tolist()
+    if dimensions == 2:
+        return BodypartDetection(x, y, abs(confidence) / 3) if is_known else BodypartDetection()
+    return (BodypartDetection_3d(x, y, z, abs(confidence) / 3, random.choice([MEASURED, INFERRED]), abs(x) * 1e-7)
+            if is_known else BodypartDetection_3d(NAN, NAN, NAN, 0, MISSING, NAN))
 
 
 def single_topic(dimensions):

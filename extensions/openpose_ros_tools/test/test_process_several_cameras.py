@@ -15,7 +15,6 @@ from known_recording import (
     stamp_of,
 )
 from std_msgs.msg import Header, String
-from tf2_msgs.msg import TFMessage
 
 from openpose_ros_fusion.rig import Rig, rig_camera, write_rig
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -186,25 +185,6 @@ def test_a_rig_takes_the_place_of_tf(run, room, tmp_path, out):
         np.testing.assert_allclose(positions(one), positions(other), atol=1e-6)
     assert [each.child_frame_id for each in messages(out, '/tf_static')[0][0].transforms] == ['left_frame',
                                                                                             'right_frame']
-
-
-def test_a_camera_that_moves_is_where_tf_says_at_each_stamp(run, tmp_path, out):
-    """tf of the only camera is 0.1 m beside the truth at first."""
-    def moving(number):
-        matrix = POSES['right'].copy()
-        matrix[0, 3] += 0.1 if number < FRAMES // 2 else 0.0
-        return TFMessage([transform_from_matrix(matrix, Header(0, stamp_of(number), 'world'), 'right_frame')])
-
-    path = write_room(tmp_path / 'room.bag', 'right', tf=())
-    with rosbag.Bag(str(path), 'a') as bag:
-        for number in range(FRAMES):
-            bag.write('/tf', moving(number), stamp_of(number))
-    assert run(path, cameras=('right',)) == 0
-    found = fused(out)
-    apart = [np.nanmedian(positions(found[number])[..., 0].mean(axis=0) - in_world(number)[..., 0].mean(axis=0))
-             for number in range(CONFIRMED, FRAMES - EMPTY)]
-    assert apart[0] == pytest.approx(0.1, abs=0.03)
-    assert apart[-1] == pytest.approx(0.0, abs=0.03)
 
 
 def test_a_camera_without_transform_is_left_out_and_told(run, tmp_path, out, capsys):

@@ -110,13 +110,10 @@ def test_the_long_form_in_the_image():
 
 def test_a_file_of_some_joints_in_any_order_with_unknown_columns(tmp_path):
     names = [name for joint in reversed(COCO_18.joints) for name in (f'field.{joint}.{f}' for f in FIELDS[3])]
-    names = ['field.mood', *names, 'field.person_ID', 'field.nose.colour', 'field.num_people_detected', '%time']
-    values = ['cheerful', *('1.5' if n.startswith('field.nose') else 'nan' for n in names[1:-4]), '9', '255', '1', '5']
-    values[names.index('field.nose.status')] = '2.0'
-    for name in names:
-        if name.endswith('status') and 'nose' not in name:
-            values[names.index(name)] = '0'
-    table = read(tmp_path, ','.join(names) + '\n' + ','.join(values) + '\n')
+    values = {'field.mood': 'cheerful', **{name: '0' if name.endswith('status') else 'nan' for name in names},
+              **{f'field.nose.{field}': '1.5' for field in FIELDS[3]}, 'field.nose.status': '2.0',
+              'field.person_ID': '9', 'field.nose.colour': '255', 'field.num_people_detected': '1', '%time': '5'}
+    table = read(tmp_path, ','.join(values) + '\n' + ','.join(values.values()) + '\n')
     assert (table.ids.tolist(), table.stamps.tolist()) == ([9], [5])
     np.testing.assert_array_equal(table.positions[0, NOSE], [1.5] * 3)
     assert table.status[0].tolist() == [INFERRED] + [MISSING] * 26

@@ -36,18 +36,6 @@ def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
                          np.where(known, 0.9, 0.0), np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
 
 
-def all_plots(selection):
-    ways = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
-    return [keypoint_plots.detections(selection), ways(selection), keypoint_plots.trajectory(selection, 'neck'),
-            keypoint_plots.visibility(selection, 0)]
-
-
-@pytest.mark.parametrize('frames, dimensions', [([0], 3), ([0, 1, 2, 30, 31], 2)])
-def test_plots_of_any_length(tmp_path, frames, dimensions):
-    for number, figure in enumerate(all_plots(select(a_table(frames, (0, 5), dimensions)))):
-        assert save_figure(figure, tmp_path / f'{number}.png').stat().st_size > 5000
-
-
 @pytest.mark.parametrize('kind', FORMATS)
 def test_same_bytes_each_time(tmp_path, kind):
     # rows that come in another order are the same recording

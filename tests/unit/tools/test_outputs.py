@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools.outputs import PartFiles, delete_parts, output_file, output_folder
+from openpose_ros_tools.outputs import PartFiles, output_file, output_folder
 
 
 def everything(folder):
@@ -69,14 +69,6 @@ def test_unfinished_outputs_of_a_running_program_stay(tmp_path, name):
         assert table.read_text() == 'rows' and folder.is_dir()
     assert everything(tmp_path) == ['walk.csv']
     assert (tmp_path / 'walk.csv').read_text() == 'rows'
-
-
-def test_the_parts_of_a_run_can_be_deleted_while_a_worker_of_it_goes_on(tmp_path):
-    with PartFiles() as other, pytest.raises(FileNotFoundError), PartFiles('0a1b2c3d') as parts:
-        other.file(tmp_path / 'a.bag').write_text('of another run')
-        parts.file(tmp_path / 'a.bag').write_text('of a task that was cancelled')
-        delete_parts(tmp_path / 'a.bag', '0a1b2c3d')
-    assert (tmp_path / 'a.bag').read_text() == 'of another run'
 
 
 def test_of_two_that_make_the_same_at_a_time_the_first_that_is_done_has_made_it(tmp_path):
