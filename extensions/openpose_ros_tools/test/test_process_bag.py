@@ -36,7 +36,6 @@ from tf2_msgs.msg import TFMessage
 
 from disk_limits import file_size_limit
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
@@ -116,14 +115,6 @@ def test_what_can_not_be_done_is_refused(run, recording, out, capsys, arguments,
     assert words in capsys.readouterr().err
     assert not out.exists()
     assert left_behind(out.parent) == []
-
-
-def test_several_topics_that_would_do_are_named(run, tmp_path, capsys):
-    source = write_recording(tmp_path / 'a.bag', others=lambda bag: bag.write(
-        '/other/image_color', convert_2d.bgr_to_image(frame(0).bgr, Header(frame_id='x')), stamp_of(0)))
-    assert run(source) == 2
-    assert f'choose one with --image: {IMAGE}, /other/image_color' in capsys.readouterr().err
-    assert run(source, '--image', IMAGE) == 0
 
 
 @pytest.mark.parametrize(('option', 'place', 'words'), [
@@ -311,21 +302,16 @@ def test_each_output_is_known_by_itself(run, recording, tmp_path, out, capsys):
     assert table.is_symlink()
 
 
-def test_joints_are_given_in_another_frame(run, tmp_path, out):
+def test_joints_and_signals_are_given_in_another_frame_whose_floor_is_at_z_0(run, tmp_path, out):
     source = write_recording(tmp_path / 'a.bag', others=with_transform)
-    assert run(source, target_frame='world', tracking_frame='world') == 0
+    assert run(source, '--signals', target_frame='world', tracking_frame='world') == 0
     assert run(source, output=tmp_path / 'plain.bag') == 0
     for there, here in zip(arrays(out), arrays(tmp_path / 'plain.bag')):
         assert there.header.frame_id == 'world'
         x, y, z = np.moveaxis(positions(here), 2, 0)
         np.testing.assert_allclose(positions(there), np.stack([x, z, 1 - y], axis=2), atol=1e-5)
-
-
-def test_signals_are_those_of_the_people_and_the_floor_is_at_z_0_of_the_target_frame(run, tmp_path, out):
-    source = write_recording(tmp_path / 'a.bag', others=with_transform)
-    assert run(source, '--signals', target_frame='world', tracking_frame='world') == 0
-    frames, people = arrays(out, 'people_signals'), arrays(out)
-    assert [len(frame.persons) for frame in frames] == [len(frame.persons) for frame in people]
+    frames = arrays(out, 'people_signals')
+    assert [len(frame.persons) for frame in frames] == [len(frame.persons) for frame in arrays(out)]
     told = [person for frame in frames for person in frame.persons]
     assert {person.header.frame_id for person in told} == {'world'}
     assert {person.posture for person in told} == {'unknown', 'standing'}  # unknown until it has held for a moment

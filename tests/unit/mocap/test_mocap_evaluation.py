@@ -4,15 +4,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+from known_tables import known_table
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.figures import summarize
 from openpose_ros_tools.mocap.joints import JointRecording
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from simulated_mocap import STANDING
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.people import INFERRED, MISSING
 
 JOINTS = len(MESSAGE_JOINTS)
 WRIST, NOSE, ELBOW = (MESSAGE_JOINTS.index(name) for name in ('right_wrist', 'nose', 'right_elbow'))
@@ -34,16 +34,11 @@ def reference(*paths, times=None):
     return JointRecording(tuple(f'subject{number}' for number in range(len(paths))), times + OFFSET, positions)
 
 
-def estimate(rows, **changes):
+def estimate(rows):
     """Rows of (frame, id, place along x [m]); all joints measured."""
     frames, ids, places = (np.array(column) for column in zip(*rows))
     positions = places[:, None, None] * (1.0, 0, 0) + body()
-    known = np.isfinite(positions).all(axis=2)
-    table = KeypointTable(
-        stamps=np.rint(frames * 1e9 / RATE).astype(np.int64), frame_ids=['camera'] * len(rows),
-        ids=ids, positions=positions, confidence=known.astype(float),
-        status=np.where(known, MEASURED, MISSING), sigma=np.where(known, 0.02, np.nan))
-    return dataclasses.replace(table, **changes)
+    return known_table(np.rint(frames * 1e9 / RATE).astype(np.int64), ids, positions, MESSAGE_JOINTS)
 
 
 def moved(table, rows, joint, by, status=None):

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from known_tables import known_table
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.plots import keypoint_plots
 from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, save_figure
@@ -24,16 +25,11 @@ def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
         frames: numbers of the frames with all people.
         up: direction in which heads are.
     """
-    rows = [(frame, person) for frame in frames for person in persons]
-    positions = np.full((len(rows), len(MESSAGE_JOINTS), dimensions), np.nan)
-    for row, (frame, person) in enumerate(rows):
-        for joint in COCO_18.joints:
-            place = np.array([0.1 * frame, 0.0, person + 2.0]) + HEIGHTS.get(joint, 0.0) * np.array(up)
-            positions[row, NUMBER[joint]] = place if dimensions == 3 else 100 * place[:2] / place[2]
-    known = np.isfinite(positions[..., 0])
-    numbers = np.array(rows, np.int64).reshape(-1, 2)
-    return KeypointTable(BEGIN + numbers[:, 0] * STEP, np.full(len(rows), 'camera'), numbers[:, 1], positions,
-                         np.where(known, 0.9, 0.0), np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
+    frame, person = np.array([(frame, person) for frame in frames for person in persons], np.int64).T
+    heights = np.array([HEIGHTS.get(joint, 0.0) for joint in COCO_18.joints])
+    places = np.stack([0.1 * frame, 0.0 * frame, person + 2.0], axis=1)[:, np.newaxis] + heights[:, np.newaxis] * up
+    joints = places if dimensions == 3 else 100 * places[..., :2] / places[..., 2:]
+    return known_table(BEGIN + frame * STEP, person, joints, confidence=0.9)
 
 
 @pytest.mark.parametrize('kind', FORMATS)
@@ -44,6 +40,13 @@ def test_same_bytes_each_time(tmp_path, kind):
     first, again = (save_figure(keypoint_plots.image_paths(select(rows)), tmp_path / f'{name}.{kind}').read_bytes()
                     for name, rows in (('a', table), ('b', backwards)))
     assert first == again
+
+
+def test_a_single_frame_can_be_plotted(tmp_path):
+    selection = select(a_table([0], (0, 5)))
+    for figure in (keypoint_plots.detections(selection), keypoint_plots.top_view(selection),
+                   keypoint_plots.trajectory(selection, 'neck'), keypoint_plots.visibility(selection, 0)):
+        assert save_figure(figure, tmp_path / 'a.png').stat().st_size > 5000
 
 
 def test_people_joints_and_time_can_be_chosen():
