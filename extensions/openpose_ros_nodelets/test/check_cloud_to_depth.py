@@ -7,7 +7,7 @@ import numpy as np
 import rospy
 import rostest
 from harness import FRAME_ID, NodeletTest, cloud
-from sensor_msgs.msg import CameraInfo, Image, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
