@@ -100,14 +100,6 @@ def echoed(path, topic):
     return answer.stdout.decode()
 
 
-def common(text, names):
-    """Return the rows with these columns alone."""
-    rows = [line.split(',') for line in text.splitlines()]
-    places = [rows[0].index(name) for name in names]
-    assert len({len(row) for row in rows}) == 1
-    return [[row[place] for place in places] for row in rows]
-
-
 def refusal(capsys, *arguments):
     assert run(*arguments) == 2
     return capsys.readouterr().err

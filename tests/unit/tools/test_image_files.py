@@ -12,8 +12,6 @@ from openpose_ros_tools.images.image_files import (
     encode_image,
 )
 
-RANDOM = np.random.default_rng(5)
-
 
 @pytest.mark.parametrize('units', [1000.0, 5000.0])
 def test_all_units_come_back_from_metres(units):
