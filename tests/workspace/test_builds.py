@@ -12,14 +12,9 @@ import pytest
 
 from development import PACKAGES
 from development.systems import this_system
-from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
+from workspaces import ROOT, SETTINGS, copy_checkout, shell
 
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
-
-
-@pytest.fixture(scope='module')
-def environment(tmp_path_factory):
-    return plain_environment(tmp_path_factory)
 
 
 def check_space(space, environment):

@@ -99,10 +99,6 @@ def test_names_at_the_top_lead_into_the_packages(link, target):
     assert (ROOT / link).resolve() == ROOT / target
 
 
-def test_no_package_hides_the_packages():
-    assert not (ROOT / 'package.xml').exists()
-
-
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_all_scripts_are_for_the_systems_python_and_installed(package):
     cmake = (PACKAGES[package] / 'CMakeLists.txt').read_text().replace('${PROJECT_NAME}', package)

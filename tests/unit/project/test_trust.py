@@ -93,18 +93,11 @@ def test_a_lock_pins_what_is_required_and_nothing_of_the_system(requirements, py
         assert not set(OF_THE_SYSTEM) & set(found)
 
 
-def test_the_nodes_packages_are_the_same_when_the_test_tools_join_them():
+def test_locks_agree():
+    """The nodes' packages are the same when those of the tests join them, and what fetches weights is pinned."""
+    assert {path.name for path in LOCKS.glob('*.txt')} == {
+        lock_of(path).name for path in (REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS)}
     for python in NUMPY_OF_SYSTEMS:
         nodes, both = (pins(lock_of(path), python) for path in (REQUIREMENTS, TEST_REQUIREMENTS))
         assert nodes.items() <= both.items()
-
-
-@pytest.mark.parametrize('lock, names', TOOLS.items())
-def test_what_fetches_weights_is_pinned(lock, names):
-    for python in NUMPY_OF_SYSTEMS:
-        assert set(names.split()) <= set(pins(lock, python))
-
-
-def test_every_lock_is_written_by_the_program():
-    assert {path.name for path in LOCKS.glob('*.txt')} == {
-        lock_of(path).name for path in (REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS)}
+        assert all(set(names.split()) <= set(pins(lock, python)) for lock, names in TOOLS.items())
