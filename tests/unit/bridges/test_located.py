@@ -72,20 +72,11 @@ def test_sigma_is_that_of_the_trunk_where_it_is_known():
     assert located(without(arms, trunk), [BUSY])[0].sigma == pytest.approx(0.5)
 
 
-def test_ages_count_from_the_first_frame():
+def test_ages_count_from_the_first_frame_of_a_recording():
     ages = Ages()
-    assert ages.of([], 10.0) == []
-    assert ages.of([4], 11.0) == [0.0]
-    assert ages.of([5, 4], 11.5) == [0.0, 0.5]
-    assert ages.of([5], 12.0) == [0.5]
-    assert ages.of([4, 5], 13.0) == [2.0, 1.5]
-
-
-def test_ages_begin_anew_with_a_recording():
-    ages = Ages()
-    ages.of([4], 11.0)
-    assert ages.of([4], 2.0) == [0.0]
-    assert ages.of([4], 3.0) == [1.0]
+    assert [ages.of(ids, stamp) for ids, stamp in (
+        ([], 10.0), ([4], 11.0), ([5, 4], 11.5), ([5], 12.0), ([4, 5], 13.0), ([4], 2.0), ([4], 3.0))] == [
+        [], [0.0], [0.0, 0.5], [0.5], [2.0, 1.5], [0.0], [1.0]]
 
 
 def test_the_oldest_ages_are_forgotten():
@@ -96,9 +87,7 @@ def test_the_oldest_ages_are_forgotten():
     assert ages.of([0, 1], 1100.0) == [0.0, 1100.0]
 
 
-@pytest.mark.parametrize('margin', [0.0, 0.25])
-def test_box(margin):
-    points = np.array([[1.0, 5.0, 2.0], [np.nan] * 3, [3.0, 4.0, 2.0]], np.float32)
-    box = box_round(points, margin)
+def test_box():
+    box = box_round(np.array([[1.0, 5.0, 2.0], [np.nan] * 3, [3.0, 4.0, 2.0]], np.float32), 0.25)
     np.testing.assert_array_equal(box.centre, [2.0, 4.5, 2.0])
-    np.testing.assert_array_equal(box.size, np.array([2.0, 1.0, 0.0]) + 2 * margin)
+    np.testing.assert_array_equal(box.size, [2.5, 1.5, 0.5])

@@ -77,14 +77,13 @@ def test_a_slow_camera_does_not_slow_down_the_others():
     assert max(time - update.stamp for time, update in settled) < 0.01 + 0.004
 
 
-@pytest.mark.parametrize('phase, late, apart', [(0.02, 0.0, 0.021), (0.0, -0.02, 0.021)],
-                         ids=['no common shutter', 'a late clock'])
-def test_cameras_with_other_stamps_come_with_what_they_saw_last(phase, late, apart):
+@pytest.mark.parametrize('phase, late', [(0.02, 0.0), (0.0, -0.02)], ids=['no common shutter', 'a late clock'])
+def test_cameras_with_other_stamps_come_with_what_they_saw_last(phase, late):
     updates, _ = play([*stream('a', 30.0), *stream('b', 30.0, phase=phase, late=late)], 'ab')
     settled = [update for _, update in updates if update.stamp > 0.5]
     assert [names(update) for update in settled].count('ab') >= len(settled) - 1 > 40
     assert max(abs(first.stamp - second.stamp) for first, second in
-               (update.sightings for update in settled if len(update.sightings) == 2)) < apart
+               (update.sightings for update in settled if len(update.sightings) == 2)) < 0.021
 
 
 def test_a_camera_that_dies_costs_the_patience_until_it_is_silent_and_may_come_back():
