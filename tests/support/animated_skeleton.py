@@ -165,7 +165,7 @@ def frames(motion: Motion, seconds: float, rate: float, hidden: Sequence[str] = 
 
 def watch(motion: Motion, seconds: float, rate: float = 10, around: Surroundings = NOTHING, **how: object,
           ) -> List[Tuple[float, PersonSignals]]:
-    """Return what is told of somebody who moves like this, by stamp [s]; see `frames`."""
+    """Return what is told of a person that moves like this, by stamp [s]; see `frames`."""
     reader = SignalReader()
     return [(stamp, reader.update(people, stamp, UP, around)[0]) for stamp, people in
             frames(motion, seconds, rate, **how)]

@@ -57,24 +57,18 @@ class Session:
         self._log_folder.mkdir(parents=True, exist_ok=True)
         with socket.socket() as probe:
             probe.bind(('localhost', 0))
-            self._port = probe.getsockname()[1]
+            port = probe.getsockname()[1]
         with ExitStack() as stack:
             stack.enter_context(all_ends_are_interrupts())
             ros_home = tempfile.mkdtemp(prefix='openpose_ros_')
             stack.callback(shutil.rmtree, ros_home, ignore_errors=True)
             stack.callback(self._stop_all)
-            os.environ.update(ROS_MASTER_URI=f'http://localhost:{self._port}', ROS_HOSTNAME='localhost',
+            os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost',
                               ROS_HOME=ros_home, ROS_LOG_DIR=str(Path(ros_home) / 'log'))
-            self.start_master()
+            master = self.start('roscore', ['roscore', '-p', str(port)])
+            wait_for(_is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
             self._leaving = stack.pop_all()
         return self
-
-    def start_master(self) -> subprocess.Popen:
-        """Start the master, again where the one before was stopped, and wait for it."""
-        master = self.start('roscore', ['roscore', '-p', str(self._port)])
-        wait_for(_is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
-        self.master = master
-        return master
 
     def __exit__(self, *_: object) -> None:
         self._leaving.close()
@@ -157,7 +151,7 @@ def is_heard(topic: str) -> bool:
     """Tell whether what is published on a topic from now on reaches this process, which has subscribed to it.
 
     rospy's subscribers count a connection before it is made, and what is published until then is lost. So all who
-    publish on the topic are asked, but for those that have ended. Nobody publishes: no.
+    publish on the topic are asked, but for those that have ended. No publisher: no.
     """
     name, topic = rospy.get_name(), rospy.resolve_name(topic)
     master = rosgraph.Master(name)

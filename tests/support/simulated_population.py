@@ -38,7 +38,7 @@ _BOTH = ('arms_crossed', 'claps', 'hands on the hips', 'carries a box', 'clasps 
 
 
 def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
-    """Return what is told of somebody, as a camera of some rate sees it with its errors, by stamp [s]."""
+    """Return what is told of a person, as a camera of some rate sees it with its errors, by stamp [s]."""
     stature, rate = random.uniform(1.0, 1.95), random.choice([5.0, 10.0, 15.0, 30.0])
     shape = (1, len(COCO_18.joints), 3)
     lasting, noise = random.normal(0, 0.012, shape), random.uniform(0.003, 0.008)
@@ -55,7 +55,7 @@ def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
 
 
 def gestures(name: str, random: Random) -> Motion:
-    """Return a gesture of somebody: the arm comes up before BEGIN, and goes down again after END."""
+    """Return a gesture: the arm comes up before BEGIN, and goes down again after END."""
     first, second, frequency = _GESTURES[name](random)
     return _brought(name, first, second, frequency, random)
 

@@ -1,6 +1,6 @@
 """Cameras around walking people: what each of them sees, with known noise, clocks and mistakes of calibration."""
 from dataclasses import dataclass, field
-from typing import Optional, Tuple
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -41,14 +41,18 @@ def walking(seconds: float, people: int, seed: int = 0) -> Room:
     return Room(truth.times - truth.times[0], truth.positions[:, :, COLUMNS])
 
 
-def looking_at_the_middle(angle: float, distance: float = 5.0, height: float = 1.5) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the pose of a camera at an angle [rad] around the middle of the room."""
-    origin = np.array([distance * np.cos(angle), distance * np.sin(angle), height])
-    forward = np.array([0, 0, 1.0]) - origin
+def looking_at(origin: Sequence[float], target: Sequence[float] = (0.0, 0.0, 1.0)) -> Tuple[np.ndarray, np.ndarray]:
+    """Return rotation and translation to the room of a camera that stands at a place, level, and looks at another."""
+    forward = np.subtract(target, origin)
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, [0, 0, 1.0])
     right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(forward, right), forward], axis=1), origin
+    return np.stack([right, np.cross(forward, right), forward], axis=1), np.array(origin, float)
+
+
+def looking_at_the_middle(angle: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the pose of a camera at an angle [rad] around the middle of the room."""
+    return looking_at((5.0 * np.cos(angle), 5.0 * np.sin(angle), 1.5))
 
 
 @dataclass
@@ -74,11 +78,7 @@ class SimulatedCamera:
     random: np.random.RandomState = field(default_factory=lambda: np.random.RandomState(0))
 
     def people(self, room: Room, time: float, chosen: Optional[Tuple[int, ...]] = None) -> People3D:
-        """Return the people whom the camera sees at a true time, in its optical frame, with depth or without.
-
-        Args:
-            chosen: those whom it sees; None: everybody.
-        """
+        """Return the people in the camera's view at a true time, by number or all, in its optical frame."""
         joints = room.at(time)
         numbers = list(range(len(joints)) if chosen is None else chosen)
         rotation, origin = self.pose

@@ -4,11 +4,10 @@ from typing import Callable, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording
 from simulated_mocap import Truth, walkers
+from simulated_rig import COLUMNS, looking_at
 
-_COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 _START = 1_600_000_000.0
 FOCAL = 540.0
 
@@ -42,10 +41,7 @@ class Camera:
     @property
     def pose(self) -> Tuple[np.ndarray, np.ndarray]:
         """Rotation and translation from the optical frame to the room."""
-        forwards = np.subtract(self.target, self.centre) / np.linalg.norm(np.subtract(self.target, self.centre))
-        right = np.cross(forwards, [0, 0, 1.0])
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(forwards, right), forwards], axis=1), np.array(self.centre, float)
+        return looking_at(self.centre, self.target)
 
 
 def around(number: int, **values) -> list:
@@ -70,7 +66,7 @@ def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, droppe
     part = ((at - times[right - 1]) / (times[right] - times[right - 1]))[:, None, None]
     stamps, ids, points = [], [], []
     rotation, centre = camera.pose
-    for person, whole in enumerate(truth.joints.positions[:, :, _COLUMNS]):
+    for person, whole in enumerate(truth.joints.positions[:, :, COLUMNS]):
         joints = whole[right - 1] + part * (whole[right] - whole[right - 1])
         local = (joints - centre) @ rotation
         rays = local / np.linalg.norm(local, axis=2, keepdims=True)

@@ -76,7 +76,7 @@ class StandIn:
         return [self.infer(image) for image in images]
 
     def _seen(self, image):
-        """Return the people, (18, 2) pixels of the input each, as they look there; without a chart, nobody."""
+        """Return the people, (18, 2) pixels of the input each, as they look there; without a chart, none."""
         self.inputs.append(image)
         if len(self.people) == 0 or (image == image[0, 0]).all():
             return []

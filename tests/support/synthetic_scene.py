@@ -250,18 +250,18 @@ def render(camera: CameraModel, people: Sequence[Person], room: Optional[Room] =
     room = room or Room()
     rays, *empty = _empty_room(camera, room)
     depth, owner, bgr = (image.copy() for image in empty)
-    everybody = np.zeros((len(people), len(COCO_18.joints), 3))
+    all_xyz = np.zeros((len(people), len(COCO_18.joints), 3))
     for i, person in enumerate(people):
         joints = joints_of(person, room.floor)
-        everybody[i] = [joints[name] for name in COCO_18.joints]
-    uv = camera.project(everybody).reshape(*everybody.shape[:2], 2)
+        all_xyz[i] = [joints[name] for name in COCO_18.joints]
+    uv = camera.project(all_xyz).reshape(*all_xyz.shape[:2], 2)
     inside = ((uv > -0.5) & (uv < np.array([camera.width, camera.height]) - 0.5)).all(axis=2)
     seen = inside.any(axis=1)
     for row, person in zip(np.where(seen, np.cumsum(seen) - 1, NOTHING), people):
         for capsule in capsules_of(person, room.floor):
             _paint_capsule(capsule, camera, rays, depth, owner, bgr, row)
     bgr = _with_noise(bgr, np.random.default_rng(seed))
-    xyz, uv, inside = everybody[seen], uv[seen], inside[seen]
+    xyz, uv, inside = all_xyz[seen], uv[seen], inside[seen]
     keypoints = np.concatenate([np.where(inside[..., None], uv, np.nan), inside[..., None]], axis=2)
     ids = np.array([person.id for person, kept in zip(people, seen) if kept], np.int64)
     return Frame(camera, np.round(1000 * np.where(np.isfinite(depth) & (depth < 65), depth, 0)).astype(np.uint16), bgr,

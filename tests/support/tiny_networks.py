@@ -100,7 +100,7 @@ def average_kernel(weights):
     return np.repeat(np.asarray(weights, np.float32)[:, :, None] / 64, 64, axis=2).reshape(-1, 3, 8, 8)
 
 
-def onnx_people(outputs, layout='NCHW', kind=FLOAT):
+def onnx_people(outputs):
     """A network that finds the same people in every picture: constants, times the picture's mean value.
 
     Args:
@@ -111,8 +111,7 @@ def onnx_people(outputs, layout='NCHW', kind=FLOAT):
     for name, array in outputs.items():
         constants[f'{name}_constant'] = array
         nodes.append(onnx_node('Mul', [f'{name}_constant', 'mean'], [name]))
-    sizes = {'NCHW': (1, 3, 'height', 'width'), 'NHWC': (1, 'height', 'width', 3)}[layout]
-    return onnx_model(nodes, constants, [onnx_value('image', kind, sizes)],
+    return onnx_model(nodes, constants, [onnx_value('image', FLOAT, (1, 3, 'height', 'width'))],
                       [onnx_value(name, FLOAT, array.shape) for name, array in outputs.items()])
 
 

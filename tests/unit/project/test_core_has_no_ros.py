@@ -1,5 +1,4 @@
 """The core knows no ROS: arrows point from scripts/ to ros/ to the core, never back."""
-import ast
 import importlib.util
 import sys
 import sysconfig
@@ -8,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from development import PACKAGES, ROOT
+from imports import imported_modules
 
 LAYERS = [PACKAGES[name] / 'src' / name
           for name in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_signals',
@@ -20,21 +20,6 @@ ALLOWED = {'c3d', 'cv2', 'distributed', 'jinja2', 'matplotlib', 'numpy', 'onnxru
            'openpose_ros_bridges', 'openpose_ros_fusion', 'openpose_ros_pkg',
            'openpose_ros_signals', 'openpose_ros_tools', 'skeleton_extract_3d'}
 STANDARD_LIBRARY = Path(sysconfig.get_paths()['stdlib']).resolve()
-
-
-def imported_modules(source, package):
-    """Absolute names of all modules that a piece of source text imports, at any depth of nesting."""
-    names = set()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            base = '.'.join([package] * (node.level > 0) + [node.module] * (node.module is not None))
-            names |= {base} | {f'{base}.{alias.name}' for alias in node.names}
-        elif isinstance(node, ast.Call) and getattr(node.func, 'attr', getattr(node.func, 'id', '')) in (
-                'import_module', '__import__'):
-            names.add('a module by a name that is made at run time')
-    return names
 
 
 def is_standard(name):

@@ -19,25 +19,22 @@ from development.locks import (
     TOOLS,
     lock_of,
 )
+from imports import imported_modules
 
 SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
            for path in sorted(folder.rglob('*.py'))]
 # The only module that reads archives: members of those whose checksum is right, into memory.
 READS_ARCHIVES = Path('openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py')
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
-ARCHIVES = {'tarfile', 'zipfile', 'shutil.unpack_archive'}
+ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}
 
 
 def faults(source):
     """What a module does that it must not: imports and calls by name."""
-    found = set()
+    found = {name.partition('.')[0] for name in imported_modules(source, 'ours')} & (PICKLES | ARCHIVES)
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition('.')[0] for alias in node.names} & (PICKLES | ARCHIVES)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found |= {node.module.partition('.')[0]} & (PICKLES | ARCHIVES)
-        elif isinstance(node, ast.Call):
+        if isinstance(node, ast.Call):
             name = getattr(node.func, 'attr', getattr(node.func, 'id', ''))
             found |= {name} & UNPACKING
             found |= {keyword.arg for keyword in node.keywords} & {'allow_pickle'}
