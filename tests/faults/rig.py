@@ -99,11 +99,8 @@ class Usage(NamedTuple):
 class Chain:
     """Nodes between a camera and people in space, and that camera, which shows the same view in all good frames.
 
-    Attributes:
-        name: of the chain, and its namespace.
-        processes: of its nodes, by 'CHAIN/NODE'.
-        publishers: of its camera, by what they publish: 'image', 'points' and 'info', or as in `fusion_cameras`.
-        kept: what a fault leaves open until a later one.
+    Processes are known by 'CHAIN/NODE'; publishers by what they publish: 'image', 'points' and 'info', or as in
+    `fusion_cameras`.
     """
 
     # Topic and type of what comes of a frame.
@@ -111,7 +108,7 @@ class Chain:
 
     def __init__(self, session: Session, diagnostics: Diagnostics, name: str) -> None:
         self.name, self.diagnostics, self._session = name, diagnostics, session
-        self.kept: List[Any] = []
+        self.kept: List[Any] = []  # what a fault leaves open until a later one
         self._results: List[Any] = []
         self._last = rospy.Time()
         self.processes = {f'{name}/{node}': start_node(session, f'{name}/{node}', program)

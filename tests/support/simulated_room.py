@@ -19,24 +19,16 @@ def everywhere(places: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Camera:
-    """A camera at `centre` [m] that looks at `target`, both in the room (z up).
-
-    Attributes:
-        clock: stamps are late by this [s].
-        rate: [Hz].
-        depth: whether it measures positions.
-        sees: which people by their places (..., 3) [m].
-        bias: (18,) how much deeper joints lie than the camera says [m].
-    """
+    """A camera at `centre` [m] that looks at `target`, both in the room (z up)."""
 
     name: str
     centre: Tuple[float, float, float]
     target: Tuple[float, float, float] = (0.0, 0.0, 1.0)
-    clock: float = 0.0
-    rate: float = 15.0
-    depth: bool = True
-    sees: Callable[[np.ndarray], np.ndarray] = everywhere
-    bias: np.ndarray = field(default_factory=lambda: np.zeros(18))
+    clock: float = 0.0  # by which its stamps are late [s]
+    rate: float = 15.0  # [Hz]
+    depth: bool = True  # whether it measures positions
+    sees: Callable[[np.ndarray], np.ndarray] = everywhere  # which people by their places (..., 3) [m]
+    bias: np.ndarray = field(default_factory=lambda: np.zeros(18))  # how much deeper joints lie than it says [m]
 
     @property
     def pose(self) -> Tuple[np.ndarray, np.ndarray]:
@@ -52,11 +44,9 @@ def around(number: int, **values) -> list:
 
 
 def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, dropped: float = 0.05) -> CameraRecording:
-    """Return what a camera sees; ids are those of the truth.
+    """Return what a camera sees, without a share of frames and of joints; ids are those of the truth.
 
-    Args:
-        noise: per axis [m], of images the same at 4 m.
-        dropped: share of frames that are missing, and of joints.
+    The noise is that per axis [m], of images the same at 4 m.
     """
     random = np.random.RandomState(seed)
     times = truth.joints.times
