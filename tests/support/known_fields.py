@@ -45,14 +45,8 @@ def render_fields(people, net=NET, missing=(), sharpness=1.0, skeleton=COCO_18):
     """Draw the fields that a perfect network would give, (57, h, w) float32 for COCO_18.
 
     Joints are Gaussians of 8 network pixels as in training; a limb's field is a unit vector within one cell of the
-    limb's line, averaged where limbs of several people cross.
-
-    Args:
-        people: (K, 2) network pixels each.
-        net: (height, width) of the network's input.
-        missing: joints that are not drawn, nor limbs that end there.
-        sharpness: height of the Gaussians.
-        skeleton: joint set; the confidence map of the background and the fields follow its joints.
+    limb's line, averaged where limbs of several people cross. People are (K, 2) pixels of a network's input of a size
+    (height, width); missing joints are not drawn, nor limbs that end there; sharpness is the height of the Gaussians.
     """
     height, width = net[0] // STRIDE, net[1] // STRIDE
     v, u = np.mgrid[:height, :width].astype(float)

@@ -144,7 +144,6 @@ _NEARLY: Dict[str, Callable[[Random], Tuple[Limb, Limb, float]]] = {
                                  1.5, 3.0),
     'adjusts the glasses': _held((0.4, 0.6, -0.35), (-0.5, 0.05, 1.0)),
     'drinks': _held((0.35, 0.5, -0.75), (-0.45, 0.15, 1.0)),
-    'hand on the hip': _held((0.8, -0.3, -0.8), (-0.9, 0.3, -0.5)),
     'hands on the hips': _held((0.8, -0.3, -0.8), (-0.9, 0.3, -0.5)),
     'carries a box': _held((0.1, 0.3, -1.0), (-0.1, 1.0, -0.05)),
     'clasps the hands': _held((0.2, 0.2, -1.0), (-0.6, 0.7, -0.35)),
@@ -162,8 +161,6 @@ _MOTIONS: Dict[str, Callable[[Random], Motion]] = {
                                        (2.6, SITTING_ON_FLOOR)),
     'lies down slowly': _through((0, STANDING), (0.5, STANDING), (1.5, CROUCHING), (2.4, SITTING_ON_FLOOR),
                                  (3.8, LYING)),
-    'picks something up': _through((0, STANDING), (1, STANDING), (1.8, replace(_BENT_DOWN, right=_DOWN)),
-                                   (2.2, replace(_BENT_DOWN, right=_DOWN)), (3.0, STANDING)),
     'ties the shoes': _through((0, STANDING), (1, STANDING), (1.7, replace(_BENT_DOWN, left=_DOWN, right=_DOWN)),
                                (3.4, replace(_BENT_DOWN, left=_DOWN, right=_DOWN)), (4.0, STANDING)),
     'swings an arm past': _through((0, STANDING), (1, STANDING), (1.35, replace(

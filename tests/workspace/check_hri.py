@@ -60,6 +60,10 @@ def newest(topic, kind):
     return rospy.wait_for_message(topic, kind, timeout=TIMEOUT)
 
 
+def topics_of(body):
+    return [topic for topic, _ in rospy.get_published_topics('/humans') if body in topic]
+
+
 def check(session):
     from hri_msgs.msg import BodyPosture, Gesture, IdsList, NormalizedRegionOfInterest2D, Skeleton2D
     session.start('hri', ['roslaunch', 'openpose_ros_bridges', 'hri.launch', 'persons:=true', 'fixed_frame:=room'])
@@ -83,31 +87,27 @@ def check(session):
     assert newest(f'{PERSONS}/anonymous_p5/body_id', String).data == 'p5'  # latched: said once, before
     scene.ids = [6]
     await_true(lambda: newest(f'{BODIES}/tracked', IdsList).ids == ['p6'], 'one has left')
-    await_true(lambda: not any('p5' in topic for topic, _ in rospy.get_published_topics('/humans')),
-               'the topics of the person that left end')
-    assert any('p6' in topic for topic, _ in rospy.get_published_topics('/humans'))
+    await_true(lambda: not topics_of('p5'), 'the topics of the person that left end')
+    assert topics_of('p6')
     check_end(scene, [Recorder(f'{BODIES}/tracked', IdsList), Recorder(f'{PERSONS}/tracked', IdsList),
                       Recorder(f'{PERSONS}/known', IdsList)])
 
 
 def check_end(scene, lists):
-    def topics():
-        return [topic for topic, _ in rospy.get_published_topics('/humans') if 'p6' in topic]
-
     def last(ids):
         return all(one.messages and one.messages[-1].ids == wanted for one, wanted in zip(lists, ids))
     here = [['p6'], ['anonymous_p6'], ['anonymous_p6']]
     await_true(lambda: last(here), 'one is there')
     scene.sends = False
     await_true(lambda: last([[], [], []]), 'lists are empty when no people come any more')
-    await_true(lambda: not topics(), 'all topics of bodies and persons end')
+    await_true(lambda: not topics_of('p6'), 'all topics of bodies and persons end')
     assert all([message.ids for message in one.messages].count([]) == 1 for one in lists)
     assert lists[0].messages[-1].header.frame_id == 'room'
     scene.sends = True
     await_true(lambda: last(here), 'one is there again')
     assert newest(f'{PERSONS}/anonymous_p6/body_id', String).data == 'p6'
     assert newest(f'{BODIES}/p6/joint_states', JointState).name
-    assert len(topics()) > 6, topics()
+    assert len(topics_of('p6')) > 6
 
 
 def check_space(frames):

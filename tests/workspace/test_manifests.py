@@ -93,12 +93,3 @@ def test_the_launch_files_at_the_top_are_those_of_the_packages():
     *((f'tests/{package}', f'{PACKAGES[package]}/test') for package in PYTHON_PACKAGES)])
 def test_names_at_the_top_lead_into_the_packages(link, target):
     assert (ROOT / link).resolve() == ROOT / target
-
-
-@pytest.mark.parametrize('package', PYTHON_PACKAGES)
-def test_all_scripts_are_for_the_systems_python_and_installed(package):
-    cmake = (PACKAGES[package] / 'CMakeLists.txt').read_text().replace('${PROJECT_NAME}', package)
-    for script in (PACKAGES[package] / 'scripts').iterdir():
-        assert script.read_text().startswith('#!/usr/bin/python3\n')
-        assert script.stat().st_mode & 0o111
-        assert re.search(rf'^ +scripts/{script.name}$', cmake, re.MULTILINE), f'{script.name} is not installed'

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import SIGMA, STANDING, people_of, without
+from animated_skeleton import SIGMA, STANDING, TRUNK, people_of, without
 from openpose_ros_bridges.located import Ages, box_round, located
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, PersonSignals, Posture, Walk
@@ -66,10 +66,9 @@ def test_a_hidden_person_is_not_measured():
 
 def test_sigma_is_that_of_the_trunk_where_it_is_known():
     people = visible(7)
-    trunk = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip', 'neck')
-    arms = replace(people, sigma=np.where([name in trunk for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
+    arms = replace(people, sigma=np.where([name in TRUNK for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
     assert located(arms, [BUSY])[0].sigma == pytest.approx(0.04)
-    assert located(without(arms, trunk), [BUSY])[0].sigma == pytest.approx(0.5)
+    assert located(without(arms, TRUNK), [BUSY])[0].sigma == pytest.approx(0.5)
 
 
 def test_ages_count_from_the_first_frame_of_a_recording():

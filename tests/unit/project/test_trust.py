@@ -41,15 +41,10 @@ def faults(source):
     return found
 
 
-@pytest.mark.parametrize('source, fault', [
-    ('import pickle', 'pickle'), ('from zipfile import ZipFile', 'zipfile'),
-    ('np.load(path, allow_pickle=True)', 'allow_pickle'), ('tar.extractall(folder)', 'extractall')])
-def test_what_is_looked_for_is_found(source, fault):
-    assert faults(source) == {fault}
-
-
 def test_no_module_unpickles_or_unpacks():
     assert len(SOURCES) > 200
+    assert faults('import pickle\ntar.extractall(folder)\nload(path, allow_pickle=True)') == {
+        'pickle', 'extractall', 'allow_pickle'}
     found = {str(path.relative_to(ROOT)): faults(path.read_text()) for path in SOURCES
              if '/test/' not in str(path)}
     assert {path: names for path, names in found.items() if names} == {str(READS_ARCHIVES): {'tarfile', 'zipfile'}}

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from animated_skeleton import ADULT, CHILD, STANDING, UP, Limb, frames, held, joints_of, watch, without
+from animated_skeleton import ADULT, CHILD, FACE, STANDING, UP, Limb, frames, held, joints_of, watch, without
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import Body
 from openpose_ros_signals.person import Surroundings
@@ -107,7 +107,6 @@ def test_signals_tell_known_targets_before_points():
     assert watch(held((0, pose)), 1)[-1][1].gesture('point').pointing.hit is None
 
 
-HEAD = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear')
 # The head does not matter for the gesture itself where the arm is stretched out sideways.
 SIDEWAYS = STANDING.with_arm('right', Limb((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
 
@@ -115,7 +114,7 @@ SIDEWAYS = STANDING.with_arm('right', Limb((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
 def pointing_while_the_head_leaves(motion, seconds, headless, around):
     """Return the pointing gestures by stamp; the head is out of the image from a time on [s]."""
     reader = SignalReader()
-    return {stamp: reader.update(people if stamp < headless else without(people, HEAD), stamp, UP, around)[0].gesture(
+    return {stamp: reader.update(people if stamp < headless else without(people, FACE), stamp, UP, around)[0].gesture(
         'point') for stamp, people in frames(motion, seconds, 10)}
 
 

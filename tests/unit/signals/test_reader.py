@@ -4,12 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import LYING, STANDING, UP, Limb, held, joints_of, people_of, without
+from animated_skeleton import LYING, STANDING, TRUNK, UP, Limb, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 
-TRUNK = ('neck', 'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
 LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
 
