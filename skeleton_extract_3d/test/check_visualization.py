@@ -133,15 +133,18 @@ class VisualizationTest(unittest.TestCase):
         gone = {(marker.ns, marker.id) for marker in self.show(number=2) if marker.action == Marker.DELETE}
         self.assertEqual(gone, {('joints', 9), ('skeleton', 9)})
 
-    def test_labels_spheres_of_sigma_and_a_colour_for_each_person(self):
+    def test_labels_spheres_of_sigma_trails_and_a_colour_for_each_person(self):
         self.show(4, 9, number=8, namespace='everything/')
         found = {(marker.ns, marker.id): marker
                  for marker in self.show(4, 9, number=10, namespace='everything/', ahead=0.5)}
-        self.assertEqual(set(found), {(ns, person) for ns in ('joints', 'skeleton', 'label')
+        self.assertEqual(set(found), {(ns, person) for ns in ('joints', 'skeleton', 'label', 'trail')
                                       for person in (4, 9)} | {('sigma', 16 * 4 + 6), ('sigma', 16 * 9 + 6)})
         self.assertEqual(found['label', 4].text, '4')
         nose = np.add(JOINTS['nose'], (0, 0, 0.5))
         np.testing.assert_allclose(places(found['sigma', 16 * 4 + 6]), [nose], atol=1e-6)
+        # without hips, the way of the shoulders; where 4 was before depends on the other tests
+        middle = np.mean([JOINTS['neck'], JOINTS['right_shoulder']], axis=0)
+        np.testing.assert_allclose(places(found['trail', 4])[-2:], [middle, np.add(middle, (0, 0, 0.5))], atol=1e-6)
 
     def check_shown(self, name: str, messages: Sequence, points: dict):
         """Publish a hand or a face, then none, and compare the markers.
