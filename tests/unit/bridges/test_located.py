@@ -21,10 +21,6 @@ def visible(*ids):
     return people_of([STANDING] * len(ids), ids, np.random.RandomState(1))
 
 
-def test_no_person():
-    assert located(People3D.empty(COCO_18), ()) == []
-
-
 def test_all_that_is_known_of_a_person():
     (person,) = located(visible(3, 7), [BUSY])
     assert (person.id, person.measured, person.turn_sigma) == (7, True, 0.125)
@@ -44,6 +40,7 @@ def test_what_is_not_known_stays_unknown():
 
 
 def test_people_without_a_place_or_without_joints_are_left_out():
+    assert located(People3D.empty(COCO_18), ()) == []
     assert located(visible(7), [replace(BUSY, floor=None)]) == []
     assert located(visible(8), [BUSY]) == []
 

@@ -26,11 +26,6 @@ def read(poses_at, ids_at, seconds=3.0, rate=10, up=UP, turn=None):
     return result
 
 
-def test_no_person():
-    reader = SignalReader()
-    assert reader.update(People3D.empty(COCO_18), 0.0, UP) == ()
-
-
 def test_people_keep_their_order_and_their_ids():
     signals = read(lambda _: [replace(STANDING, place=LEFT), replace(RAISED, place=RIGHT)], lambda _: [7, 3])
     last = signals[3.0]
@@ -117,11 +112,12 @@ def test_stamps_that_jump_back_begin_anew():
     assert person.posture.name == 'unknown' and person.walk is None
 
 
-def test_missing_joints_are_no_trouble():
+def test_missing_joints_and_people_are_no_trouble():
     reader, random = SignalReader(), np.random.RandomState(0)
     people = people_of([STANDING], [1], random)
     for joint in COCO_18.joints:
         reader.update(without(people, [joint]), 0.0, UP)
+    assert reader.update(People3D.empty(COCO_18), 0.05, UP) == ()
     person, = reader.update(without(people, COCO_18.joints), 0.1, UP)
     assert person.posture.name == 'unknown' and person.gestures == () and person.hidden_arms == ('left', 'right')
     assert person.body is None and person.head is None and np.isnan(person.place).all()
