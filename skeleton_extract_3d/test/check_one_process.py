@@ -11,8 +11,8 @@ from dynamic_reconfigure.client import Client
 from harness import OUTPUT, Camera, Output, ShippedSequence, now, of_joints
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
-from std_srvs.srv import SetBool
 
+from demand import enable
 from session import PATIENCE, Diagnostics, Recorder, await_true
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
 
@@ -89,16 +89,16 @@ class OneProcessTest(unittest.TestCase):
         self.assertEqual(self.send(3)[0].persons, [])
 
     def test_one_switch_rests_both_halves(self):
-        switch, call = (rospy.ServiceProxy(f'one/{name}', kind) for name, kind in (('people/enable', SetBool),
-                                                                                   ('detect_poses_3d', GetPersons)))
-        self.assertTrue(switch(False).success)
-        self.addCleanup(switch, True)
+        call = rospy.ServiceProxy('one/detect_poses_3d', GetPersons)
+        image, _ = self.sequence.messages(0, now())
+        self.addCleanup(enable, 'one/people', True)
+        self.assertTrue(enable('one/people', False))
         await_true(lambda: self.camera.images.get_num_connections() == 1, 'the image is not read')
         with self.assertRaises(rospy.ServiceException):
-            call(self.sequence.messages(0, now())[0])
-        switch(True)
+            call(image)
+        self.assertTrue(enable('one/people', True))
         await_true(lambda: self.camera.images.get_num_connections() == 2, 'the image is read again')
-        self.assertEqual(len(call(self.sequence.messages(0, now())[0]).detections), 2)
+        self.assertEqual(len(call(image).detections), 2)
 
 
 if __name__ == '__main__':
