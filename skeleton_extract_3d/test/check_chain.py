@@ -116,7 +116,7 @@ class ChainTest(unittest.TestCase):
 
     @classmethod
     def compared(cls) -> Tuple[List[Match], int]:
-        """Return each person of the truth in all frames, and how many people were seen whom the truth does not know.
+        """Return each person of the truth in all frames, and the number of people that the truth does not have.
 
         Strangers have MEASURED joints: a person who vanished where the sequence began again is INFERRED for a while.
         """
