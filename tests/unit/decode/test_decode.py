@@ -116,15 +116,6 @@ def test_sub_pixel_position(upsample, tolerance):
         np.testing.assert_allclose(places(peaks)[0], (centre + 0.5) * STRIDE - 0.5, atol=tolerance)
 
 
-@pytest.mark.parametrize('cell', [(0, 0), (0, 81), (45, 0), (45, 81), (20, 40)])
-def test_peak_in_a_corner_cell(cell):
-    heat = np.zeros((1, 46, 82), np.float32)
-    heat[0][cell] = 1
-    peaks = peaks_of(heat, upsample=1)
-    np.testing.assert_allclose(places(peaks), [[(cell[1] + 0.5) * STRIDE - 0.5, (cell[0] + 0.5) * STRIDE - 0.5]])
-    assert peaks['score'].tolist() == [1]
-
-
 def test_caps_keep_the_strongest():
     heat = np.zeros((2, 21, 21), np.float32)
     heat[:, 1::2, 1::2] = np.random.default_rng(4).uniform(0.1, 0.9, (2, 10, 10))

@@ -19,12 +19,6 @@ def pose(x, score=0.9, height=200.0, y=50.0):
     return np.column_stack([height * FRONT + (x, y), np.full(18, score)]).astype(np.float32)
 
 
-def without(person, *joints):
-    person = person.copy()
-    person[[COCO_18.index[joint] for joint in joints]] = (np.nan, np.nan, 0)
-    return person
-
-
 def grouped(*sources):
     """Sources and first x of each person's poses: [{source: x}]."""
     people = group([np.array(source, np.float32).reshape(-1, 18, 3) for source in sources], SIGMAS)
@@ -58,13 +52,6 @@ def test_an_outlier_is_left_out():
     np.testing.assert_allclose(result[WRIST, :2], pose(100.5)[WRIST, :2], atol=0.1)
     assert result[WRIST, 2] == pytest.approx(np.sqrt(1.2 / 3), abs=0.01)
     assert result[NOSE, 2] == pytest.approx(np.sqrt(2.2 / 3), abs=0.02)
-
-
-def test_joints_that_one_source_has_are_taken_and_those_that_none_has_are_missing():
-    result = vote({0: without(pose(100), 'right_wrist', 'nose'), 2: without(pose(100), 'nose')}, [1.0] * 3, SIGMAS)
-    np.testing.assert_allclose(result[WRIST], [*pose(100)[WRIST, :2], np.sqrt(0.9 / 3)], atol=1e-4)
-    assert np.isnan(result[NOSE, :2]).all() and result[NOSE, 2] == 0
-    People2D(COCO_18, result[np.newaxis], [0.5], [-1])  # which checks missing joints
 
 
 def test_joints_that_no_crop_can_show_keep_what_the_full_image_says():

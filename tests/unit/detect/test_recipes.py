@@ -3,16 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from openpose_ros_pkg.detect.recipes import (
-    FASTER,
-    MODES,
-    MULTIPOSE_CROP,
-    CropRefinement,
-    DetectorParams,
-    NetworkPass,
-    Recipe,
-    recipe_of,
-)
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, MULTIPOSE_CROP, DetectorParams, recipe_of
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
@@ -38,21 +29,6 @@ def test_networks_of_a_recipe_fit_together(recipe):
     for one in recipe.refinements:
         assert one.side % one.model.input.multiple_of == 0
         assert one.model.input.fixed_size in (None, (one.side, one.side))
-
-
-def test_opinions_and_their_weights():
-    """Averaged fields are one opinion; MoveNet gives one for each scale, and every refinement one more."""
-    thin = NetworkPass(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True, weight=3.0)
-    movenet = NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))
-    assert (thin.opinions, movenet.opinions) == (1, 2)
-    recipe = Recipe((thin, movenet), (MULTIPOSE_CROP, CropRefinement(MOVENET_THUNDER, 1.25, place_weight=8.0)))
-    assert recipe.pass_opinions == 3
-    assert recipe.weights == (3.0, 1.0, 1.0, 1.0, 1.0)
-    assert recipe.place_weights == (3.0, 1.0, 1.0, 1.0, 8.0)
-    assert recipe.models == (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER)
-    assert recipe.is_ensemble
-    assert not Recipe((thin,)).is_ensemble
-    assert Recipe((movenet,)).is_ensemble and Recipe((thin,), (MULTIPOSE_CROP,)).is_ensemble
 
 
 def test_without_thunder_multipose_refines_people_but_fewer():

@@ -9,7 +9,7 @@ from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
-MOVENET, CLOSER = 512 * 288, 256 * 256
+CLOSER = 256 * 256
 # Seconds per pixel: about those of two cores of a laptop.
 PACE = {'mobilenet_thin': 1.5e-7, 'movenet_multipose': 2e-7, 'movenet_thunder': 1e-7}
 
@@ -59,16 +59,6 @@ def for_two(recipe):
 
 def alone(name='mobilenet_thin', **params):
     return recipe_of(DetectorParams(pose_model=name, **params))
-
-
-# --- how long it takes ----------------------------------------------------------------------------------------------
-
-def test_time_goes_with_the_pixels_of_all_inputs():
-    """Two people are refined."""
-    recipe = MODES['balanced']
-    assert [one.box for one in recipe.passes] == [(656, 368), (512, 512)] and len(recipe.refinements) == 1
-    for network, pixels in (('mobilenet_thin', THIN), ('movenet_multipose', MOVENET), ('movenet_thunder', 2 * CLOSER)):
-        assert foreseen_seconds(recipe, {**dict.fromkeys(PACE, 0.0), network: 1.0}) == pixels
 
 
 # --- several networks -----------------------------------------------------------------------------------------------

@@ -16,17 +16,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
-from synthetic_scene import (
-    VISIBLE,
-    Box,
-    Person,
-    Room,
-    moved_pixels,
-    pinhole,
-    render,
-    standing,
-    without_joints,
-)
+from synthetic_scene import VISIBLE, Box, Person, Room, moved_pixels, pinhole, render, standing, without_joints
 
 RATE = 15.0
 INDEX = COCO_18.index
@@ -35,7 +25,6 @@ NO_PEOPLE = People2D.empty(COCO_18)
 FREE = Room(wall=4.0)
 COUNTER = Room(wall=4.0, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
 ORIGINAL = {'lifting': 'mean3x3', 'tracking': False}
-HALL = Room(wall=6.0)
 WALKERS = ((-0.8, 2.6), (0.6, 3.0))
 POSE = standing()
 

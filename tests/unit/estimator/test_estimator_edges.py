@@ -133,9 +133,6 @@ def test_people_cut_by_the_border_are_right_where_they_are_seen():
     assert not (measured & missing).any()
 
 
-# ----------------------------------------------------------------------------------------- strange depth
-
-
 # ---------------------------------------------------------------------------------------- strange stamps
 
 

@@ -7,7 +7,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.head_pose import HeadPose
 
 DEPTH = 2.5
-NOSE, *_, RIGHT_EAR, LEFT_EAR = range(5)
+NOSE = 0
 
 
 def depths_of(yaw, scale=1.0):

@@ -3,7 +3,6 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
@@ -54,33 +53,6 @@ def test_no_people():
     owned = occluders.ownership(points, none, np.zeros(0), np.zeros((0, 3)), None)
     assert owned.own.shape == owned.covered.shape == (0, 18) and owned.foreign is None
     assert occluders.foreign_samples(np.zeros((0, 18, 25)), np.zeros((0, 18, 0)), np.zeros((0, 18))) is None
-
-
-# --- other people ---------------------------------------------------------------------------------------------------
-
-
-# --- the own body ---------------------------------------------------------------------------------------------------
-
-
-def test_a_wrist_on_the_trunk_may_be_covered_by_it():
-    covered = METHOD.compiled.covered_by_self(scene('folded').people.xy, np.array([2.6]), FOCAL)
-    assert covered[0, INDEX['left_wrist']] and not covered[0, INDEX['right_wrist']]
-    assert not covered[0, rows('left_knee', 'right_ankle')].any()
-
-
-@pytest.mark.parametrize('side, other', [('left', 'right'), ('right', 'left')])
-def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(side, other):
-    # the trunk of a folded arm, from each side; far joints on another part of the body are likely that part
-    seen, points = observed(scene('folded')), DepthImage(scene('folded').depth, CAMERA)
-    away = np.array([[0.2, 0.0, 0.9 if side == 'left' else -0.9]])
-    facing, turned = (occluders.ownership(points, seen, np.array([2.6]), left, None).own[0]
-                      for left in (np.zeros((1, 3)), away))
-    wrist = INDEX['left_wrist']
-    assert turned[wrist] == pytest.approx(0.15 * facing[wrist] if side == 'left' else facing[wrist])
-    np.testing.assert_array_equal(turned[rows(f'{other}_elbow', 'neck')], facing[rows(f'{other}_elbow', 'neck')])
-
-
-# --- furniture ------------------------------------------------------------------------------------------------------
 
 
 def test_a_hand_that_is_held_out_is_the_own_one():

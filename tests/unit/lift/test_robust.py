@@ -9,15 +9,7 @@ from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation
 from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.points.depth import DepthImage
-from synthetic_scene import (
-    Box,
-    Person,
-    Room,
-    pinhole,
-    render,
-    standing,
-    walking,
-)
+from synthetic_scene import Box, Person, Room, pinhole, render, standing, walking
 
 INDEX = COCO_18.index
 CAMERA = pinhole(480, 270)

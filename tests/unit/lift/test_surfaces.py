@@ -7,7 +7,7 @@ import pytest
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.records import Expectation, Ownership, Skin
+from skeleton_extract_3d.lift.records import Ownership, Skin
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 
@@ -80,27 +80,7 @@ def test_an_adult_is_where_it_looks_as_large_as_adults_do(depth, scale):
     np.testing.assert_allclose(size, 0.97 * depth / scale, rtol=0.02)
 
 
-def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
-    evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
-    best = ROOT_DEPTHS[evidence.argmax()]
-    assert best == pytest.approx(3.0, rel=METHOD.trunk.step)
-    nearer, further = (np.interp(depth, ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
-    # people may be turned away or bent, which makes them look smaller and never larger
-    assert 0 > nearer > 0.5 * further
-    assert evidence.min() == -12, 'an odd pose is not another depth'
-    surer = surfaces.size_evidence(np.array([3.0]), np.array([0.06]))[0]
-    assert (surer <= evidence).all()
-
-
 # --- depth of the trunk ---------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('depth', [0.8, 2.5, 6.0])
-def test_a_person_is_where_the_surfaces_are(depth):
-    evidence = root_evidence(samples(2, depth), np.ones((2, 18)))
-    best = ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
-    # the surface is at most 40 cm in front of the trunk and 30 cm behind, but for the steps
-    assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + METHOD.trunk.step * depth
-    np.testing.assert_allclose(evidence[1], evidence[0])
 
 
 def test_samples_of_others_do_not_tell_where_a_person_is():
@@ -121,38 +101,3 @@ def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
     assert (cost.min(axis=1) == 0).all()
     # half a step
     assert depth_of(cost[WRIST]) == pytest.approx(2.5 + offset, abs=0.021)
-
-
-def test_a_joint_may_be_hidden_behind_its_surface_but_not_hover_in_front():
-    cost = costs(samples())[WRIST]
-    at, front, behind = (cost[np.abs(2.5 + DELTAS - z).argmin()] for z in (2.55, 2.25, 2.85))
-    assert at < behind < front
-
-
-def test_low_scores_and_the_own_body_in_front_make_being_hidden_likelier():
-    behind = np.abs(DELTAS - 0.35).argmin()
-    usual = costs(samples())[WRIST, behind]
-    assert costs(samples(), score=0.4)[WRIST, behind] < usual
-    assert costs(samples(), covered=True)[WRIST, behind] < usual
-
-
-# --- the time before ------------------------------------------------------------------------------------------------
-
-def expected(depth, sigma):
-    return Expectation.of_strangers(1)._replace(depth=np.full((1, 18), depth), depth_sigma=np.full((1, 18), sigma))
-
-
-def test_being_elsewhere_than_before_costs_by_the_distance_up_to_a_limit():
-    nothing = np.zeros((1, 18, METHOD.costs.steps), np.float32)
-    cost = surfaces.with_memory(nothing, np.array([2.5]), expected(2.6, 0.1))[0, WRIST]
-    assert cost.dtype == np.float32
-    np.testing.assert_allclose(cost, np.minimum(((2.5 + DELTAS - 2.6) / 0.1) ** 2, 9), atol=1e-6)
-
-
-# --- means and medians ----------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('values, median', [
-    ([], np.nan), ([np.nan, np.inf], np.nan), ([3.0], 3.0), ([4.0, np.nan, 1.0], 1.0), ([5.0, 1.0, np.inf, 2.0], 2.0)])
-def test_of_an_even_number_the_lower_one_is_the_median(values, median):
-    values = np.array([values + [np.nan] * (4 - len(values))])
-    np.testing.assert_array_equal(surfaces.lower_median(values), [median])

@@ -67,16 +67,6 @@ def test_a_spot_lands_where_the_transform_says(size, place):
     np.testing.assert_allclose(measured, plan.to_net(spot), atol=0.05)
 
 
-def test_padding_repeats_the_border_at_right_and_bottom_only():
-    image = np.random.default_rng(1).integers(0, 256, (45, 61, 3), dtype=np.uint8)
-    plan = fit_image((61, 45), 61, 45, STRIDE)
-    net = plan.apply(image)
-    assert net.shape == (48, 64, 3) and net.dtype == np.uint8
-    np.testing.assert_array_equal(net[:45, :61], image)
-    np.testing.assert_array_equal(net[:45, 61:], np.repeat(image[:, -1:], 3, axis=1))
-    np.testing.assert_array_equal(net[45:, :61], np.repeat(image[-1:], 3, axis=0))
-
-
 @pytest.mark.parametrize('image_size, scaled', [
     ((640, 480), (640, 480)), ((480, 640), (480, 640)), ((1280, 400), (640, 200)), ((100, 100), (640, 640))])
 def test_whole_box_gives_inputs_of_one_size(image_size, scaled):

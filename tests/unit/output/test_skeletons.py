@@ -3,14 +3,7 @@ import re
 
 import pytest
 
-from openpose_ros_pkg.skeletons import (
-    BODY_25,
-    COCO_17,
-    COCO_18,
-    MPI_15,
-    Limb,
-    SkeletonModel,
-)
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15, Limb, SkeletonModel
 
 # OpenPose, src/openpose/pose/poseParameters.cpp and include/openpose/pose/poseParametersRender.hpp, in its own words:
 # POSE_*_BODY_PARTS, POSE_BODY_PART_PAIRS, POSE_MAP_INDEX.

@@ -19,10 +19,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_pictures_of_a_folder_come_in_the_order_of_their_names(folder):
-    assert [frame[0, 0, 0] for frame in VideoSource(str(folder)).frames()] == [10, 20, 30]
-
-
 def test_loop_begins_again(folder):
     frames = VideoSource(str(folder)).frames(loop=True)
     assert [next(frames)[0, 0, 0] for _ in range(7)] == [10, 20, 30, 10, 20, 30, 10]

@@ -58,14 +58,6 @@ def test_colours_are_cielab(bgr):
     assert weight.tolist() == [1]
 
 
-def test_the_difference_is_the_mean_of_the_parts_that_are_known_of_both():
-    first, second = np.zeros((1, 2, 3)), np.zeros((3, 2, 3))
-    second[:, 0], second[:, 1] = (3, 4, 0), (0, 0, 20)
-    distances = appearance.colour_distances(
-        Clothes(first, known([True, True])), Clothes(second, known([True, True], [True, False], [False, True])))
-    np.testing.assert_allclose(distances, [[12.5, 5, 20]])
-
-
 def test_the_colour_of_a_person_who_is_watched_is_the_mean_and_follows_the_light():
     clothes = Clothes.unknown(1)
     for lightness in (10, 20, 30):

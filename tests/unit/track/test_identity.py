@@ -12,11 +12,10 @@ from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import assign, compare, joined
+from skeleton_extract_3d.track.identity import assign, compare
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import Person, Room, pinhole, render, standing
 
-INDEX = COCO_18.index
 STAMP = 10.0
 RED, GREEN = (50.0, 70, 50), (60.0, -60, 50)  # CIELAB
 
@@ -77,11 +76,6 @@ def test_people_get_the_tracks_that_expect_them_in_any_order():
     assert rows(tracks, frame, people=permuted(frame, [2, 0, 1])) == [2, 0, 1]
 
 
-def test_a_new_person_has_no_track_and_a_lost_track_no_person():
-    assert rows(tracks_at(LEFT), scene(LEFT, RIGHT)) == [0, -1]
-    assert rows(tracks_at(LEFT, RIGHT), scene(RIGHT)) == [1]
-
-
 @pytest.mark.parametrize('step, same', [(0.1, True), (0.4, True), (0.7, False)])
 def test_a_person_who_is_beyond_the_gate_is_another_person(step, same):
     assert rows(tracks_at((0.0, 2.6)), scene((step, 2.6)), track_gate=0.5) == [0 if same else -1]
@@ -94,25 +88,9 @@ def test_the_gate_grows_while_a_person_is_away():
     assert rows(tracks, scene((1.2, 2.6)), stamp=STAMP - 0.9, track_gate=0.5, walking_speed=1.2) == [-1]
 
 
-def test_depth_tells_two_apart_who_are_in_one_line_of_sight():
-    # who is behind shows above and beside who is in front
-    near, far = (0.0, 2.2), (0.3, 3.6)
-    frame = scene(near, far)
-    assert rows(tracks_at(near, far), frame) == [0, 1]
-    assert rows(tracks_at(far, near), frame) == [1, 0]
-
-
 # --- clothes --------------------------------------------------------------------------------------------------------
 
 MIDDLE = [(-0.2, 2.6), (0.2, 2.6)]
-
-
-def test_two_who_come_back_from_out_of_sight_are_told_apart_by_colours():
-    tracks = dressed(tracks_at(*MIDDLE, last_seen=STAMP - 1.0), RED, GREEN)
-    frame = scene(*MIDDLE)
-    assert rows(tracks, frame, clothes(2, GREEN, RED)) == [1, 0]
-    assert rows(tracks, frame, clothes(2, RED, GREEN)) == [0, 1]
-    assert rows(tracks, frame, clothes(2, GREEN, RED), use_clothes=False) == [0, 1]
 
 
 def test_colours_count_little_for_people_who_were_never_out_of_sight():
@@ -124,41 +102,3 @@ def test_colours_count_little_for_people_who_were_never_out_of_sight():
 
 
 # --- halves ---------------------------------------------------------------------------------------------------------
-
-LOWER = [INDEX[f'{side}_{joint}'] for side in ('right', 'left') for joint in ('hip', 'knee', 'ankle')]
-
-
-def pieces(frame, *joints):
-    """Return one piece with these joints of each person of a frame."""
-    keypoints = frame.people.keypoints.copy()
-    for person, kept in zip(keypoints, joints):
-        person[[joint for joint in range(18) if joint not in kept]] = (np.nan, np.nan, 0)
-    return replace(frame.people, keypoints=keypoints)
-
-
-def joints_after_joining(tracks, frame, people, row):
-    seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
-    people, row = joined(tracks, seen, compare(tracks, seen), np.array(row))
-    assert len(people) == len(row)
-    return people.present.sum(axis=1).tolist(), row.tolist()
-
-
-UPPER, EVERYTHING = [joint for joint in range(18) if joint not in LOWER], range(18)
-
-
-def test_a_person_with_the_same_joints_is_no_half():
-    frame = scene(LEFT, (LEFT[0] + 0.15, LEFT[1]))
-    for joints in (EVERYTHING, [*LOWER, 0, 1, 2]):
-        assert joints_after_joining(tracks_at(LEFT), frame, pieces(frame, UPPER, joints), [0, -1])[1] == [0, -1]
-
-
-def test_legs_at_another_place_or_depth_are_not_joined():
-    frame = scene(LEFT, (LEFT[0] + 0.4, LEFT[1]))
-    assert joints_after_joining(tracks_at(LEFT), frame, pieces(frame, UPPER, LOWER), [0, -1])[1] == [0, -1]
-    frame = scene(LEFT)
-    farther = replace(frame, depth=(1.4 * frame.depth).astype(np.uint16))
-    both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
-    assert joints_after_joining(tracks_at(LEFT), farther, both, [0, -1])[1] == [0, -1]
-
-
-# --- the rest -------------------------------------------------------------------------------------------------------

@@ -42,12 +42,3 @@ def test_any_rate(people, rate, correlation):
     within_1, within_2 = shares(people(5.0, 6), rate, correlation)
     assert 0.53 < within_1 < 0.74
     assert within_2 > 0.96
-
-
-def test_joints_that_are_not_measured_are_known_as_the_filter_says():
-    xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 18, 3)) + np.array([0, 0, 3])
-    tracks = Tracks.begun(np.arange(1), 1.0, xyz, np.array([[1.0, 0, 0]]), np.array([1.7]))
-    missing = np.full((1, 18, 3, 3), np.nan)
-    innovations, errors = joint_errors(tracks, tracks.joints, (xyz * np.nan, missing), np.zeros((1, 18), bool), 1.1)
-    assert innovations[0] == 0
-    np.testing.assert_allclose(errors, tracks.joints.sigmas() ** 2)
