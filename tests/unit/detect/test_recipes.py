@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, MULTIPOSE_CROP, DetectorParams, recipe_of
+from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, DetectorParams, recipe_of
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
@@ -15,20 +15,6 @@ def first_pass(**params):
 
 
 # --- modes ----------------------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('recipe', [*MODES.values(), *FASTER], ids=lambda recipe: recipe.description)
-def test_networks_of_a_recipe_fit_together(recipe):
-    """One joint set, inputs of whole cells, and only networks that set-up fetches."""
-    assert set(recipe.models) <= {MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER}
-    assert len({model.skeleton for model in recipe.models}) == 1
-    assert recipe.models[0] is recipe.passes[0].model
-    for one in recipe.passes:
-        assert one.zooms[0] == 1 and all(0 < zoom <= 1 for zoom in one.zooms)
-        assert all(side % one.model.input.multiple_of == 0 for side in one.box)
-        assert not one.mirror or one.model.decoder == 'paf'
-    for one in recipe.refinements:
-        assert one.side % one.model.input.multiple_of == 0
-        assert one.model.input.fixed_size in (None, (one.side, one.side))
 
 
 def test_without_thunder_multipose_refines_people_but_fewer():

@@ -130,6 +130,15 @@ def test_keypoints_below_a_score_do_not_measure(score, status):
     assert errors(estimate, frame)[0, INDEX['left_knee']] < 0.1
 
 
+def test_a_keypoint_on_another_part_of_the_body_is_not_measured():
+    # there is the person's own surface, but no forearm reaches there
+    frame = scene()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist']] = keypoints[0, INDEX['right_knee']]
+    status = shown(frame, 1, people=People2D(COCO_18, keypoints, [1], [-1])).people.status[0]
+    assert status[INDEX['left_wrist']] != MEASURED and status[INDEX['right_knee']] == MEASURED
+
+
 # --- tracking -------------------------------------------------------------------------------------------------------
 
 def test_without_tracking_nothing_is_remembered():

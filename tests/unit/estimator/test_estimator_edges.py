@@ -271,14 +271,6 @@ def test_two_who_cross_keep_their_ids(speeds, colours):
     assert set(given[0]) != set(given[1])
 
 
-@pytest.mark.parametrize('speeds', [(0.7, -0.7), (0.9, 0.0)])
-def test_ids_survive_two_seconds_out_of_sight(speeds):
-    frames = crossing(speeds)
-    given = followed(frames, lambda i, frame: (frame.ids == 1) & (abs(i - 18) < 10))
-    assert all(len(set(found)) == 1 for found in given.values()), {true: set(found) for true, found in given.items()}
-    assert set(given[0]) != set(given[1])
-
-
 def test_keypoints_of_a_hidden_person_are_not_measured_on_the_person_in_front():
     # a network may tell where a hidden person is, here it always does
     estimator, given, lies, right, hidden = new_estimator(), {}, 0, 0, 0

@@ -1,6 +1,4 @@
 """What a frame shows of people: keypoints on the grid of the points, rays, and samples of the surfaces."""
-from functools import lru_cache
-
 import numpy as np
 import pytest
 
@@ -14,41 +12,37 @@ from synthetic_scene import Person, Room, pinhole, render, standing
 INDEX = COCO_18.index
 
 
-@lru_cache(maxsize=None)
-def scene():
-    return render(pinhole(320, 180), [Person(1, 0.1, 2.6, standing()), Person(2, -1.0, 3.4, standing(), scale=0.6)],
-                  Room(wall=4.0))
+WRIST = INDEX['left_wrist']
+FRAME = render(pinhole(320, 180), [Person(1, 0.1, 2.6, standing()), Person(2, -1.0, 3.4, standing(), scale=0.6)],
+               Room(wall=4.0))
 
 
-def look(frame, people=None, size=None, camera=None):
-    camera = camera or frame.camera
-    return observe(frame.people if people is None else people, size or frame.size,
-                   DepthImage(frame.depth, camera), camera)
+def look(people, camera=FRAME.camera):
+    return observe(people, FRAME.size, DepthImage(FRAME.depth, camera), camera)
+
+
+def with_wrist_at(x, y):
+    keypoints = FRAME.people.keypoints.copy()
+    keypoints[0, WRIST, :2] = x, y
+    return People2D(COCO_18, keypoints, [1, 1], [-1, -1])
 
 
 def test_no_people():
-    seen = look(scene(), People2D.empty(COCO_18))
+    seen = look(People2D.empty(COCO_18))
     assert seen.uv.shape == (0, 18, 2) and seen.rays.shape == (0, 18, 3) and seen.samples.shape == (0, 18, 25)
     assert seen.adult_depth.shape == (0,) and seen.known_rays.shape == (0, 18, 3)
 
 
 def test_keypoints_outside_the_picture_have_a_ray_but_no_surface():
-    frame = scene()
-    keypoints = frame.people.keypoints.copy()
-    keypoints[0, INDEX['left_wrist'], :2] = (-40, 90)
-    seen = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]))
-    assert seen.known[0, INDEX['left_wrist']] and np.isnan(seen.samples[0, INDEX['left_wrist']]).all()
-    assert seen.rays[0, INDEX['left_wrist'], 0] == pytest.approx((-40 - 159.5) / 180)
+    seen = look(with_wrist_at(-40, 90))
+    assert seen.known[0, WRIST] and np.isnan(seen.samples[0, WRIST]).all()
+    assert seen.rays[0, WRIST, 0] == pytest.approx((-40 - 159.5) / 180)
 
 
 def test_a_keypoint_that_no_ray_reaches_counts_as_missing():
-    frame = scene()
     # a lens that folds the picture back on itself beyond 28 degrees: nothing is seen at its corners
-    lens = CameraModel(320, 180, frame.camera.matrix, 'plumb_bob', [-1.2, 0, 0, 0, 0])
-    keypoints = frame.people.keypoints.copy()
-    keypoints[0, INDEX['left_wrist'], :2] = (318, 2)
-    seen = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]), camera=lens)
-    wrist = INDEX['left_wrist']
-    assert not seen.known[0, wrist] and seen.scores[0, wrist] == 0 and np.isnan(seen.uv[0, wrist]).all()
+    lens = CameraModel(320, 180, FRAME.camera.matrix, 'plumb_bob', [-1.2, 0, 0, 0, 0])
+    seen = look(with_wrist_at(318, 2), lens)
+    assert not seen.known[0, WRIST] and seen.scores[0, WRIST] == 0 and np.isnan(seen.uv[0, WRIST]).all()
     assert np.isfinite(seen.rays).all()
     assert seen.known[0, INDEX['neck']]

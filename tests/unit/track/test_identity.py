@@ -99,6 +99,3 @@ def test_colours_count_little_for_people_who_were_never_out_of_sight():
     assert rows(tracks, scene(LEFT, RIGHT), clothes(2, GREEN, RED)) == [0, 1]
     tracks = dressed(tracks_at(*MIDDLE), RED, GREEN)
     assert rows(tracks, scene(*MIDDLE), clothes(2, GREEN, RED)) == [0, 1]
-
-
-# --- halves ---------------------------------------------------------------------------------------------------------
