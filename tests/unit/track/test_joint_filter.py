@@ -7,21 +7,16 @@ from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays
 DT = 1 / 15
 
 
-def filters(tracks=1, points=1, at=(0.0, 0.0, 3.0), sigma=0.3, speed=1.0):
-    """Return filters whose points have just begun."""
-    return JointFilter.at_rest(np.tile(np.array(at, float), (tracks, points, 1)), sigma, speed)
+def filters(tracks=1, points=1):
+    """Return filters whose points, 3 m ahead, have just begun."""
+    return JointFilter.at_rest(np.tile([0.0, 0.0, 3.0], (tracks, points, 1)), 0.3, 1.0)
 
 
-def corrected(joints, measured, covariance, mask=None):
-    """Measure all points, or those of a mask, at (3,) or (T, K, 3) with one (3, 3) covariance."""
-    shape = joints.position.shape
-    return joints.corrected(np.broadcast_to(measured, shape), np.broadcast_to(covariance, (*shape, 3)),
-                            np.ones(shape[:2], bool) if mask is None else mask)
-
-
-def step(joints, measured, covariance, acceleration=4.0, elapsed=DT):
+def step(joints, measured, covariance):
     """Predict, then measure all points at (3,) or (T, K, 3) with one (3, 3) covariance."""
-    return corrected(joints.predicted(elapsed, np.full(joints.position.shape[1], acceleration)), measured, covariance)
+    shape = joints.position.shape
+    return joints.predicted(DT, np.full(shape[1], 4.0)).corrected(
+        np.broadcast_to(measured, shape), np.broadcast_to(covariance, (*shape, 3)), np.ones(shape[:2], bool))
 
 
 def covariances(joints):
@@ -32,26 +27,12 @@ def covariances(joints):
 
 
 def test_no_tracks():
-    joints = filters(tracks=0, points=18).predicted(DT, np.full(18, 4.0))
-    joints = corrected(joints, np.zeros((0, 18, 3)), np.eye(3)).transformed(np.eye(3), np.zeros(3))
+    joints = step(filters(tracks=0, points=18), np.zeros((0, 18, 3)), np.eye(3)).transformed(np.eye(3), np.zeros(3))
     assert joints.position.shape == (0, 18, 3) and joints.sigmas().shape == (0, 18)
 
 
-def test_only_what_was_measured_changes():
-    before = filters(tracks=3, points=4)
-    mask = np.zeros((3, 4), bool)
-    mask[1, 2] = True
-    measured = np.full((3, 4, 3), np.nan)
-    measured[1, 2] = (0.1, 0, 3)
-    joints = corrected(before, measured, 0.01 * np.eye(3), mask)
-    changed = (joints.position != before.position).any(axis=2)
-    np.testing.assert_array_equal(np.argwhere(changed), [[1, 2]])
-    np.testing.assert_array_equal((covariances(joints) != covariances(before)).any(axis=(2, 3)), changed)
-    np.testing.assert_array_equal(before.position, filters(tracks=3, points=4).position, 'a value does not change')
-
-
 def test_it_is_the_textbooks_filter():
-    rng, joints = np.random.default_rng(1), filters(at=(0, 0, 3))
+    rng, joints = np.random.default_rng(1), filters()
     state, covariance = np.array([0, 0, 3.0, 0, 0, 0]), np.diag([0.09] * 3 + [1.0] * 3)
     transition = np.block([[np.eye(3), DT * np.eye(3)], [np.zeros((3, 3)), np.eye(3)]])
     noise = np.block([[DT ** 4 / 4 * np.eye(3), DT ** 3 / 2 * np.eye(3)],
