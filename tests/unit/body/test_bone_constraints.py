@@ -26,10 +26,6 @@ def satisfied(xyz, covariance=None, usable=None, spread=0.03):
                            np.ones(xyz.shape[:2], bool) if usable is None else usable)
 
 
-def test_no_people():
-    assert satisfied(np.zeros((0, 18, 3))).shape == (0, 18, 3)
-
-
 def test_a_bone_is_one_more_measurement():
     # scalar Kalman update: both ends 3 cm per axis uncertain, the length 0.03 * 0.25 m
     xyz = person()

@@ -97,8 +97,9 @@ def walk(frames=45, rate=RATE, speed=1.0, camera=SMALL, depth=3.0):
 # ------------------------------------------------------------------------------------------------- no people
 
 
-def test_no_people():
-    estimator = new_estimator()
+@pytest.mark.parametrize('values', [{}, {'lifting': 'mean3x3'}, {'tracking': False}], ids=str)
+def test_no_people_pass_through_all_steps(values):
+    estimator = new_estimator(**values)
     frame = render(SMALL, [])
     for i in range(3):
         estimate = update(estimator, frame, i / RATE)

@@ -50,13 +50,6 @@ def rays_of(xyz, head):
     return (places / places[:, 2:])[None]
 
 
-def test_no_people():
-    bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros(0), np.zeros((0, 12), bool))
-    costs, left = METHOD.compiled.infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0),
-                                               *bones, np.zeros((0, 3)))
-    assert costs.shape == (0, 13, STEPS) and left.shape == (0, 3)
-
-
 # --- reading --------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('depth', [-0.5, -0.013, 0.0, 0.31])

@@ -34,11 +34,6 @@ def pose_of(rays, cosine=1.0, scale=1.0, scores=None):
                                                         np.full(count, cosine)))
 
 
-def test_no_people():
-    head = pose_of(np.zeros((0, 18, 3)))
-    assert head.ray.shape == (0, 3) and head.depths.shape == head.surface.shape == (0, 5) and head.known.shape == (0,)
-
-
 def test_without_a_joint_of_the_head_nothing_is_known_and_all_is_finite():
     head = pose_of(np.full((1, 18, 3), np.nan))
     assert not head.known.any()

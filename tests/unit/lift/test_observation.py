@@ -27,12 +27,6 @@ def with_wrist_at(x, y):
     return People2D(COCO_18, keypoints, [1, 1], [-1, -1])
 
 
-def test_no_people():
-    seen = look(People2D.empty(COCO_18))
-    assert seen.uv.shape == (0, 18, 2) and seen.rays.shape == (0, 18, 3) and seen.samples.shape == (0, 18, 25)
-    assert seen.adult_depth.shape == (0,) and seen.known_rays.shape == (0, 18, 3)
-
-
 def test_keypoints_outside_the_picture_have_a_ray_but_no_surface():
     seen = look(with_wrist_at(-40, 90))
     assert seen.known[0, WRIST] and np.isnan(seen.samples[0, WRIST]).all()

@@ -40,13 +40,6 @@ def likely(frame):
     return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen, root, covered)
 
 
-def test_no_people():
-    frame = scene(standing())
-    none = observed(frame).select(np.zeros(0, int))
-    owned = occluders.ownership(DepthImage(frame.depth, CAMERA), none, np.zeros(0), np.zeros((0, 3)), None)
-    assert owned.own.shape == owned.covered.shape == (0, 18) and owned.foreign is None
-
-
 def test_a_hand_that_is_held_out_is_the_own_one():
     rest = standing(5)
     forwards = np.stack([pointing(80, 5, side) for side in (-1, 1)])

@@ -9,7 +9,6 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import Ownership, Skin
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import DepthImage
 
 CAMERA = CameraModel(64, 36, [36.0, 0, 31.5, 0, 36.0, 17.5, 0, 0, 1])
 INDEX = COCO_18.index
@@ -18,21 +17,6 @@ ROOT_DEPTHS = METHOD.trunk.depths
 
 def root_evidence(depth, foreign=None):
     return METHOD.compiled.root_evidence(depth, np.ones(depth.shape[:2]), foreign)[0]
-
-
-def costs(people, offset=0.05):
-    """Return the costs of people whose samples are all 2.5 m away, with joints under their skin, (P, 18, 45)."""
-    full = np.ones((people, 18))
-    seen = SimpleNamespace(samples=np.full((people, 18, 25), 2.5), scores=full)
-    return surfaces.depth_costs(seen, np.full(people, 2.5), Skin(offset * full, 0.08 * full),
-                                Ownership(full, full < 0, None))
-
-
-def test_no_people():
-    assert surfaces.window_depths(DepthImage(np.ones((36, 64), np.float32), CAMERA), np.zeros((0, 18, 2)),
-                                  np.zeros(0)).shape == (0, 18, 25)
-    assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
-    assert costs(0).shape == (0, 18, METHOD.costs.steps)
 
 
 def flat_rays(depth, scale=1.0):
@@ -64,7 +48,10 @@ def test_samples_of_others_do_not_tell_where_a_person_is():
 
 @pytest.mark.parametrize('offset', [0.0, 0.05, 0.115])
 def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
-    cost = costs(1, offset)
+    full = np.ones((1, 18))
+    seen = SimpleNamespace(samples=np.full((1, 18, 25), 2.5), scores=full)
+    cost = surfaces.depth_costs(seen, np.array([2.5]), Skin(offset * full, 0.08 * full),
+                                Ownership(full, full < 0, None))
     assert cost.dtype == np.float32 and cost.shape == (1, 18, METHOD.costs.steps)
     assert (cost.min(axis=2) == 0).all()
     # half a step

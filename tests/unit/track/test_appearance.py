@@ -29,13 +29,6 @@ def known(*parts):
     return np.array(parts, bool)
 
 
-def test_no_people():
-    assert appearance.clothes_pixels(np.zeros((0, 18, 2))).shape == (0, 18, 2)
-    clothes = appearance.mean_colours(picture(), np.zeros((0, 18, 2)), np.zeros((0, 18), bool))
-    assert clothes.colours.shape == (0, 2, 3) and clothes.weights.shape == (0, 2)
-    assert appearance.colour_distances(Clothes.unknown(2), Clothes.unknown(0)).shape == (2, 0)
-
-
 def test_the_pixels_show_shirt_and_trousers():
     frame = render(pinhole(480, 270), [Person(1, 0.1, 2.6, standing(), shirt=(200, 20, 20), trousers=(20, 200, 20)),
                                        Person(2, -1.0, 2.6, standing(), shirt=(20, 20, 200), trousers=(90, 90, 90))],

@@ -6,7 +6,6 @@ import pytest
 from estimating import tracks_of
 from skeleton_extract_3d.body.body import HEAD
 from skeleton_extract_3d.track.correction import come_along
-from skeleton_extract_3d.track.tracks import Tracks
 
 STEP = np.array([0.8, 0.0, -0.3])
 HEAD_SEEN = np.isin(np.arange(18), HEAD)[None]
@@ -27,8 +26,3 @@ def test_whose_body_comes_along(unseen, seen, moves):
     after = come_along(before.joints._replace(position=position), before, seen, 1.0 + unseen)
     expected = before.joints.position + (STEP if moves else np.where(seen[..., None], STEP, 0))
     np.testing.assert_allclose(after.position, expected, atol=1e-12)
-
-
-def test_no_people():
-    none = Tracks.none()
-    assert len(come_along(none.joints, none, np.zeros((0, 18), bool), 1.0).position) == 0

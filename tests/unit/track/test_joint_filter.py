@@ -26,11 +26,6 @@ def covariances(joints):
                            np.concatenate([np.swapaxes(cross, 2, 3), joints.velocity_covariance], axis=3)], axis=2)
 
 
-def test_no_tracks():
-    joints = step(filters(tracks=0, points=18), np.zeros((0, 18, 3)), np.eye(3)).transformed(np.eye(3), np.zeros(3))
-    assert joints.position.shape == (0, 18, 3) and joints.sigmas().shape == (0, 18)
-
-
 def test_it_is_the_textbooks_filter():
     rng, joints = np.random.default_rng(1), filters()
     state, covariance = np.array([0, 0, 3.0, 0, 0, 0]), np.diag([0.09] * 3 + [1.0] * 3)
