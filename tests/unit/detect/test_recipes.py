@@ -10,10 +10,6 @@ from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOV
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
 
-def first_pass(**params):
-    return recipe_of(DetectorParams(**params)).passes[0]
-
-
 # --- modes ----------------------------------------------------------------------------------------------------------
 
 
@@ -64,24 +60,20 @@ def test_crop_refinement(mode):
 def test_one_network_alone(name, model):
     recipe = recipe_of(DetectorParams(mode='accurate', pose_model=name))
     assert recipe.models == (MODELS[model],) and recipe.refinements == () and len(recipe.passes) == 1
-    assert recipe.passes[0].mirror == (MODELS[model].decoder == 'paf')
+    assert recipe.passes[0].mirror == (MODELS[model].decoder == 'paf') and len(recipe.passes[0].zooms) == 3
     refined = recipe_of(DetectorParams(pose_model=name, look_closer=5))
     assert refined.models[-1] == MOVENET_THUNDER and refined.max_refined == 5
     crop, = set(refined.place_weights[refined.pass_opinions:])
     assert set(refined.place_weights[:refined.pass_opinions]) == {crop}
 
 
-def test_one_network_alone_gets_openposes_input_a_larger_one_or_a_smaller_one():
-    boxes = {mode: first_pass(mode=mode, pose_model='BODY_25').box for mode in MODES}
-    assert boxes == {'fast': (328, 184), 'balanced': (656, 368), 'accurate': (984, 552)}
-    assert first_pass(mode='accurate', pose_model='BODY_25').mirror
-    assert len(first_pass(mode='accurate', pose_model='BODY_25').zooms) == 3
-
-
-def test_yolo_pose_sees_the_image_in_the_sizes_that_it_was_trained_for(tmp_path):
+@pytest.mark.parametrize('name, boxes', [
+    ('BODY_25', [(328, 184), (656, 368), (984, 552)]), ('mine.yaml', [(480, 480), (640, 640), (960, 960)])])
+def test_one_network_alone_gets_openposes_input_or_that_of_yolos_training_or_one_larger_or_smaller(
+        tmp_path, monkeypatch, name, boxes):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / 'mine.yaml').write_text('{decoder: yolo_pose, files: [a.onnx]}')
-    boxes = {mode: first_pass(mode=mode, pose_model=str(tmp_path / 'mine.yaml')).box for mode in MODES}
-    assert boxes == {'fast': (480, 480), 'balanced': (640, 640), 'accurate': (960, 960)}
+    assert [recipe_of(DetectorParams(mode=mode, pose_model=name)).passes[0].box for mode in MODES] == boxes
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------

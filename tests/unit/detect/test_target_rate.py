@@ -4,9 +4,8 @@ import dataclasses
 import pytest
 
 from openpose_ros_pkg.detect import target_rate
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, NetworkPass, Recipe, recipe_of
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
-from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
 CLOSER = 256 * 256
@@ -52,21 +51,13 @@ def rate_for(seconds):
     return 0.5 / (seconds * 1.0001)
 
 
-def for_two(recipe):
-    """The recipe where there is just time to refine two people."""
-    return dataclasses.replace(recipe, max_refined=2)
-
-
-def alone(name='mobilenet_thin', **params):
-    return recipe_of(DetectorParams(pose_model=name, **params))
-
-
 # --- several networks -----------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('step', range(len(FASTER)))
 def test_the_most_accurate_that_fits_is_taken(step, monkeypatch):
     rate = rate_for(foreseen_seconds(FASTER[step], PACE))
-    assert fitted(MODES['balanced'], rate, monkeypatch) == for_two(FASTER[step])
+    # there is just time to refine two people
+    assert fitted(MODES['balanced'], rate, monkeypatch) == dataclasses.replace(FASTER[step], max_refined=2)
 
 
 @pytest.mark.parametrize('people, refined', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 20)])
@@ -87,14 +78,6 @@ def test_no_more_people_are_refined_than_there_is_time_for(people, refined, monk
     # never below half the sides
     (2.0, (328, 184))])
 def test_the_input_shrinks_as_far_as_the_target_rate_needs(seconds, box, monkeypatch):
-    recipe = alone()
+    recipe = recipe_of(DetectorParams(pose_model='mobilenet_thin'))
     less = fitted(recipe, 10.0, monkeypatch, pace={'mobilenet_thin': seconds / THIN})
     assert less == dataclasses.replace(recipe, passes=(dataclasses.replace(recipe.passes[0], box=box),))
-
-
-# --- measuring ------------------------------------------------------------------------------------------------------
-
-def test_the_first_run_does_not_count(monkeypatch):
-    """It compiles the network."""
-    recipe = Recipe((NetworkPass(MOBILENET_THIN, (656, 368)),))
-    assert fitted(recipe, 10.0, monkeypatch, pace={'mobilenet_thin': 0.049 / THIN}) is recipe

@@ -7,7 +7,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.depth_inference import bones_of
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
-STEPS, DELTAS = METHOD.costs.steps, METHOD.costs.deltas
+DELTAS = METHOD.costs.deltas
 ROOT_ROWS, MIDDLE_ROWS, END_ROWS = slice(0, 4), slice(4, 8), slice(8, 12)
 # The joints in the order of the arrays; after them comes the middle of the ears.
 NAMES = [JOINTS[joint] for joint in (*ROOTS, *MIDDLES, *ENDS)]

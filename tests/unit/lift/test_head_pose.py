@@ -27,11 +27,10 @@ def rays_of(yaw, scale=1.0, middle=(0.2, -0.3)):
     return rays
 
 
-def pose_of(rays, cosine=1.0, scale=1.0, scores=None):
-    count = len(rays)
-    scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0) if scores is None else scores
-    return HeadPose(*METHOD.compiled.estimate_head_pose(rays, scores, np.full(count, DEPTH), np.full(count, scale),
-                                                        np.full(count, cosine)))
+def pose_of(rays, cosine=1.0, scale=1.0):
+    scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0)
+    return HeadPose(*METHOD.compiled.estimate_head_pose(rays, scores, np.array([DEPTH]), np.array([scale]),
+                                                        np.array([cosine])))
 
 
 def test_without_a_joint_of_the_head_nothing_is_known_and_all_is_finite():

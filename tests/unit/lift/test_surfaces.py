@@ -8,9 +8,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import Ownership, Skin
-from skeleton_extract_3d.points.camera import CameraModel
 
-CAMERA = CameraModel(64, 36, [36.0, 0, 31.5, 0, 36.0, 17.5, 0, 0, 1])
 INDEX = COCO_18.index
 ROOT_DEPTHS = METHOD.trunk.depths
 
