@@ -2,6 +2,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
@@ -66,3 +67,11 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     assert occluders.likely_own(points, beside, root, covered)[0, INDEX['left_wrist']] < 0.5
     # a folded arm stands out from the trunk
     assert likely(scene(folded_arm()))[0, INDEX['left_wrist']] > 0.5
+
+
+@pytest.mark.parametrize('towards, share', [(0.9, 0.15), (-0.9, 1.0)], ids=['left', 'right'])
+def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(towards, share):
+    frame, wrist = scene(folded_arm()), INDEX['left_wrist']
+    facing, turned = (occluders.ownership(DepthImage(frame.depth, CAMERA), observed(frame), np.array([2.6]), left, None)
+                      .own[0] for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
+    assert turned[wrist] == pytest.approx(share * facing[wrist])

@@ -54,3 +54,11 @@ def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
     assert (cost.min(axis=2) == 0).all()
     # half a step
     assert METHOD.costs.deltas[cost[0, INDEX['left_wrist']].argmin()] == pytest.approx(offset, abs=0.021)
+
+
+def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
+    evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
+    assert ROOT_DEPTHS[evidence.argmax()] == pytest.approx(3.0, rel=METHOD.trunk.step)
+    nearer, further = (np.interp(depth, ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
+    # people may be turned away or bent, which makes them look smaller and never larger
+    assert 0 > nearer > 0.5 * further

@@ -26,3 +26,10 @@ def test_whose_body_comes_along(unseen, seen, moves):
     after = come_along(before.joints._replace(position=position), before, seen, 1.0 + unseen)
     expected = before.joints.position + (STEP if moves else np.where(seen[..., None], STEP, 0))
     np.testing.assert_allclose(after.position, expected, atol=1e-12)
+
+
+def test_in_another_frame_people_and_their_directions_turn():
+    quarter, before = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), tracks()
+    after = before.transformed(quarter, np.array([0, 0, 1.0]))
+    np.testing.assert_allclose(after.joints.position, before.joints.position @ quarter.T + [0, 0, 1])
+    np.testing.assert_allclose([after.left[0], after.down[0]], [[0, 0, -1], [0, 1, 0]])

@@ -12,9 +12,9 @@ from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import assign, compare
+from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.tracks import Tracks
-from synthetic_scene import Person, Room, pinhole, render, standing
+from synthetic_scene import Person, Room, pinhole, render, standing, without_joints
 
 STAMP = 10.0
 RED, GREEN = (50.0, 70, 50), (60.0, -60, 50)  # CIELAB
@@ -77,3 +77,18 @@ def test_colours_count_little_for_people_who_were_never_out_of_sight(places):
     # a shadow, or an arm before the chest
     tracks = replace(tracks_at(*places), clothes=clothes(RED, GREEN))
     assert rows(tracks, scene(*places), clothes(GREEN, RED)) == [0, 1]
+
+
+LOWER = np.isin(COCO_18.joints, [f'{side}_{joint}' for side in ('right', 'left') for joint in ('hip', 'knee', 'ankle')])
+
+
+@pytest.mark.parametrize('lower, aside, depth', [
+    (np.ones(18, bool), 0.15, 1.0), (LOWER | (np.arange(18) < 3), 0.15, 1.0), (LOWER, 0.4, 1.0), (LOWER, 0.0, 1.4)],
+    ids=['the same joints', 'some of the same', 'at another place', 'farther away'])
+def test_what_is_no_half_of_a_person_is_not_joined(lower, aside, depth):
+    frame = scene(LEFT, (LEFT[0] + aside, LEFT[1])) if aside else scene(LEFT)
+    people = frame.people.select(np.array([0, len(frame.people) - 1]))
+    people = without_joints(people, np.stack([LOWER, ~lower]))
+    seen = observe(people, frame.size, DepthImage((depth * frame.depth).astype(np.uint16), frame.camera), frame.camera)
+    tracks = tracks_at(LEFT)
+    assert joined(tracks, seen, compare(tracks, seen), np.array([0, -1]))[1].tolist() == [0, -1]
