@@ -116,8 +116,9 @@ class CloudToDepthTest(unittest.TestCase):
         depths, infos = self.listen('alone')
         xyz = surface()
         self.diagnostics.await_text('alone/cloud_to_depth', *(
-            f'no message on /alone/{topic}: published by 1 nodes, which send nothing' for topic in ('points',
-                                                                                                   'camera_info')))
+            f'no message on /alone/{topic}: published by 1 nodes, which send nothing; '
+            f'other topics of type {kind._type}: /'
+            for topic, kind in (('points', PointCloud2), ('camera_info', CameraInfo))))
         self.assertEqual(self.diagnostics.reports('alone/cloud_to_depth')[-1].level, 'WARN')
         self.send('alone', cloud(xyz, rospy.Time()))
         await_true(lambda: '/alone/points' not in self.diagnostics.texts('alone/cloud_to_depth')[-1], 'clouds came')

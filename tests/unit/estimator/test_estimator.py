@@ -51,6 +51,13 @@ def errors(estimate, frame):
     return np.linalg.norm(estimate.people.xyz - frame.xyz, axis=2)
 
 
+def surface(people, frame):
+    """Return the depth at the pixels of joints, (P, K) [m]."""
+    uv = frame.camera.project(people.xyz.reshape(-1, 3)).reshape(*people.xyz.shape[:2], 2)
+    u, v = np.rint(uv).astype(int).transpose(2, 0, 1)
+    return frame.depth[v, u] / 1000
+
+
 # --- no people ------------------------------------------------------------------------------------------------------
 
 
@@ -92,6 +99,19 @@ def test_the_original_method_with_occlusion_leaves_hidden_joints_where_robust_li
     window = lift_by_window(frame.people, frame.size, DepthImage(frame.depth, frame.camera))
     np.testing.assert_allclose(original.xyz[seen], window.xyz[seen], atol=0.03)
     np.testing.assert_allclose(original.xyz[~seen], robust.xyz[~seen], atol=0.1)
+
+
+@pytest.mark.parametrize('smoothing', [True, False])
+def test_without_offsets_joints_are_on_the_surface(smoothing):
+    frame = scene()
+    none, inside = (shown(frame, surface_offsets=offsets, smoothing=smoothing).people
+                    for offsets in ('none', 'anatomical'))
+    assert (none.status == MEASURED).all()
+    # the mean of a window on a round limb is behind its middle, by up to the radius
+    assert np.abs(none.xyz[..., 2] - surface(none, frame)).max() < 0.04
+    deeper = inside.xyz[0, :, 2] - none.xyz[0, :, 2]
+    for joint, offset in (('left_hip', 0.115), ('right_shoulder', 0.067), ('left_knee', 0.078), ('nose', 0.003)):
+        assert deeper[INDEX[joint]] == pytest.approx(offset, abs=0.02), joint
 
 
 # --- occlusion ------------------------------------------------------------------------------------------------------
@@ -217,8 +237,8 @@ def test_smoothing_takes_noise_away():
 
 # --- reconfiguration ------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'lifting': 'mean3x3'}],
-                         ids=str)
+@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'surface_offsets': 'none'},
+                                    {'lifting': 'mean3x3'}], ids=str)
 def test_parameters_that_change_while_it_runs_keep_the_ids(values):
     frame, estimator = scene(*WALKERS), new_estimator()
     before = shown(frame, estimator=estimator).people.ids.tolist()
