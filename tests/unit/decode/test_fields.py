@@ -35,14 +35,10 @@ def assert_people(plan, fields, people, model, atol):
         np.testing.assert_allclose(found[:, :2], plan.to_net(person), atol=atol)
 
 
-# --- none, one look -------------------------------------------------------------------------------------------------
-
 def test_one_look_is_handed_on():
     plan, fields = look([], (641, 479), COCO)
     assert average_fields([fields], [plan], [False], COCO) is fields
 
-
-# --- known people ---------------------------------------------------------------------------------------------------
 
 @NETWORKS
 def test_scales_and_mirror_images(model):

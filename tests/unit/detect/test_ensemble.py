@@ -26,15 +26,10 @@ def grouped(*sources):
                   key=lambda person: min(person.values()))
 
 
-# --- who is who -----------------------------------------------------------------------------------------------------
-
-
 def test_the_more_alike_pose_is_the_person():
     """Both poses of the second source would do; the other one stays a person of its own."""
     assert grouped([pose(100)], [pose(112), pose(99)]) == [{0: 100, 1: 99}, {1: 112}]
 
-
-# --- where the joints are -------------------------------------------------------------------------------------------
 
 def test_agreement_gives_the_place_and_the_score():
     """Score: the root of the mean over the sources of their scores."""
@@ -94,8 +89,6 @@ def test_any_opinions_give_a_pose_among_them(seed, count, noise, share, silent):
     backwards = {number: poses[number] for number in reversed(range(count))}
     np.testing.assert_allclose(vote(backwards, weights, SIGMAS), result, atol=1e-2)
 
-
-# --- people ---------------------------------------------------------------------------------------------------------
 
 def test_of_people_who_are_almost_the_same_the_surest_stays_also_with_left_and_right_exchanged():
     people = np.stack([pose(100), pose(400), pose(102), pose(401)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])

@@ -1,5 +1,4 @@
 """Life stories of people who are followed: networks look where they are expected, and search the rest now and then."""
-
 import numpy as np
 import pytest
 

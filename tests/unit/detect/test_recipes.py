@@ -12,7 +12,6 @@ ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
 # --- modes ----------------------------------------------------------------------------------------------------------
 
-
 def test_without_thunder_multipose_refines_people_but_fewer():
     recipe = MODES['balanced']
     assert recipe.without([MOVENET_THUNDER]) == replace(recipe, refinements=(MULTIPOSE_CROP,), max_refined=6)
@@ -53,7 +52,6 @@ def test_crop_refinement(mode):
 
 
 # --- one network alone ----------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize('name, model', [
     *((name, name) for name in MODELS), ('BODY_25', 'body_25'), ('MPI', 'mpi')])

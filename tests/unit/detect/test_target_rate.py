@@ -51,8 +51,6 @@ def rate_for(seconds):
     return 0.5 / (seconds * 1.0001)
 
 
-# --- several networks -----------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('step', range(len(FASTER)))
 def test_the_most_accurate_that_fits_is_taken(step, monkeypatch):
     rate = rate_for(foreseen_seconds(FASTER[step], PACE))
@@ -67,8 +65,6 @@ def test_no_more_people_are_refined_than_there_is_time_for(people, refined, monk
     seconds = PACE['movenet_multipose'] * 384 * 224 + PACE['movenet_thunder'] * people * CLOSER
     assert fitted(recipe, rate_for(seconds), monkeypatch) == dataclasses.replace(recipe, max_refined=refined)
 
-
-# --- one network ----------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('seconds, box', [
     # 10 Hz leave the network 50 ms of each 100

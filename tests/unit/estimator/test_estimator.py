@@ -60,7 +60,6 @@ def surface(people, frame):
 
 # --- no people ------------------------------------------------------------------------------------------------------
 
-
 def test_a_cloud_without_any_valid_point_before_there_was_one_gives_no_people():
     frame, nan = scene(), np.full((180, 320), np.nan, np.float32)
     estimator = new_estimator()

@@ -1,5 +1,4 @@
 """Drawn people: colours, opacity, labels, borders."""
-
 import numpy as np
 import pytest
 

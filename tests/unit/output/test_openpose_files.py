@@ -45,7 +45,6 @@ def assert_same(read, people, ids=True):
 
 # --- JSON
 
-
 def test_json_has_the_layout_of_openpose():
     assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'
     keypoints = np.full((1, 18, 3), np.nan, np.float32)
@@ -99,7 +98,6 @@ def test_json_of_another_layout_or_joint_set_is_refused():
 
 # --- keypoint files
 
-
 @pytest.mark.parametrize('people, file_format', [
     (People2D.empty(COCO_18), 'yml'), (People2D.empty(COCO_18), 'xml'), (some_people(), 'yml'), (some_people(), 'xml'),
     (some_people(), 'json'), (some_people(BODY_25, count=1), 'yaml')])
@@ -123,7 +121,6 @@ def test_what_is_no_keypoint_file_is_refused(tmp_path, text):
 
 
 # --- joint sets
-
 
 def test_joints_keep_their_names_in_another_joint_set():
     people = some_people()
@@ -150,7 +147,6 @@ def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, t
 
 
 # --- video
-
 
 def video_frames(path):
     capture = cv2.VideoCapture(str(path))
@@ -200,7 +196,6 @@ def test_video_that_can_not_be_begun_leaves_what_was_there(tmp_path):
 
 # --- all files of a frame
 
-
 def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
     params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i/deep'),
                         write_keypoint=str(tmp_path / 'k'), write_video=str(tmp_path / 'v.avi'))
@@ -247,7 +242,6 @@ def test_a_place_that_can_not_be_written_is_an_error_at_start(tmp_path, key):
 
 
 # --- recorder
-
 
 class HeldWriter:
     """Writes nothing until it is let go."""

@@ -46,7 +46,6 @@ def events(estimate):
 
 # ---------------------------------------------------------------------------------------------------- no depth
 
-
 @pytest.mark.parametrize('value, said', [(np.nan, 'NaN'), (0, '0'), (np.inf, 'infinite'), (-1, 'negative')])
 def test_no_valid_point_is_said_with_what_is_there_instead(value, said):
     summary = summarize(metres(np.full((180, 320), value)))
@@ -90,7 +89,6 @@ def test_people_are_inferred_while_the_depth_is_gone_until_the_timeout():
 
 # --------------------------------------------------------------------------------------- image and depth of others
 
-
 def test_people_fit_the_depth_of_their_own_camera():
     assert not any(map(events, estimates(lambda i: cloud(), frames=40)))
 
@@ -117,7 +115,6 @@ def test_depth_that_stands_still_is_said_while_the_image_moves():
 
 
 # ------------------------------------------------------------------------------------------ any camera, any points
-
 
 # a fisheye with 1e5 folds nothing; but later OpenCVs than 4.2 do not invert it
 @pytest.mark.parametrize('model, first', [

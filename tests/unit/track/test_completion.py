@@ -53,7 +53,6 @@ def off(one, xyz):
 
 # --- joints ---------------------------------------------------------------------------------------------------------
 
-
 def test_of_a_new_person_with_shoulders_only_the_rest_is_where_bodies_have_it():
     trusted = only('left_shoulder', 'right_shoulder')
     one = tracks(person(), has=trusted)

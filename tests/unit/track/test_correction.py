@@ -1,5 +1,4 @@
 """A person comes back in sight: joints that the frame does not place come along with those that it does."""
-
 import numpy as np
 import pytest
 
