@@ -16,17 +16,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
-from synthetic_scene import (
-    VISIBLE,
-    Box,
-    Person,
-    Room,
-    moved_pixels,
-    pinhole,
-    render,
-    standing,
-    without_joints,
-)
+from synthetic_scene import VISIBLE, Box, Person, Room, moved_pixels, pinhole, render, standing, without_joints
 
 RATE = 15.0
 INDEX = COCO_18.index
@@ -35,7 +25,6 @@ NO_PEOPLE = People2D.empty(COCO_18)
 FREE = Room(wall=4.0)
 COUNTER = Room(wall=4.0, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
 ORIGINAL = {'lifting': 'mean3x3', 'tracking': False}
-HALL = Room(wall=6.0)
 WALKERS = ((-0.8, 2.6), (0.6, 3.0))
 POSE = standing()
 
@@ -70,7 +59,6 @@ def surface(people, frame):
 
 
 # --- no people ------------------------------------------------------------------------------------------------------
-
 
 def test_a_cloud_without_any_valid_point_before_there_was_one_gives_no_people():
     frame, nan = scene(), np.full((180, 320), np.nan, np.float32)
@@ -159,6 +147,15 @@ def test_keypoints_below_a_score_do_not_measure(score, status):
     estimate = shown(frame, people=People2D(COCO_18, keypoints, [1], [-1]), measured_min_score=0.2)
     assert estimate.people.status[0, INDEX['left_knee']] == status
     assert errors(estimate, frame)[0, INDEX['left_knee']] < 0.1
+
+
+def test_a_keypoint_on_another_part_of_the_body_is_not_measured():
+    # there is the person's own surface, but no forearm reaches there
+    frame = scene()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist']] = keypoints[0, INDEX['right_knee']]
+    status = shown(frame, 1, people=People2D(COCO_18, keypoints, [1], [-1])).people.status[0]
+    assert status[INDEX['left_wrist']] != MEASURED and status[INDEX['right_knee']] == MEASURED
 
 
 # --- tracking -------------------------------------------------------------------------------------------------------
