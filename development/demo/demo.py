@@ -3,7 +3,8 @@
 
 Plays the shipped RGB-D sequence (or a bag, a folder of images, a camera) through detection, lifting and markers, by
 roslaunch, on a ROS master of its own. Leaves in the output folder: keypoints_2d.csv and keypoints_3d.csv as
-`rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png.
+`rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png. With --stage, sequences of several cameras are
+played, and what is left is of the people that are fused from all of them: keypoints_3d.csv, output.bag and rviz.png.
 """
 import argparse
 import os
@@ -19,6 +20,7 @@ import rosbag
 import rosparam
 import rospkg
 import rospy
+import stage
 import yaml
 from annotated_video import write_annotated_video
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
@@ -29,21 +31,25 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
-NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d'}
+NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': '/people/openpose_ros/skeleton_3d'}
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
-           '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray)}
+           '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray),
+           'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
 OWN_FOLDER = Path(__file__).resolve().parents[1] / 'demo_output'
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
 # Speed of time while RViz is drawn: without a graphics card it draws one to four times a second.
 SLOW_MOTION = 0.05
+# The same for the cameras of a stage, whose clouds take longer to draw, and while results are recorded: two cores find
+# people in the images of three cameras about twice a second.
+STAGE_SLOW_MOTION, STAGE_SPEED = 0.02, 0.1
 # Frames per second of a sequence, before that [Hz].
 SEQUENCE_RATE = 15.0
 # Time that RViz gets to open and draw before its first screenshot [s].
 RVIZ_SECONDS = 12.0
-# Time from the people of a frame to the screenshot in which RViz shows them [s].
-DRAW_SECONDS = 0.9
+# Time from the people of a frame to the screenshot in which RViz shows them [s]; of a stage.
+DRAW_SECONDS, STAGE_DRAW_SECONDS = 0.9, 3.0
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -54,6 +60,9 @@ def parse_arguments() -> argparse.Namespace:
     source.add_argument('--bag', type=Path, metavar='FILE', help='play this bag (with --image and --points)')
     source.add_argument('--images', type=Path, metavar='DIR',
                         help='a folder of images (2D), or an RGB-D sequence: rgb/, depth/ and camera.yaml (3D)')
+    source.add_argument('--stage', type=Path, metavar='DIR',
+                        help='a folder with an RGB-D sequence for each of several cameras, whose poses are known '
+                             '(sequence.yaml or meta.json)')
     source.add_argument('--camera', metavar='N', help='a webcam, by its device number (2D)')
     parser.add_argument('--image', metavar='T', default='/kinect2/qhd/image_color', help='image topic of the bag')
     parser.add_argument('--points', metavar='T', default='/kinect2/qhd/points', help='organized cloud topic of the bag')
@@ -74,7 +83,7 @@ def parse_arguments() -> argparse.Namespace:
                         help='new or empty folder (default: demo_output in the checkout, which each demo fills anew)')
     parser.add_argument('--overwrite', action='store_true', help='replace the outputs in another folder')
     arguments = parser.parse_args()
-    for path in (arguments.bag, arguments.images):
+    for path in (arguments.bag, arguments.images, arguments.stage):
         if path is not None and not path.exists():
             parser.error(f'{path} does not exist')
     if not (arguments.overwrite or arguments.output.resolve() == OWN_FOLDER):
@@ -93,6 +102,8 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
     if arguments.camera is not None or (arguments.images and not (arguments.images / 'depth').is_dir()):
         source = arguments.camera if arguments.camera is not None else str(arguments.images.resolve())
         return ['roslaunch', 'openpose_ros_pkg', 'demo_2d.launch', f'source:={source}']
+    if arguments.stage:
+        return stage.launch_command(arguments.bag, arguments.rviz, arguments.signals)
     chain = 'skeleton_extract_3d demo.launch' if not arguments.signals else 'openpose_ros_signals demo_signals.launch'
     command = ['roslaunch', *chain.split(), f'rviz:={str(arguments.rviz).lower()}']
     if arguments.bag:
@@ -140,8 +151,11 @@ def show_rate(results: ResultWatch, seconds: float, source: Optional[subprocess.
 def record(session: Session, output: Path, dimension: str) -> List[subprocess.Popen]:
     """Start the recorders: CSV by rostopic echo -p, and a bag of the outputs."""
     space = NAMESPACE[dimension]
-    people, topics = {'keypoints_2d.csv': 'detected_poses_keypoints'}, ['detected_poses', 'detected_poses_image']
-    if dimension == '3d':
+    people, topics = {}, []
+    if dimension != 'stage':
+        people['keypoints_2d.csv'] = 'detected_poses_keypoints'
+        topics += ['detected_poses', 'detected_poses_image']
+    if dimension != '2d':
         people['keypoints_3d.csv'] = 'detected_poses_keypoints_3d'
         topics += ['detected_poses_3d', 'visualization_markers', 'visualization_skeleton', 'people_signals']
     recorders = [session.start(f'rostopic_{name}', ['rostopic', 'echo', '-p', f'{space}/{topic}'], output / name)
@@ -159,9 +173,13 @@ def play_bag(session: Session, arguments: argparse.Namespace, rate: float = 1.0)
                                          str(arguments.bag)])
 
 
-def rviz_configuration(view: str, folder: Path) -> Path:
-    """Return the RViz configuration with one of its views; that from above is written to a folder."""
-    config = Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'rviz' / 'skeleton_extract_3d.rviz'
+def rviz_configuration(view: str, folder: Path, config: Optional[Path] = None) -> Path:
+    """Return the RViz configuration with one of its views; that from above is written to a folder.
+
+    Args:
+        config: the configuration; None: that of one camera.
+    """
+    config = config or Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'rviz' / 'skeleton_extract_3d.rviz'
     if view == 'above':
         values = yaml.safe_load(config.read_text())
         views = values['Visualization Manager']['Views']
@@ -177,30 +195,35 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
     print('[demo] screenshot of RViz, on a screen in memory ...', flush=True)
     os.environ.update(screen.environment())
     rosparam.set_param('/use_sim_time', 'true')
-    command = [*command, 'target_rate:=0']  # frames come seldom: there is time for all
+    if not arguments.stage:
+        command = [*command, 'target_rate:=0']  # frames come seldom: there is time for all
     if not arguments.bag:
         publish_slow_clock(SLOW_MOTION)
         command = [*command, f'rate:={SEQUENCE_RATE * SLOW_MOTION}']
     nodes = session.start('nodes_with_rviz', command)
-    config = rviz_configuration(arguments.view, folder)
-    session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(config), '-f', 'world'])
+    config = stage.rviz_configuration(arguments.bag, folder) if arguments.stage else None
+    session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(rviz_configuration(arguments.view, folder, config)),
+                           '-f', 'world'])
     if arguments.bag:
-        play_bag(session, arguments, SLOW_MOTION)
-    results = ResultWatch(*RESULTS['3d'])
+        play_bag(session, arguments, STAGE_SLOW_MOTION if arguments.stage else SLOW_MOTION)
+    results = ResultWatch(*RESULTS['stage' if arguments.stage else '3d'])
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     time.sleep(RVIZ_SECONDS)
     for number in range(arguments.screenshots):
         seen = len(results.arrivals)
         with suppress(SessionError):  # a bag may be over
             wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
-        time.sleep(DRAW_SECONDS)
+        time.sleep(STAGE_DRAW_SECONDS if arguments.stage else DRAW_SECONDS)
         take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{number:02d}.png'))
 
 
 def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
     """Start everything, record, and stop everything again."""
+    if arguments.stage:
+        arguments.bag = output / 'stage.bag'
+        stage.write_bag(arguments.stage, arguments.bag)
     command = launch_command(arguments)
-    dimension = '2d' if 'demo_2d.launch' in command else '3d'
+    dimension = 'stage' if arguments.stage else '2d' if 'demo_2d.launch' in command else '3d'
     with ExitStack() as stack:
         screen = None
         if dimension != '2d' and not (arguments.rviz or arguments.no_rviz):
@@ -213,7 +236,7 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
         nodes = session.start('nodes', command)
         rospy.init_node('demo', anonymous=True, disable_signals=True)
         results = ResultWatch(*RESULTS[dimension])
-        player = play_bag(session, arguments) if arguments.bag else None
+        player = play_bag(session, arguments, STAGE_SPEED if arguments.stage else 1.0) if arguments.bag else None
         print('[demo] loading the network ...', flush=True)
         wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', player or nodes)
         show_rate(results, arguments.seconds, player)

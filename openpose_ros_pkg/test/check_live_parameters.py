@@ -45,7 +45,7 @@ class LiveParametersTest(unittest.TestCase):
         self.assertNotIn('net_input_width', described)
 
     def test_thresholds_of_the_detector(self):
-        """A score that nobody has, and back."""
+        """A score that no person has, and back."""
         self.assertEqual(len(self.people(1.0)), 2)
         for name in ('person_min_score', 'joint_min_score'):
             self.client.update_configuration({name: 1.0})
@@ -70,18 +70,6 @@ class LiveParametersTest(unittest.TestCase):
         self.assertLess(moved(before, places()), 0.01)
         self.assertEqual(self.client.update_configuration({'mode': 'sleepy'})['mode'], 'balanced')
         self.assertLess(moved(before, places()), 0.01)
-
-    def test_a_limit_of_the_tracker(self):
-        """Who is not seen for longer than track_timeout comes back with a new id; ids are not used again."""
-        def ids(stamp):
-            return {person.person_ID for person in self.people(stamp)}
-
-        before = ids(10.0)
-        self.assertEqual(ids(11.0), before)
-        self.client.update_configuration({'track_timeout': 0.5})
-        after = ids(12.0)
-        self.assertEqual(len(after), 2)
-        self.assertFalse(after & before)
 
     def test_opacity_of_the_drawing(self):
         """With 0 the image comes back as it was."""

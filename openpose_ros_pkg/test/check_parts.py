@@ -99,7 +99,7 @@ class InputSubscriberTest(unittest.TestCase):
         await_true(lambda: stamps == [1], 'the first image')
         for number in (2, 3):
             subscriber.unsubscribe()
-            await_true(lambda: publisher.get_num_connections() == 0, 'nobody listens')
+            await_true(lambda: publisher.get_num_connections() == 0, 'no subscriber')
             publisher.publish(numbered(90))
             subscriber.subscribe()
             await_true(lambda: publisher.get_num_connections() == 1, 'a connection again')

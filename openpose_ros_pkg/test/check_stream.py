@@ -32,14 +32,20 @@ class StreamTest(unittest.TestCase):
         cls.camera = publisher('camera/image_raw', Image)
         cls.diagnostics = Diagnostics(NODE)
 
-    def result_of(self, message, camera=None, arrays=None):
-        """Send the image until its result is there: the node may still be at work on another one."""
-        arrays = arrays or self.arrays
+    def result_of(self, message, camera=None, recorder=None):
+        """Send the image until its result, or another output, is there: the node may be at work on another one."""
+        recorder = recorder or self.arrays
 
         def results():
             (camera or self.camera).publish(message)
-            return [array for array in arrays.messages if array.header.stamp == message.header.stamp]
-        return await_true(results, 'the result of an image')[0]
+            return [output for output in recorder.messages if output.header.stamp == message.header.stamp]
+        return await_true(results, f'{recorder.topic} of an image')[0]
+
+    def listen(self, topic, kind):
+        """Return the recorder of an output while this test runs."""
+        recorder = Recorder(f'openpose_ros/{topic}', kind)
+        self.addCleanup(recorder.close)
+        return recorder
 
     def assert_people(self, array, number):
         found, truth = [joints(person) for person in array.persons], true_people(number)
@@ -54,18 +60,9 @@ class StreamTest(unittest.TestCase):
             self.assertEqual(array.header.frame_id, 'stream')
         self.assertEqual(self.result_of(image(GREY, 12.0)).persons, [])
 
-    def test_the_image_is_handed_on_while_somebody_listens(self):
-        message = image(picture(0), 20.0)
-        sent = Recorder('openpose_ros/input_image', Image)
-
-        def handed_on():
-            self.camera.publish(message)
-            # the node may still be at work on an image of the test before
-            return [other for other in sent.messages if other.header.stamp == message.header.stamp]
-        try:
-            self.assertEqual(await_true(handed_on, 'the input image')[0].data, message.data)
-        finally:
-            sent.close()
+    def test_the_image_is_handed_on(self):
+        message, sent = image(picture(0), 20.0), self.listen('input_image', Image)
+        self.assertEqual(self.result_of(message, recorder=sent).data, message.data)
 
     def test_the_newest_wins_and_results_come_in_order(self):
         """A camera far faster than the network: every result is newer than the one before; the last image gets one."""
@@ -85,42 +82,35 @@ class StreamTest(unittest.TestCase):
         self.assertLess(len(found), len(stamps))
         await_true(lambda: self.diagnostics.count(NODE, 'images skipped') > skipped, 'skipped images are counted')
 
-    def test_what_is_drawn_comes_as_jpeg_too_with_a_camera_info(self):
-        """The JPEG shows the raw message; a camera info of another size is not passed on. After test_timing, by its
-        name: that one sees that nothing has been drawn for ten seconds.
-        """
-        drawn, jpegs, infos = (Recorder(f'openpose_ros/{topic}', kind) for topic, kind in (
-            ('detected_poses_image', Image), ('detected_poses_image/compressed', CompressedImage),
-            ('camera_info', CameraInfo)))
-        calibration = publisher('camera/camera_info', CameraInfo)
-        message = image(picture(0), 25.0, 'calibrated')
+    def test_what_is_drawn_comes_as_jpeg_too(self):
+        """The JPEG shows the raw message. After test_timing, by its name: that one sees that nothing has been drawn."""
+        drawn = self.listen('detected_poses_image', Image)
+        jpegs = self.listen('detected_poses_image/compressed', CompressedImage)
+        message = image(picture(0), 25.0, 'drawn')
+        raw, jpeg = (self.result_of(message, recorder=recorder) for recorder in (drawn, jpegs))
+        self.assertEqual((jpeg.format, jpeg.header.frame_id), ('bgr8; jpeg compressed bgr8', 'drawn'))
+        difference = cv2.absdiff(compressed_image_to_bgr(jpeg), image_to_bgr(raw))
+        self.assertLess(difference.mean(), 3.0)  # grey values of 255, at quality 80
+        self.assertGreater(cv2.absdiff(image_to_bgr(raw), picture(0)).mean(), 1.0)  # there is something drawn
 
-        def both():
-            self.camera.publish(message)
-            return [[other for other in recorder.messages if other.header.stamp == message.header.stamp]
-                    for recorder in (drawn, jpegs)]
+    def test_the_camera_info_of_the_camera_is_passed_on(self):
+        """But not to an image of another size."""
+        infos, message = self.listen('camera_info', CameraInfo), image(picture(0), 27.0, 'calibrated')
+        calibration = publisher('camera/camera_info', CameraInfo)
+        self.result_of(message)
+        self.assertEqual(infos.messages, [])
 
         def info():
             calibration.publish(CameraInfo(width=960, height=540, K=np.diag([500.0, 510.0, 1.0]).ravel(), D=[0.1] * 5))
             self.camera.publish(message)
             return infos.messages
-        try:
-            (raw, *_), (jpeg, *_) = await_true(lambda: all(both()) and both(), 'the annotated image')
-            self.assertEqual((jpeg.format, jpeg.header.frame_id), ('bgr8; jpeg compressed bgr8', 'calibrated'))
-            difference = cv2.absdiff(compressed_image_to_bgr(jpeg), image_to_bgr(raw))
-            self.assertLess(difference.mean(), 3.0)  # grey values of 255, at quality 80
-            self.assertGreater(cv2.absdiff(image_to_bgr(raw), picture(0)).mean(), 1.0)  # there is something drawn
-            self.assertEqual(infos.messages, [])
-            found = await_true(info, 'the camera info')[-1]
-            self.assertEqual((found.header.stamp, found.header.frame_id), (message.header.stamp, 'calibrated'))
-            self.assertEqual((found.K[0], found.K[4], found.D), (500.0, 510.0, (0.1,) * 5))
-            before = self.diagnostics.count(NODE, 'camera info of another image')
-            self.result_of(image(GREY, 26.0))
-            self.diagnostics.await_count(NODE, 'camera info of another image', before + 1)
-            self.assertNotIn(26.0, [other.header.stamp.to_sec() for other in infos.messages])
-        finally:
-            for recorder in (drawn, jpegs, infos):
-                recorder.close()
+        found = await_true(info, 'the camera info')[-1]
+        self.assertEqual((found.header.stamp, found.header.frame_id), (message.header.stamp, 'calibrated'))
+        self.assertEqual((found.K[0], found.K[4], found.D), (500.0, 510.0, (0.1,) * 5))
+        before = self.diagnostics.count(NODE, 'camera info of another image')
+        self.result_of(image(GREY, 28.0))
+        self.diagnostics.await_count(NODE, 'camera info of another image', before + 1)
+        self.assertNotIn(28.0, [other.header.stamp.to_sec() for other in infos.messages])
 
     def test_clients_are_answered_beside_the_stream(self):
         """Both get on while both never rest."""
@@ -149,8 +139,9 @@ class StreamTest(unittest.TestCase):
         self.assertGreaterEqual(len(own), 6)
 
     def test_timing(self):
-        """Each stage of an image that passed; what nobody listens to is not drawn."""
+        """Each stage of an image that passed; without a subscriber nothing is drawn."""
         reports = Recorder(f'{NODE}/timing', Timing)
+        self.addCleanup(reports.close)
         self.result_of(image(picture(0), 70.0, 'timing'))
         since = rospy.get_time()
 
@@ -173,14 +164,9 @@ class StreamTest(unittest.TestCase):
         self.assertLess(stages['added'].p50, stages['total'].p50)
         await_true(lambda: self.diagnostics.value(NODE, 'network, median [ms]'), 'the time of the network')
 
-        drawn = Recorder('openpose_ros/detected_poses_image', Image)
-        try:
-            await_true(lambda: self.result_of(image(picture(0), 71.0, 'timing')) and drawn.messages, 'a drawing')
-            await_true(lambda: {stage.stage: stage.count for stage in reports.messages[-1].stages}['draw'] > 0,
-                       'the time of a drawing')
-        finally:
-            drawn.close()
-            reports.close()
+        self.result_of(image(picture(0), 71.0, 'timing'), recorder=self.listen('detected_poses_image', Image))
+        await_true(lambda: {stage.stage: stage.count for stage in reports.messages[-1].stages}['draw'] > 0,
+                   'the time of a drawing')
 
     def test_compressed_images_and_the_3d_names(self):
         arrays = Recorder('compressed/openpose_ros/skeleton_3d/detected_poses', PersonDetectionArray)

@@ -4,7 +4,6 @@ import json
 import signal
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import cv2
@@ -14,7 +13,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
-from session import PATIENCE, await_true
+from session import await_true
 
 # Two people walk past each other; gt.json holds the true joints.
 SEQUENCE = Path(__file__).resolve().parents[2] / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -73,26 +72,3 @@ def node(executable, *arguments, name):
     finally:
         process.send_signal(signal.SIGKILL)
         process.wait()
-
-
-def at_once(*functions):
-    """Run functions at the same time; return their results, or raise the first error."""
-    start = threading.Barrier(len(functions))
-    results, errors = [None] * len(functions), []
-
-    def run(i):
-        try:
-            start.wait(PATIENCE)
-            results[i] = functions[i]()
-        except Exception as error:
-            errors.append(error)
-    threads = [threading.Thread(target=run, args=(i,), daemon=True) for i in range(len(functions))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(PATIENCE)
-    if errors:
-        raise errors[0]
-    if any(thread.is_alive() for thread in threads):
-        raise AssertionError(f'not within {PATIENCE:g} s: the end of all')
-    return results

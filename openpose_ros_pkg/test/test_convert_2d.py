@@ -31,7 +31,6 @@ from openpose_ros_pkg.ros.convert import (
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS, SKELETONS
 
 WIDTH, HEIGHT = 32, 24
-JOINTS = len(COCO_18.joints)
 
 
 def ramp():
@@ -126,9 +125,8 @@ def test_encoding(encoding, rows, expected, tolerance, padding):
     assert np.abs(bgr.astype(float) - expected).max() <= tolerance
 
 
-@pytest.mark.parametrize('padding', [0, 6])
-def test_mono16_big_endian(padding):
-    bgr = image_to_bgr(message(GREY16.astype('>u2'), 'mono16', padding, is_bigendian=1))
+def test_mono16_big_endian():
+    bgr = image_to_bgr(message(GREY16.astype('>u2'), 'mono16', padding=6, is_bigendian=1))
     assert np.abs(bgr - as_grey_bgr(grey(RAMP))).max() <= 1.01
 
 
@@ -140,8 +138,7 @@ def test_bgr8_is_a_view(padding):
     assert bgr.strides == (3 * WIDTH + padding, 3, 1)
 
 
-@pytest.mark.parametrize('encoding', ['bgr8', 'rgb8', 'mono8', 'mono16', 'bayer_rggb8', 'yuv422', 'yuv422_yuy2'])
-@pytest.mark.parametrize(('width', 'height'), [(0, 0), (0, 5), (5, 0)])
+@pytest.mark.parametrize('encoding, width, height', [('bgr8', 0, 0), ('mono16', 0, 5), ('yuv422', 5, 0)])
 def test_empty_image(encoding, width, height):
     with pytest.raises(BadInputError, match=f'empty image: {width} x {height}'):
         image_to_bgr(Image(width=width, height=height, encoding=encoding, step=2 * width, data=b''))
@@ -161,23 +158,15 @@ def test_short_step_and_truncated_data(encoding, pixel):
     good.data = good.data[:-1]
     with pytest.raises(BadInputError, match=f'{HEIGHT * step - 1} bytes, expected {HEIGHT * step} '):
         image_to_bgr(good)
-    good.data = b''
-    with pytest.raises(BadInputError, match=f'0 bytes, expected {HEIGHT * step} '):
-        image_to_bgr(good)
 
 
-@pytest.mark.parametrize('encoding', ['', 'colour', 'RGB8', 'bgr8; jpeg compressed bgr8', '9UC3', '8UC', 'bayer_'])
-def test_unknown_encoding(encoding):
-    with pytest.raises(BadInputError, match=r'encoding .*expected one that cv_bridge knows: rgb8') as caught:
-        image_to_bgr(Image(width=2, height=2, encoding=encoding, step=64, data=bytes(128)))
-    assert repr(encoding) in str(caught.value)
-
-
-@pytest.mark.parametrize('encoding', ['32FC1', '16UC1', '8UC2', '64FC3'])
-def test_encoding_without_colour(encoding):
-    """A depth image is no picture."""
-    with pytest.raises(BadInputError, match=f"'{encoding}' can not be turned into bgr8"):
-        image_to_bgr(Image(width=2, height=2, encoding=encoding, step=64, data=bytes(128)))
+@pytest.mark.parametrize('encodings, words', [
+    (['', 'RGB8', 'bgr8; jpeg compressed bgr8', '9UC3', 'bayer_'], '; expected one that cv_bridge knows: rgb8'),
+    (['32FC1', '16UC1', '8UC2', '64FC3'], ' can not be turned into bgr8')], ids=['unknown', 'without colour'])
+def test_encodings_that_are_no_picture(encodings, words):
+    for encoding in encodings:
+        with pytest.raises(BadInputError, match=f"encoding '{encoding}'{words}"):
+            image_to_bgr(Image(width=2, height=2, encoding=encoding, step=64, data=bytes(128)))
 
 
 def test_image_there_and_back():
@@ -211,12 +200,9 @@ def test_images_beyond_the_limit(encode):
     assert any_image_to_bgr(message, most=0.02).shape == (100, 200, 3)
     with pytest.raises(BadInputError, match=r'is 200 x 100, .* at most 0.019 \(max_image_megapixels\)'):
         any_image_to_bgr(message, most=0.019)
-
-
-def test_compressed_depth_beyond_the_limit():
-    message = packed_depth(np.zeros((100, 200), np.uint16), '16UC1; compressedDepth')
-    with pytest.raises(BadInputError, match=r'compressed depth image is 200 x 100'):
-        compressed_depth_to_image(message, most=0.019)
+    depth = packed_depth(np.zeros((100, 200), np.uint16), '16UC1; compressedDepth')
+    with pytest.raises(BadInputError, match='compressed depth image is 200 x 100'):
+        compressed_depth_to_image(depth, most=0.019)
 
 
 @pytest.mark.parametrize('width, height, step', [
@@ -247,11 +233,9 @@ def test_messages_hold_the_parts_that_joint_sets_may_have():
 
 def test_no_person():
     header = Header(frame_id='camera')
-    messages = people_to_messages(People2D.empty(COCO_18), header)
-    assert messages == []
-    array = people_to_array(messages, header, COCO_18)
+    array = people_to_array(people_to_messages(People2D.empty(COCO_18), header), header, COCO_18)
     assert (array.header, array.pose_model, array.persons) == (header, 'COCO_18', [])
-    assert people_from_messages([], COCO_18).keypoints.shape == (0, JOINTS, 3)
+    assert people_from_messages([], COCO_18).keypoints.shape == (0, len(COCO_18.joints), 3)
 
 
 @pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS.keys())
@@ -270,15 +254,14 @@ def test_people_there_and_back(skeleton):
         people_from_array(array)
 
 
-@pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS.keys())
-def test_joints_go_to_the_fields_of_their_name(skeleton):
+def test_joints_go_to_the_fields_of_their_name():
     """Names, not places: the messages hold more parts than any one network finds."""
-    people = two_people(skeleton)
+    people = two_people()
     first, second = people_to_messages(people, Header())
-    for k, joint in enumerate(skeleton.joints):
+    for k, joint in enumerate(COCO_18.joints):
         part = getattr(first, joint)
         assert (part.x, part.y, part.confidence) == tuple(people.keypoints[0, k].tolist())
-    absent = [getattr(first, part) for part in set(MESSAGE_JOINTS) - set(skeleton.joints)]
+    absent = [getattr(first, part) for part in set(MESSAGE_JOINTS) - set(COCO_18.joints)]
     absent += [second.right_wrist, second.left_wrist]
     assert absent == [BodypartDetection(0, 0, 0)] * len(absent)
 
@@ -300,12 +283,10 @@ def test_people_without_ids():
     assert [m.person_ID for m in people_to_messages(people, Header())] == [0, 0]
 
 
-@pytest.mark.parametrize('kind, channels, encodings', [
-    ('u1', 1, ('mono8', '8UC1')), ('u2', 1, ('mono16',)), ('u2', 1, ('16UC1',)), ('f4', 1, ('32FC1',)),
-    ('u1', 3, ('bgr8', '8UC3')), ('u2', 3, ('bgr16', '16UC3')), ('u1', 4, ('bgra8', '8UC4')),
-    ('u2', 4, ('bgra16', '16UC4'))])
-@pytest.mark.parametrize('big', [0, 1])
-@pytest.mark.parametrize('padding', [0, 3])
+@pytest.mark.parametrize('kind, channels, encodings, big, padding', [
+    ('u1', 1, ('mono8', '8UC1'), 0, 0), ('u2', 1, ('mono16',), 1, 3), ('u2', 1, ('16UC1',), 0, 3),
+    ('f4', 1, ('32FC1',), 1, 0), ('u1', 3, ('bgr8', '8UC3'), 0, 3), ('u2', 3, ('bgr16', '16UC3'), 1, 0),
+    ('u1', 4, ('bgra8', '8UC4'), 0, 0), ('u2', 4, ('bgra16', '16UC4'), 1, 3)])
 def test_pixels_come_and_go_bit_for_bit(kind, channels, encodings, big, padding):
     size = HEIGHT * WIDTH * channels * int(kind[1])
     bits = np.random.default_rng(1).integers(0, 256, size, np.uint8).tobytes()

@@ -10,10 +10,10 @@ import rospy
 import rostest
 from harness import OUTPUT
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker
 
-from session import PATIENCE, Diagnostics, await_true
+from demand import enable
+from session import Diagnostics, await_true
 
 # Results of each camera that are judged.
 RESULTS = 12
@@ -42,7 +42,7 @@ class CamerasTest(unittest.TestCase):
 
     @classmethod
     def people(cls, camera: str) -> List[PersonDetection_3dArray]:
-        """Return the results of a camera with somebody in them."""
+        """Return the results of a camera that have people."""
         return [array for name, array in list(cls.arrivals) if name == camera and array.persons]
 
     @classmethod
@@ -74,29 +74,25 @@ class CamerasTest(unittest.TestCase):
         for array, marker in shown:
             self.assertIn(marker.id, [person.person_ID for person in array.persons])
 
-    def test_only_what_belongs_to_a_camera_is_published(self):
+    def test_topics_and_diagnostics_belong_to_a_camera(self):
         published = dict(rosgraph.Master('/check_cameras').getSystemState()[0])
         self.assertFalse({'/openpose_ros/detected_poses', f'/{OUTPUT}/detected_poses'} & set(published))
         for camera in self.cameras:
             node = '/skeleton_extract_3d_node' if self.one_process else f'/{camera}/skeleton_extract_3d_node'
             self.assertEqual(published[f'/{camera}/{OUTPUT}/detected_poses'], [node])
             self.assertEqual(published[f'/{camera}/skeleton_extract_3d_node/timing'], [node])
-
-    def test_each_is_in_diagnostics(self):
         Diagnostics(*(f'{camera}/skeleton_extract_3d_node' for camera in self.cameras))
 
     def test_one_is_disabled_and_the_others_go_on(self):
         first, *others = self.cameras
-        name = f'{first}/skeleton_extract_3d_node/enable'
-        rospy.wait_for_service(name, PATIENCE)
-        enable = rospy.ServiceProxy(name, SetBool)
-        self.addCleanup(enable, True)
-        self.assertTrue(enable(False).success)
+        node = f'{first}/skeleton_extract_3d_node'
+        self.addCleanup(enable, node, True)
+        self.assertTrue(enable(node, False))
         self.wait(3, *others)  # meanwhile, what was at work in the first one came
         before = len(self.arrivals)
         self.wait(5, *others)
         self.assertEqual({camera for camera, _ in self.arrivals[before:]}, set(others))
-        self.assertTrue(enable(True).success)
+        self.assertTrue(enable(node, True))
         self.wait(3, *self.cameras)
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Depth image with camera info gives the same people as the cloud; inputs that do not come or pair are named."""
+"""Depth images with camera info give the people and the cloud that clouds give; inputs without messages are named."""
+import struct
 import sys
 import unittest
 
@@ -7,14 +8,14 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import FRAME_ID, HEIGHT, WIDTH, Camera, FakeDetector, Output, cloud, image, now, person, position
+from harness import FRAME_ID, HEIGHT, OUTPUT, WIDTH, Camera, FakeDetector, Output, cloud, image, now, person, position
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from session import Diagnostics, await_true
+from session import Diagnostics, Recorder, await_true
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.depth import XYZRGB, cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
 
 JOINTS = {'nose': (20, 30), 'neck': (0, 0), 'right_wrist': (63, 47), 'left_wrist': (40.3, 11.8), 'chest': (32, 5)}
@@ -37,6 +38,12 @@ def compressed(message: Image) -> CompressedImage:
                            data=cv2.imencode('.png', image_to_bgr(message))[1].tobytes())
 
 
+def packed(depth: np.ndarray, header: Header) -> CompressedImage:
+    """Return the message of compressed_depth_image_transport: its header of 12 bytes, and a PNG of millimetres."""
+    return CompressedImage(header, '16UC1; compressedDepth png',
+                           struct.pack('<iff', 0, 0, 0) + cv2.imencode('.png', depth)[1].tobytes())
+
+
 class DepthImageTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -44,11 +51,14 @@ class DepthImageTest(unittest.TestCase):
         cls.detector = FakeDetector('detect_poses_3d')
         cls.detector.answer = lambda number: [person(number, JOINTS)]
         cls.diagnostics = Diagnostics()
-        cls.by_cloud, cls.by_depth = Output('by_cloud'), Output('by_depth')
-        # with somebody who listens to them, the extractors half_blind and unsynchronised listen to the images, too
+        cls.outputs = cls.by_cloud, cls.by_depth, cls.by_packed = (
+            Output('by_cloud'), Output('by_depth'), Output('by_packed'))
+        # with a subscriber, the extractors half_blind and unsynchronised read the images, too
         cls.others = [Output('half_blind'), Output('unsynchronised')]
-        cls.cloud_camera = Camera('image', 'points', listeners=(3, 1))
+        cls.cloud_camera = Camera('image', 'points', listeners=(4, 1))
         cls.depth_camera = Camera('image/compressed', 'depth', CompressedImage, Image)
+        cls.packed_depth = Camera('image', 'depth/compressedDepth', points_type=CompressedImage).points
+        cls.clouds = [Recorder(f'{name}/{OUTPUT}/input_pointcloud', PointCloud2) for name in ('by_cloud', 'by_packed')]
         cls.info = rospy.Publisher('camera_info', CameraInfo, queue_size=1, latch=True)
 
     def send(self, number: int) -> rospy.Time:
@@ -58,17 +68,18 @@ class DepthImageTest(unittest.TestCase):
         points = cloud_from_depth(depth * 0.001, LENS, image_to_bgr(picture))
         self.cloud_camera.send(picture, cloud_to_message(points, header))
         self.depth_camera.send(compressed(picture), depth_to_message(depth, header))
+        self.packed_depth.publish(packed(depth, header))
         return stamp
 
     def camera_info_comes(self) -> rospy.Time:
-        """Publish it, send frames until one comes out of both extractors, and return its stamp."""
+        """Publish it, send frames until one comes out of all extractors, and return its stamp."""
         self.info.publish(camera_to_message(LENS, Header(frame_id=FRAME_ID)))
         stamps = []
 
         def one_came():
             stamps.append(self.send(5))
             rospy.sleep(0.1)
-            return next((stamp for stamp in stamps if self.by_cloud.has(stamp) and self.by_depth.has(stamp)), None)
+            return next((stamp for stamp in stamps if all(output.has(stamp) for output in self.outputs)), None)
 
         return await_true(one_came, 'a frame after the camera info')
 
@@ -80,21 +91,33 @@ class DepthImageTest(unittest.TestCase):
         self.diagnostics.await_text('by_depth/extractor', 'no message on /camera_info: published by ',
                                     'which sends nothing')
         good = self.camera_info_comes()
-        first, second = self.by_cloud.frame(good), self.by_depth.frame(good)
-        self.assertEqual((first.header.stamp, first.header.frame_id), (second.header.stamp, second.header.frame_id))
-        (of_cloud,), (of_depth,) = first.persons, second.persons
-        self.assertEqual((of_cloud.person_ID, of_depth.person_ID), (5, 5))
-        for joint in ('nose', 'neck', 'right_wrist', 'left_wrist'):
-            one, other = getattr(of_cloud, joint), getattr(of_depth, joint)
-            self.assertEqual((one.status, one.confidence), (other.status, other.confidence), joint)
-            # the cloud holds float32 [m]
-            np.testing.assert_allclose(position(one), position(other), atol=1e-5, err_msg=joint)
+        of_cloud, of_depth, of_packed = (output.frame(good) for output in self.outputs)
+        for array in (of_depth, of_packed):
+            self.assertEqual(array.header.frame_id, of_cloud.header.frame_id)
+            self.assertEqual([found.person_ID for found in (*of_cloud.persons, *array.persons)], [5, 5])
+            for joint in ('nose', 'neck', 'right_wrist', 'left_wrist'):
+                one, other = (getattr(each.persons[0], joint) for each in (of_cloud, array))
+                self.assertEqual((one.status, one.confidence), (other.status, other.confidence), joint)
+                # the cloud holds float32 [m]
+                np.testing.assert_allclose(position(one), position(other), atol=1e-5, err_msg=joint)
         # seen through the lens, a corner's four pixels have their mean near (62.5, 46.5); without distortion it would
         # be two pixels away
-        wrist, still = position(of_depth.right_wrist), np.zeros(3)
+        wrist, still = position(of_depth.persons[0].right_wrist), np.zeros(3)
         seen = cv2.projectPoints(wrist.reshape(1, 1, 3), still, still, LENS.matrix, LENS.distortion)[0].ravel()
         np.testing.assert_allclose(seen, (62.5, 46.5), atol=0.3)
         self.assertFalse(self.by_depth.has(stamp))
+
+    def test_the_cloud_of_depth_and_colours_is_that_of_the_camera(self):
+        """The cloud that came is passed on; of a depth image the same is made."""
+        stamp = self.camera_info_comes()
+        passed_on, made = (recorder.wait(1, stamp)[0] for recorder in self.clouds)
+        self.assertEqual((made.width, made.height, made.fields, made.header.frame_id),
+                         (passed_on.width, passed_on.height, passed_on.fields, FRAME_ID))
+        for axis in 'xyz':
+            one, other = (np.frombuffer(each.data, XYZRGB)[axis] for each in (passed_on, made))
+            np.testing.assert_allclose(other, one, rtol=1e-6, atol=1e-6, err_msg=axis)
+        one, other = (np.frombuffer(each.data, XYZRGB)['rgb'] for each in (passed_on, made))
+        np.testing.assert_array_equal(one, other)
 
     def test_inputs_that_do_not_come_or_do_not_pair_are_named(self):
         points = rospy.Publisher('points_of_long_ago', PointCloud2, queue_size=1)
@@ -113,7 +136,7 @@ class DepthImageTest(unittest.TestCase):
         self.diagnostics.await_text('unsynchronised/extractor', 'no pairs: the nearest stamps of /image and '
                                     '/points_of_long_ago differ by', '/points_of_long_ago is 3 s behind /image')
         self.assertNotIn('no message on /image', self.diagnostics.texts('half_blind/extractor')[-1])
-        # the other extractor pairs on
+        # another extractor pairs on
         self.assertEqual(self.diagnostics.count('by_cloud/extractor', 'no pairs'), 0)
 
 

@@ -27,7 +27,7 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonD
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from session import Diagnostics, await_true, is_heard
+from session import Diagnostics, Recorder, await_true
 
 NODE = 'extractor'
 # Keypoint [px] and the pixels of the cloud around it: rows, columns.
@@ -64,7 +64,7 @@ class ExtractorTest(unittest.TestCase):
         np.testing.assert_allclose(position(array.persons[0].nose), mean_of_valid(points(7)[29:32, 19:22]), atol=1e-5)
         return stamp
 
-    def test_nobody_gives_an_empty_frame(self):
+    def test_no_person_gives_an_empty_frame(self):
         self.detector.answer = lambda number: []
         empty = self.camera.send_frame(1)
         array = self.output.frame(empty)
@@ -103,10 +103,11 @@ class ExtractorTest(unittest.TestCase):
         for found, number in ((first, 40), (second, 41)):
             self.assertEqual((found.header.stamp, found.header.frame_id), (stamp, 'frame_of_the_cloud'))
             self.assertEqual((found.person_ID, found.num_people_detected), (number, 2))
-        one_by_one = await_true(lambda: len([found for found in list(self.output.persons)
-                                             if found.header.stamp == stamp]) == 2, 'a message for each person')
-        self.assertTrue(one_by_one)
-        self.assertEqual({found.person_ID for found in self.output.persons if found.header.stamp == stamp}, {40, 41})
+
+        def one_by_one():
+            return [found.person_ID for found in list(self.output.persons) if found.header.stamp == stamp]
+
+        await_true(lambda: one_by_one() == [40, 41], 'a message for each person')
 
     def test_stamp_and_frame_are_those_of_the_cloud(self):
         stamp = now()
@@ -123,99 +124,76 @@ class ExtractorTest(unittest.TestCase):
         nose = self.output.frame(stamp).persons[0].nose
         np.testing.assert_allclose(position(nose), mean_of_valid(half[14:17, 9:12]), atol=1e-5)
 
-    def test_a_cloud_without_a_valid_point_has_nobody_in_space(self):
+    def test_a_cloud_without_a_valid_point_has_no_person_in_space(self):
         stamp, before = now(), self.diagnostics.count(NODE, 'no depth')
         self.camera.send(image(9, stamp), cloud(np.full((HEIGHT, WIDTH, 3), np.nan), stamp))
         self.assertEqual(self.output.frame(stamp).persons, [])
         self.diagnostics.await_event(NODE, 'no depth', before + 1, ['0 %'])
         self.good_frame_works()
 
-    def listen(self, topic: str, kind: type) -> List:
-        """Return the list that the messages of a topic go to while this test runs."""
-        kept = []
-        subscriber = rospy.Subscriber(topic, kind, kept.append)
-        self.addCleanup(subscriber.unregister)
-        await_true(lambda: is_heard(topic), f'a publisher of {topic}')
-        return kept
+    def listen(self, topic: str, kind: type) -> Recorder:
+        """Return the recorder of an output while this test runs."""
+        recorder = Recorder(f'{OUTPUT}/{topic}', kind)
+        self.addCleanup(recorder.close)
+        return recorder
+
+    def await_output(self, *recorders: Recorder) -> List:
+        """Send frames until one came to each: a node may learn of its subscriber only later; return the newest ones."""
+        def came():
+            self.output.frame(self.camera.send_frame(11))
+            return all(recorder.messages for recorder in recorders)
+
+        await_true(came, lambda: f'{[recorder.topic for recorder in recorders]}')
+        newest = [recorder.messages[-1] for recorder in recorders]
+        for message in newest:
+            self.assertTrue(self.output.has(message.header.stamp))
+        return newest
 
     def test_2d_results_have_the_ids_that_the_people_have_in_space(self):
-        arrays = self.listen(f'{OUTPUT}/detected_poses', PersonDetectionArray)
-        persons = self.listen(f'{OUTPUT}/detected_poses_keypoints', PersonDetection)
+        arrays = self.listen('detected_poses', PersonDetectionArray)
+        persons = self.listen('detected_poses_keypoints', PersonDetection)
         pixels = {'nose': (20.0, 30.0), 'neck': (10.5, 20.25)}
         self.detector.answer = lambda number: [person(60, pixels), person(61, {'left_wrist': (40.0, 5.0)}, 0.5)]
-
-        def answered():
-            stamp = now()
-            message = image(3, stamp)
-            message.header.frame_id = 'frame_of_the_image'
-            self.camera.send(message, cloud(points(3), stamp))
-            in_space = self.output.frame(stamp)
-            return [(array, in_space) for array in list(arrays) if array.header.stamp == stamp]
-
-        array, in_space = await_true(answered, 'the 2D results of a frame')[0]
-        stamp = array.header.stamp
+        self.await_output(arrays, persons)
+        stamp = now()
+        message = image(3, stamp)
+        message.header.frame_id = 'frame_of_the_image'
+        self.camera.send(message, cloud(points(3), stamp))
+        array, in_space = arrays.wait(1, stamp)[0], self.output.frame(stamp)
         self.assertEqual((array.pose_model, array.header.frame_id), ('COCO_18', 'frame_of_the_image'))
-        self.assertEqual([found.person_ID for found in array.persons], [found.person_ID for found in in_space.persons])
         first, second = array.persons
         for joint, place in pixels.items():
             self.assertEqual((getattr(first, joint).x, getattr(first, joint).y), place)
         self.assertEqual((second.left_wrist.x, second.left_wrist.confidence, second.neck.confidence), (40.0, 0.5, 0.0))
-        one_by_one = await_true(lambda: len([found for found in list(persons) if found.header.stamp == stamp]) == 2,
-                                'a 2D message for each person')
-        self.assertTrue(one_by_one)
-        for found, expected in zip([found for found in persons if found.header.stamp == stamp], array.persons):
-            for name in found.__slots__[1:]:  # rospy counts headers itself
-                self.assertEqual(getattr(found, name), getattr(expected, name), name)
+        for found in (array.persons, persons.wait(2, stamp)):
+            self.assertEqual([one.person_ID for one in found], [one.person_ID for one in in_space.persons])
 
         self.detector.answer = lambda number: []
-        stamp = self.camera.send_frame(4)
-        empty = await_true(lambda: [array for array in list(arrays) if array.header.stamp == stamp], 'an empty frame')
-        self.assertEqual(empty[0].persons, [])
+        self.assertEqual(arrays.wait(1, self.camera.send_frame(4))[0].persons, [])
 
-    def test_people_are_drawn_while_somebody_listens(self):
-        drawn = self.listen(f'{OUTPUT}/detected_poses_image', Image)
-
-        def one_came():
-            self.output.frame(self.camera.send_frame(11))
-            return drawn
-
-        message = await_true(one_came, 'an annotated image')[0]
-        self.assertTrue(self.output.has(message.header.stamp))
+    def test_people_are_drawn(self):
+        message, = self.await_output(self.listen('detected_poses_image', Image))
         changed = (image_to_bgr(message) != image_to_bgr(image(11, message.header.stamp))).any(axis=2)
         self.assertTrue(changed[30, 20])
         self.assertLess(changed.mean(), 0.5)
 
     def test_the_camera_info_of_the_input_stands_beside_the_image(self):
         """Nothing before it is there, since these points are those of no camera."""
-        infos = self.listen(f'{OUTPUT}/camera_info', CameraInfo)
-        self.output.frame(self.camera.send_frame(12))
-        self.output.frame(self.camera.send_frame(12))  # whatever belongs to the first one has been published
-        self.assertEqual(infos, [])
-        source = rospy.Publisher(f'{NODE}/camera_info', CameraInfo, queue_size=1)
-        self.addCleanup(source.unregister)
-
-        def one_came():
-            source.publish(CameraInfo(width=WIDTH, height=HEIGHT, K=[50, 0, 31, 0, 51, 23, 0, 0, 1]))
+        infos = self.listen('camera_info', CameraInfo)
+        for _ in range(2):  # whatever belongs to the first one has been published
             self.output.frame(self.camera.send_frame(12))
-            return infos
-
-        info = await_true(one_came, 'the camera info')[0]
+        self.assertEqual(infos.messages, [])
+        source = rospy.Publisher(f'{NODE}/camera_info', CameraInfo, queue_size=1, latch=True)
+        self.addCleanup(source.unregister)
+        source.publish(CameraInfo(width=WIDTH, height=HEIGHT, K=[50, 0, 31, 0, 51, 23, 0, 0, 1]))
+        info, = self.await_output(infos)
         self.assertEqual((info.K[0], info.K[4], info.header.frame_id), (50.0, 51.0, FRAME_ID))
-        self.assertTrue(self.output.has(info.header.stamp))
 
-    def test_synchronised_inputs_are_echoed_while_somebody_listens(self):
-        images = self.listen(f'{OUTPUT}/input_rgb', Image)
-        clouds = self.listen(f'{OUTPUT}/input_pointcloud', PointCloud2)
-
-        def echoed():
-            self.output.frame(self.camera.send_frame(11))
-            return images and clouds
-
-        await_true(echoed, 'image and cloud')
-        for message, sent in ((images[-1], image(11, images[-1].header.stamp)),
-                              (clouds[-1], cloud(points(11), clouds[-1].header.stamp))):
+    def test_synchronised_inputs_are_echoed(self):
+        messages = self.await_output(self.listen('input_rgb', Image), self.listen('input_pointcloud', PointCloud2))
+        for message, sent in zip(messages, (image(11, messages[0].header.stamp),
+                                            cloud(points(11), messages[1].header.stamp))):
             self.assertEqual((message.data, message.header.frame_id), (sent.data, FRAME_ID))
-            self.assertTrue(self.output.has(message.header.stamp))
 
     def test_messages_without_a_partner_are_counted(self):
         before, stamps = self.diagnostics.count(NODE, 'images without a partner'), []

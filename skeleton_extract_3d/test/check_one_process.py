@@ -8,19 +8,15 @@ import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from harness import FRAME_ID, OUTPUT, Camera, Output, ShippedSequence, now, of_joints
+from harness import OUTPUT, Camera, Output, ShippedSequence, now, of_joints
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
-from std_msgs.msg import Header
-from std_srvs.srv import SetBool
 
-from openpose_ros_pkg.ros.convert import bgr_to_image
-from session import PATIENCE, Diagnostics, await_true, is_heard
-from skeleton_extract_3d.points.depth import cloud_from_depth
-from skeleton_extract_3d.ros.convert import cloud_to_message
+from demand import enable
+from session import PATIENCE, Diagnostics, Recorder, await_true
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
 
-# Frames of the shipped sequence that both forms are sent, before any of them loses sight of anybody.
+# Frames of the shipped sequence that both forms are sent, before any of them loses sight of a person.
 FRAMES = 5
 NETWORK_STAGES = ('wait_for_network', 'network', 'decode')
 
@@ -29,44 +25,36 @@ class OneProcessTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_one_process')
-        cls.sequence, cls.diagnostics = ShippedSequence().frames, Diagnostics()
+        cls.sequence, cls.diagnostics = ShippedSequence(), Diagnostics()
         # no subscriber yet
         cls.diagnostics.await_state('one/people', 'idle: no subscriber')
         cls.one, cls.two = Output('one'), Output('two')
-        cls.reports, cls.arrays_2d = [], []
-        rospy.Subscriber('one/people/timing', Timing, cls.reports.append)
-        rospy.Subscriber(f'one/{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
-        await_true(lambda: is_heard(f'one/{OUTPUT}/detected_poses'), '2D results')
+        cls.reports = Recorder('one/people/timing', Timing)
+        cls.arrays_2d = Recorder(f'one/{OUTPUT}/detected_poses', PersonDetectionArray)
         rospy.wait_for_service('two/detect_poses_3d')
         cls.camera = Camera('/image', '/points', listeners=(2, 2))
 
-    def messages(self, number):
-        frame, header = self.sequence.frame(number), Header(stamp=now(), frame_id=FRAME_ID)
-        cloud = cloud_from_depth(frame.depth * 0.001, self.sequence.camera, frame.bgr)
-        return bgr_to_image(frame.bgr, header), cloud_to_message(cloud, header)
-
     def send(self, number):
-        """Send a frame until both forms have taken it; return its message and what both made of it."""
-        image, points = self.messages(number)
-        self.camera.send(image, points)
-        return image, self.one.frame(image.header.stamp), self.two.frame(image.header.stamp)
+        """Send a frame until both forms have taken it; return what both made of it."""
+        stamp = now()
+        self.camera.send(*self.sequence.messages(number, stamp))
+        return self.one.frame(stamp), self.two.frame(stamp)
 
     def test_both_forms_give_the_same_people(self):
         for number in range(FRAMES):
-            image, one, two = self.send(number)
+            one, two = self.send(number)
             self.assertEqual(len(one.persons), 2)
             self.assertEqual([found.person_ID for found in one.persons], [found.person_ID for found in two.persons])
             for mine, theirs in zip(one.persons, two.persons):
                 for what in ('x', 'y', 'z', 'status', 'sigma', 'confidence'):
                     np.testing.assert_array_equal(of_joints(mine, what), of_joints(theirs, what), what)
-            in_image = await_true(lambda stamp=image.header.stamp: [array for array in list(self.arrays_2d)
-                                                                    if array.header.stamp == stamp], '2D results')
-            self.assertEqual([found.person_ID for found in in_image[0].persons],
-                             [found.person_ID for found in one.persons][:len(in_image[0].persons)])
+            in_image = self.arrays_2d.wait(1, one.header.stamp)[0].persons
+            self.assertEqual([found.person_ID for found in in_image],
+                             [found.person_ID for found in one.persons][:len(in_image)])
 
     def test_others_are_answered_at_the_same_time(self):
         call, answers = rospy.ServiceProxy('one/detect_poses_3d', GetPersons), []
-        image, _ = self.messages(0)
+        image, _ = self.sequence.messages(0, now())
         clients = [threading.Thread(target=lambda: answers.append(call(image).detections)) for _ in range(3)]
         for client in clients:
             client.start()
@@ -82,7 +70,7 @@ class OneProcessTest(unittest.TestCase):
     def test_the_age_is_split_by_stage(self):
         def report():
             self.send(2)
-            found = [{stage.stage: stage for stage in report.stages} for report in list(self.reports)]
+            found = [{stage.stage: stage for stage in report.stages} for report in self.reports.messages.copy()]
             return [stages for stages in found if stages['age'].count > 0]
 
         stages = await_true(report, 'a report')[-1]
@@ -97,22 +85,20 @@ class OneProcessTest(unittest.TestCase):
         self.addCleanup(client.update_configuration, {name: before[name] for name in ('person_min_score', 'tracking')})
         changed = client.update_configuration({'person_min_score': 1.0, 'tracking': False})
         self.assertEqual((changed['person_min_score'], changed['tracking']), (1.0, False))
-        image, points = self.messages(3)
-        self.camera.send(image, points)
-        # nobody is so sure, and nobody is remembered
-        self.assertEqual(self.one.frame(image.header.stamp).persons, [])
+        # no person is that sure, and no person is remembered
+        self.assertEqual(self.send(3)[0].persons, [])
 
     def test_one_switch_rests_both_halves(self):
-        switch, call = (rospy.ServiceProxy(f'one/{name}', kind) for name, kind in (('people/enable', SetBool),
-                                                                                   ('detect_poses_3d', GetPersons)))
-        self.assertTrue(switch(False).success)
-        self.addCleanup(switch, True)
+        call = rospy.ServiceProxy('one/detect_poses_3d', GetPersons)
+        image, _ = self.sequence.messages(0, now())
+        self.addCleanup(enable, 'one/people', True)
+        self.assertTrue(enable('one/people', False))
         await_true(lambda: self.camera.images.get_num_connections() == 1, 'the image is not read')
         with self.assertRaises(rospy.ServiceException):
-            call(self.messages(0)[0])
-        switch(True)
+            call(image)
+        self.assertTrue(enable('one/people', True))
         await_true(lambda: self.camera.images.get_num_connections() == 2, 'the image is read again')
-        self.assertEqual(len(call(self.messages(0)[0]).detections), 2)
+        self.assertEqual(len(call(image).detections), 2)
 
 
 if __name__ == '__main__':

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""With its default parameters the extractor says what is hidden, who is who, and how quickly they move."""
+"""With its default parameters the extractor tells what is hidden, keeps ids, and tells how quickly people move."""
 import sys
 import unittest
 from typing import List, NamedTuple, Optional, Sequence, Tuple
@@ -12,6 +12,7 @@ from dynamic_reconfigure.client import Client
 from harness import (
     FRAME_ID,
     OUTPUT,
+    OUTSIDE,
     VISIBLE,
     Camera,
     FakeDetector,
@@ -30,23 +31,20 @@ from openpose_ros_msgs.msg import (
     PersonDetectionArray,
 )
 from sensor_msgs.msg import CameraInfo
-from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
-from session import PATIENCE, await_true, is_heard
+from session import PATIENCE, Recorder, await_true, is_heard
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
-from skeleton_extract_3d.points.depth import cloud_from_depth
-from skeleton_extract_3d.ros.convert import cloud_to_message, rotation_and_translation
+from skeleton_extract_3d.ros.convert import rotation_and_translation
 
 NODE = 'extractor'
 # Frames in which person 2 hides person 1, and in which both walk, at 1.1 and 1.5 m/s.
 HIDDEN, WALKING = range(16, 25), range(4, 9)
-# Whoever shows fewer joints is not detected.
+# A person who shows fewer joints is not detected.
 LEAST_SHOWN = 3
 # An error from which a position is wrong [m], and that of a velocity [m/s].
 WRONG, WRONG_VELOCITY = 0.15, 0.25
-# Within the pause between two plays [s] tracks end, and those who come back after it are new (return_timeout).
+# Within the pause between two plays [s] tracks end, and people who come back after it are new (return_timeout).
 PAUSE = 15.0
 TRUNK = ('neck', 'right_shoulder', 'left_shoulder', 'right_hip', 'left_hip')
 
@@ -65,7 +63,7 @@ class Frame(NamedTuple):
     array: PersonDetection_3dArray
 
     def near(self, truth: TruePerson) -> PersonDetection_3d:
-        """Return who is where somebody truly is: within half a metre, by the median of the joints."""
+        """Return the person who is where one truly is: within half a metre, by the median of the joints."""
         distances = [np.nanmedian(np.linalg.norm(joints_of(found) - truth.xyz, axis=1))
                      for found in self.array.persons]
         if not distances or min(distances) > 0.5:
@@ -79,25 +77,20 @@ class PeopleTest(unittest.TestCase):
         rospy.init_node('check_people')
         cls.sequence, cls.detector = ShippedSequence(), FakeDetector('detect_poses_3d')
         cls.detector.answer = cls.detected
-        cls.arrays_2d: List[PersonDetectionArray] = []
-        cls.subscriber = rospy.Subscriber(f'{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
-        cls.infos: List[CameraInfo] = []
-        cls.info_subscriber = rospy.Subscriber(f'{OUTPUT}/camera_info', CameraInfo, cls.infos.append)
+        cls.arrays_2d = Recorder(f'{OUTPUT}/detected_poses', PersonDetectionArray)
+        cls.infos = Recorder(f'{OUTPUT}/camera_info', CameraInfo)
         cls.output, cls.camera = Output(), Camera()
         cls.tf_buffer = tf2_ros.Buffer()
         cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
-        await_true(lambda: is_heard(f'{OUTPUT}/detected_poses') and is_heard('/tf'), '2D results and joints as frames')
+        await_true(lambda: is_heard('/tf'), 'joints as frames')
         cls.last_stamp = rospy.Time.from_sec(rospy.get_time())
         cls.frames = cls.play(range(len(cls.sequence.people)))
 
     @classmethod
     def detected(cls, number: int) -> List[PersonDetection]:
-        """Return those who show some joints, with the pixels of all; their order and ids mean nothing."""
-        found = []
-        for truth in cls.sequence.people[number]:
-            if truth.shown >= LEAST_SHOWN:
-                pixels = {joint: tuple(xy) for joint, xy, label in zip(COCO_18.joints, truth.uv, truth.labels) if label}
-                found.append(person(50 + 2 * number + truth.id, pixels))
+        """Return the people who show some joints, with the pixels of all; their order and ids mean nothing."""
+        found = [person(50 + 2 * number + truth.id, truth.pixels(truth.labels != OUTSIDE))
+                 for truth in cls.sequence.people[number] if truth.shown >= LEAST_SHOWN]
         return found[::-1] if number % 2 else found
 
     @classmethod
@@ -111,26 +104,20 @@ class PeopleTest(unittest.TestCase):
             rows: of images and clouds, from the upper border on; None: all.
         """
         begin = begin or cls.last_stamp + rospy.Duration(PAUSE)
-        frames, played = cls.sequence.frames, []
+        played = []
         for number in numbers:
-            frame, stamp = frames.frame(number), begin + rospy.Duration((number - numbers[0]) / frames.fps)
-            header = Header(stamp=stamp, frame_id=frame_id)
-            picture = frame.bgr[:rows].copy()
-            picture[0, 0] = number, 0, 0
-            points = cloud_from_depth(frame.depth * 0.001, frames.camera, frame.bgr)
-            cls.camera.send(bgr_to_image(picture, header), cloud_to_message(points[:rows], header))
+            stamp = begin + rospy.Duration((number - numbers[0]) / cls.sequence.frames.fps)
+            cls.camera.send(*cls.sequence.messages(number, stamp, frame_id, rows))
             played.append(Frame(number, cls.sequence.people[number], cls.output.frame(stamp)))
             cls.last_stamp = max(cls.last_stamp, stamp)
         return played
 
     def people_2d(self, frame: Frame) -> PersonDetectionArray:
         """Return the 2D results of a frame."""
-        stamp = frame.array.header.stamp
-        return await_true(lambda: next((array for array in list(self.arrays_2d) if array.header.stamp == stamp), None),
-                          f'2D results of frame {frame.number}')
+        return self.arrays_2d.wait(1, frame.array.header.stamp)[0]
 
     def detected_joints(self) -> Tuple[np.ndarray, ...]:
-        """Return status, sigma and error [m] of the N joints of all who were detected, whether hidden and visible."""
+        """Return status, sigma and error [m] of the N joints of all detected people, whether hidden and visible."""
         rows = []
         for frame in self.frames:
             for truth in frame.truth:
@@ -163,7 +150,7 @@ class PeopleTest(unittest.TestCase):
         self.assertGreater(covered, 0.85)
         self.assertGreater(np.median(sigma[status == INFERRED]), np.median(sigma[status == MEASURED]))
 
-    def test_somebody_who_is_hidden_altogether_is_still_there(self):
+    def test_a_person_who_is_hidden_altogether_is_still_there(self):
         for frame in self.frames[HIDDEN.start:HIDDEN.stop]:
             found = frame.near(frame.truth[0])
             self.assertEqual(set(of_joints(found, 'status')) - {MISSING}, {INFERRED})
@@ -205,8 +192,7 @@ class PeopleTest(unittest.TestCase):
             np.testing.assert_allclose(np.mean(told, axis=(0, 1)), np.mean(true, axis=(0, 1)), atol=WRONG_VELOCITY)
 
     def test_without_a_camera_info_the_cloud_tells_the_camera_of_the_image(self):
-        stamps = {frame.array.header.stamp for frame in self.frames}
-        true, info = self.sequence.frames.camera, [info for info in self.infos if info.header.stamp in stamps][-1]
+        true, info = self.sequence.frames.camera, self.infos.wait(1, self.frames[-1].array.header.stamp)[0]
         self.assertEqual((info.width, info.height), (true.width, true.height))
         np.testing.assert_allclose(np.reshape(info.K, (3, 3)), true.matrix, atol=0.5)  # [px], depth is in whole mm
         np.testing.assert_allclose(np.reshape(info.P, (3, 4))[:, :3], true.matrix, atol=0.5)

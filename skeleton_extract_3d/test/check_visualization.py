@@ -1,51 +1,37 @@
 #!/usr/bin/python3
-"""People become spheres and lines at their joints, hidden joints others than seen ones, and vanish when they leave."""
+"""People, hands and faces become markers where they are, which vanish with them; tests/unit/show tests their looks."""
 import sys
 import unittest
-from functools import partial
-from typing import Sequence
 
 import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from harness import OUTPUT, now
-from openpose_ros_msgs.msg import PersonDetection_3dArray
+from harness import OUTPUT, now, position
+from openpose_ros_msgs.msg import FaceDetection_3dArray, HandDetection_3dArray, PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.skeletons import COCO_18
-from session import PATIENCE, Diagnostics, await_true, is_heard
+from session import PATIENCE, Diagnostics, Recorder, await_true
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.ros.convert import faces_to_array, hands_to_array, people_to_messages
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.ros.convert import faces_to_array, hands_to_array, people_to_array
 
 NODE = 'skeleton_extract_3d_visualization_node'
 # A neck with a head and a right arm whose elbow is missing: two limbs [m].
 JOINTS = {'neck': (0.0, -0.4, 3.0), 'nose': (0.0, -0.6, 2.9), 'right_shoulder': (-0.2, -0.4, 3.1),
           'right_wrist': (-0.3, 0.1, 2.8)}
-# Of the nose [m]; the others have none.
-SIGMA = 0.08
 
 
-def people(*ids: int, hidden: Sequence[str] = (), ahead: float = 0.0) -> People3D:
-    """Return people of those ids, each a metre to the right of the one before.
-
-    Args:
-        hidden: joints that are INFERRED.
-        ahead: how much further away than in JOINTS they are [m].
-    """
+def people(*ids: int, ahead: float = 0.0) -> People3D:
+    """Return people of those ids, each a metre to the right of the one before, all so far beyond JOINTS [m]."""
     xyz = np.full((len(ids), 18, 3), np.nan)
     for p in range(len(ids)):
         for joint, place in JOINTS.items():
             xyz[p, COCO_18.index[joint]] = np.add(place, (p, 0, ahead))
     found = np.isfinite(xyz).all(axis=2)
-    status = np.where(found, MEASURED, MISSING)
-    for joint in hidden:
-        status[:, COCO_18.index[joint]] = INFERRED
-    sigma = np.full(found.shape, np.nan)
-    sigma[:, COCO_18.index['nose']] = SIGMA
-    return People3D(COCO_18, xyz, found * 0.5, status, sigma, ids)
+    return People3D(COCO_18, xyz, found * 0.5, np.where(found, MEASURED, MISSING), np.full(found.shape, np.nan), ids)
 
 
 def landmarks(number: int) -> Points3D:
@@ -54,47 +40,42 @@ def landmarks(number: int) -> Points3D:
     return Points3D(xyz, np.full((1, number), 0.9), np.full((1, number), MEASURED), np.full((1, number), 0.01))
 
 
-def places(marker: Marker) -> list:
-    return [(point.x, point.y, point.z) for point in marker.points]
+def places(marker: Marker) -> np.ndarray:
+    return np.array([position(point) for point in marker.points])
+
+
+def header() -> Header:
+    return Header(stamp=now(), frame_id='somewhere')
 
 
 class VisualizationTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_visualization')
-        cls.markers = {namespace: [] for namespace in ('', 'everything/')}
-        cls.topics = set()
         cls.diagnostics = Diagnostics()
-        topics = []
-        for namespace in cls.markers:
-            for topic in ('visualization_markers', 'visualization_skeleton'):
-                topics.append(f'{namespace}{OUTPUT}/{topic}')
-                rospy.Subscriber(topics[-1], Marker, partial(cls.keep, namespace, topic))
-        cls.publisher = rospy.Publisher(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=10)
-        await_true(lambda: cls.publisher.get_num_connections() == 2 and all(map(is_heard, topics)), 'connections')
+        cls.markers = [Recorder(f'{OUTPUT}/visualization_{name}', Marker) for name in ('markers', 'skeleton')]
+        cls.publisher = cls.publisher_of('poses', PersonDetection_3dArray)
 
     @classmethod
-    def keep(cls, namespace: str, topic: str, marker: Marker):
-        cls.markers[namespace].append(marker)
-        cls.topics.add((topic, marker.ns))
+    def publisher_of(cls, name, kind):
+        """Return a publisher of an input of the node, which is heard."""
+        publisher = rospy.Publisher(f'{OUTPUT}/detected_{name}_3d', kind, queue_size=10)
+        await_true(publisher.get_num_connections, f'the node for {name}')
+        return publisher
 
     def setUp(self):
-        self.show(9)  # a third person, whose deletes tell when the next frame is complete
-        for kept in self.markers.values():
-            kept.clear()
+        self.show(9)
 
-    def show(self, *ids: int, number: int = 0, namespace: str = '', **looks) -> list:
-        """Publish a frame and return its markers; both nodes have it then."""
-        header = Header(stamp=now(), frame_id='somewhere')
-        persons = people_to_messages(people(*ids, **looks), header)
-        self.publisher.publish(PersonDetection_3dArray(header=header, pose_model='COCO_18', persons=persons))
-        for either in self.markers:
-            await_true(lambda either=either: self.of_frame(header, 1, either), f'markers of {ids} in {either or "/"}')
-        return await_true(lambda: self.of_frame(header, number or 2 * len(ids), namespace), f'the markers of {ids}')
+    def show(self, *ids: int, number: int = 0, ahead: float = 0.0) -> list:
+        """Publish a frame and return its markers, at least so many; by default, two of each person."""
+        array = people_to_array(people(*ids, ahead=ahead), header())
+        self.publisher.publish(array)
 
-    def of_frame(self, header: Header, number: int, namespace: str) -> list:
-        found = [marker for marker in list(self.markers[namespace]) if marker.header.stamp == header.stamp]
-        return found if len(found) >= number else []
+        def of_frame():
+            found = [marker for recorder in self.markers for marker in recorder.messages.copy()
+                     if marker.header.stamp == array.header.stamp]
+            return found if len(found) >= (number or 2 * len(ids)) else []
+        return await_true(of_frame, f'the markers of {ids}')
 
     def test_joints_and_limbs(self):
         found = {(marker.ns, marker.id): marker for marker in self.show(4, 9) if marker.action == Marker.ADD}
@@ -102,80 +83,60 @@ class VisualizationTest(unittest.TestCase):
         for (ns, _), marker in found.items():
             self.assertEqual(marker.type, Marker.SPHERE_LIST if ns == 'joints' else Marker.LINE_LIST)
             self.assertEqual(marker.header.frame_id, 'somewhere')
-            self.assertTrue(np.isfinite(places(marker)).all())
-        order = sorted(JOINTS, key=COCO_18.joints.index)
-        np.testing.assert_allclose(places(found['joints', 4]), [JOINTS[joint] for joint in order], atol=1e-6)
-        shifted = np.add([JOINTS[joint] for joint in order], (1, 0, 0))
-        np.testing.assert_allclose(places(found['joints', 9]), shifted, atol=1e-6)
+        joints = np.array([JOINTS[joint] for joint in sorted(JOINTS, key=COCO_18.joints.index)])
+        np.testing.assert_allclose(places(found['joints', 4]), joints, atol=1e-6)
+        np.testing.assert_allclose(places(found['joints', 9]) - (1, 0, 0), joints, atol=1e-6)
         limbs = [JOINTS[joint] for joint in ('neck', 'right_shoulder', 'neck', 'nose')]
         np.testing.assert_allclose(places(found['skeleton', 4]), limbs, atol=1e-6)
-        self.assertLessEqual({('visualization_markers', 'joints'), ('visualization_skeleton', 'skeleton')}, self.topics)
+        self.assertEqual([{marker.ns for marker in recorder.messages if marker.action == Marker.ADD and marker.id == 4}
+                          for recorder in self.markers], [{'joints'}, {'skeleton'}])
 
     def test_parameters_change_while_the_node_runs(self):
         client = Client(NODE, timeout=PATIENCE)
         try:
-            client.update_configuration({'joint_scale': 0.125, 'label': True, 'joint_colour': '0 1 0 1'})
-            found = {marker.ns: marker for marker in self.show(9, number=3)}
+            client.update_configuration({'joint_scale': 0.125, 'label': True, 'joint_colour': '0 1 0 1',
+                                         'trail_seconds': 5.0})
+            self.show(9, number=3)
+            found = {marker.ns: marker for marker in self.show(9, number=4, ahead=0.5)}
+            # without hips, the way of the shoulders
+            middle = np.mean([JOINTS['neck'], JOINTS['right_shoulder']], axis=0)
+            np.testing.assert_allclose(places(found['trail']), [middle, np.add(middle, (0, 0, 0.5))], atol=1e-6)
             self.assertEqual((found['joints'].scale.x, found['label'].text), (0.125, '9'))
             self.assertEqual((found['joints'].color.r, found['joints'].color.g), (0, 1))
             refused = client.update_configuration({'joint_colour': 'green'})
             self.assertEqual(refused['joint_colour'], '0 1 0 1')
         finally:
-            client.update_configuration({'joint_scale': 0.05, 'label': False, 'joint_colour': '1 0 0 1'})
-        found = self.show(9, number=3)
-        self.assertEqual([marker.ns for marker in found if marker.action == Marker.DELETE], ['label'])
-
-    def test_whoever_leaves_is_deleted_and_nobody_else(self):
-        self.show(4, 9)
+            client.update_configuration({'joint_scale': 0.05, 'label': False, 'joint_colour': '1 0 0 1',
+                                         'trail_seconds': 0.0})
         found = self.show(9, number=4)
-        gone = {(marker.ns, marker.id) for marker in found if marker.action == Marker.DELETE}
-        self.assertEqual(gone, {('joints', 4), ('skeleton', 4)})
-        gone = {(marker.ns, marker.id) for marker in self.show(number=2) if marker.action == Marker.DELETE}
-        self.assertEqual(gone, {('joints', 9), ('skeleton', 9)})
+        self.assertEqual([marker.ns for marker in found if marker.action == Marker.DELETE],
+                         ['label', 'trail'])
 
-    def test_labels_spheres_of_sigma_and_a_colour_for_each_person(self):
-        self.show(4, 9, number=8, namespace='everything/')
-        found = {(marker.ns, marker.id): marker
-                 for marker in self.show(4, 9, number=10, namespace='everything/', ahead=0.5)}
-        self.assertEqual(set(found), {(ns, person) for ns in ('joints', 'skeleton', 'label')
-                                      for person in (4, 9)} | {('sigma', 16 * 4 + 6), ('sigma', 16 * 9 + 6)})
-        self.assertEqual(found['label', 4].text, '4')
-        nose = np.add(JOINTS['nose'], (0, 0, 0.5))
-        np.testing.assert_allclose(places(found['sigma', 16 * 4 + 6]), [nose], atol=1e-6)
+    def test_only_the_markers_of_people_who_left_are_deleted(self):
+        self.show(4, 9)
+        for stay, left in (([9], 4), ([], 9)):
+            found = self.show(*stay, number=2 + 2 * len(stay))
+            gone = {(marker.ns, marker.id) for marker in found if marker.action == Marker.DELETE}
+            self.assertEqual(gone, {('joints', left), ('skeleton', left)})
 
-    def check_shown(self, name: str, messages: Sequence, points: dict):
-        """Publish a hand or a face, then none, and compare the markers.
-
-        Args:
-            messages: the array with somebody, and the empty one.
-            points: how many points the markers have by (ns, id).
-        """
-        markers = []
-        listener = rospy.Subscriber(f'{OUTPUT}/visualization_{name}', Marker, markers.append)
-        publisher = rospy.Publisher(f'{OUTPUT}/detected_{name}_3d', type(messages[0]), queue_size=10)
-        await_true(lambda: publisher.get_num_connections() and is_heard(listener.name), f'the node for {name}')
-        publisher.publish(messages[0])
-        await_true(lambda: len(markers) == len(points), f'markers of {name}')
-        self.assertEqual({(marker.ns, marker.id): len(marker.points) for marker in markers}, points)
-        self.assertEqual({(marker.action, marker.header.frame_id) for marker in markers}, {(Marker.ADD, 'somewhere')})
-        for arrow in (marker for marker in markers if marker.type == Marker.ARROW):
-            np.testing.assert_allclose(np.diff(places(arrow), axis=0), [(0.25, 0, 0)], atol=1e-6)
-        publisher.publish(messages[1])
-        await_true(lambda: len(markers) == 2 * len(points), f'deletes of {name}')
-        self.assertEqual({(marker.ns, marker.id, marker.action) for marker in markers[len(points):]},
-                         {(*key, Marker.DELETE) for key in points})
-
-    def test_fingers_and_deletes_of_a_hand(self):
+    def test_hands_and_faces_are_shown_and_deleted(self):
         hand = Hands3D(landmarks(21), np.ones(1), np.array([4]), np.array([True]))
-        header = Header(stamp=now(), frame_id='somewhere')
-        messages = [hands_to_array(hands, header) for hands in (hand, Hands3D.empty())]
-        self.check_shown('hands', messages, {('hand', 2 * 4 + 1): 2 * 20})
-
-    def test_contours_direction_and_deletes_of_a_face(self):
         face = Faces3D(landmarks(70), np.ones(1), np.array([4]), np.array([(0, 0, 0, 1)]), np.ones(1))
-        header = Header(stamp=now(), frame_id='somewhere')
-        messages = [faces_to_array(faces, header) for faces in (face, Faces3D.empty())]
-        self.check_shown('faces', messages, {('face', 4): 2 * 63, ('head_direction', 4): 2})
+        for name, kind, to_array, some, points in (
+                ('hands', HandDetection_3dArray, hands_to_array, hand, {('hand', 9): 40}),
+                ('faces', FaceDetection_3dArray, faces_to_array, face, {('face', 4): 126, ('head_direction', 4): 2})):
+            with self.subTest(name):
+                # the node reads what its markers need that have a subscriber
+                recorder = Recorder(f'{OUTPUT}/visualization_{name}', Marker)
+                publisher = self.publisher_of(name, kind)
+                publisher.publish(to_array(some, header()))
+                found = recorder.wait(len(points))
+                self.assertEqual({(each.ns, each.id): len(each.points) for each in found}, points)
+                self.assertEqual({(each.action, each.header.frame_id) for each in found}, {(Marker.ADD, 'somewhere')})
+                publisher.publish(to_array(some.empty(), header()))
+                gone = recorder.wait(2 * len(points))[len(points):]
+                self.assertEqual({(each.ns, each.id, each.action) for each in gone},
+                                 {(*key, Marker.DELETE) for key in points})
 
     def test_people_of_an_unknown_joint_set_are_counted(self):
         before = self.diagnostics.count(NODE, 'bad input')

@@ -6,7 +6,7 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -21,7 +21,7 @@ from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
 from openpose_ros_pkg.skeletons import COCO_18
 from optional_weights import need_weights as need_weights
 from session import PATIENCE, await_true, is_heard
-from skeleton_extract_3d.points.depth import XYZRGB
+from skeleton_extract_3d.points.depth import XYZRGB, cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message
 
@@ -78,10 +78,10 @@ OUTSIDE, VISIBLE = 0, 2
 
 
 class TruePerson(NamedTuple):
-    """The truth about somebody in a frame of the shipped sequence.
+    """The truth about a person in a frame of the shipped sequence.
 
     Attributes:
-        id: who it is.
+        id: the same in all frames.
         xyz: (18, 3) [m], in the frame of the points.
         uv: (18, 2) [px].
         labels: (18,).
@@ -102,6 +102,10 @@ class TruePerson(NamedTuple):
         """Number of joints that are to be seen."""
         return int((self.labels == VISIBLE).sum())
 
+    def pixels(self, labels: np.ndarray) -> Dict[str, Tuple[float, float]]:
+        """Return the places [px] of some joints, (18,) bool, by name."""
+        return {joint: tuple(xy) for joint, xy, label in zip(COCO_18.joints, self.uv, labels) if label}
+
 
 class ShippedSequence:
     """The sequence that comes with the package: two people cross, and one hides the other for a while.
@@ -118,6 +122,14 @@ class ShippedSequence:
         order = [truth['joints'].index(joint) for joint in COCO_18.joints]
         self.people = [[TruePerson(person['id'], *(np.array(person[key])[order] for key in ('xyz', 'uv', 'vis')))
                         for person in frame['people']] for frame in truth['frames']]
+
+    def messages(self, number: int, stamp: rospy.Time, frame_id: str = FRAME_ID,
+                 rows: Optional[int] = None) -> Tuple[Image, PointCloud2]:
+        """Return image and cloud of a frame; `rows` cuts them below."""
+        frame, header = self.frames.frame(number), Header(stamp=stamp, frame_id=frame_id)
+        picture, cloud = frame.bgr.copy(), cloud_from_depth(frame.depth * 0.001, self.frames.camera, frame.bgr)
+        picture[0, 0] = number, 0, 0
+        return bgr_to_image(picture[:rows], header), cloud_to_message(cloud[:rows], header)
 
 
 class FakeDetector:
@@ -148,7 +160,7 @@ class FakeDetector:
 
 
 class Camera:
-    """Publishes images and clouds with stamps that grow; ready when a number of nodes listens to each."""
+    """Publishes images and clouds with stamps that grow; ready when each has a number of subscribers."""
 
     def __init__(self, image_topic: str = 'image', points_topic: str = 'points', image_type: Any = Image,
                  points_type: Any = PointCloud2, listeners: Tuple[int, int] = (1, 1)) -> None:
@@ -156,7 +168,7 @@ class Camera:
         self.points = rospy.Publisher(points_topic, points_type, queue_size=10)
         await_true(lambda: self.images.get_num_connections() >= listeners[0]
                    and self.points.get_num_connections() >= listeners[1],
-                   f'{listeners} nodes listen to {image_topic} and {points_topic}')
+                   f'{listeners} subscribers of {image_topic} and {points_topic}')
 
     def send(self, image_message: Any, points_message: Any) -> None:
         """Publish both."""

@@ -21,7 +21,7 @@ from openpose_ros_pkg.skeletons import COCO_18, SKELETONS
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.depth import XYZRGB, cloud_from_depth
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import MarkerSpec
 
@@ -42,22 +42,6 @@ def all_points(grid):
     return grid.window(u, v, 1).reshape(grid.height, grid.width, 3)
 
 
-def cloud_message(points, names=('x', 'y', 'z'), offsets=(0, 4, 8), point_step=16, padding=0, double=False, big=False):
-    """Write points field by field, with 0xff in all other bytes."""
-    height, width = points.shape[:2]
-    row_step = width * point_step + padding
-    data = np.full(height * row_step, 0xff, np.uint8)
-    fields = []
-    for name, offset in zip(names, offsets):
-        fields.append(PointField(name, offset, PointField.FLOAT64 if double else PointField.FLOAT32, 1))
-        if name in ('x', 'y', 'z'):
-            dtype = ('>' if big else '<') + ('f8' if double else 'f4')
-            view = np.ndarray((height, width), dtype, data, offset, (row_step, point_step))
-            view[:] = points[..., 'xyz'.index(name)]
-    return PointCloud2(header=HEADER, height=height, width=width, fields=fields, is_bigendian=big,
-                       point_step=point_step, row_step=row_step, data=data.tobytes(), is_dense=False)
-
-
 def sent(message):
     """Return the message as a subscriber gets it."""
     buffer = BytesIO()
@@ -65,17 +49,24 @@ def sent(message):
     return type(message)().deserialize(buffer.getvalue())
 
 
-@pytest.mark.parametrize('layout', [
-    {}, {'names': ('intensity', 'x', 'ring', 'y', 'z'), 'offsets': (0, 4, 8, 12, 16), 'point_step': 48},
-    {'double': True, 'big': True, 'padding': 5, 'offsets': (24, 9, 1), 'point_step': 40}], ids=str)
-def test_points_are_read_whatever_the_layout(layout):
-    cloud = convert.cloud_from_message(sent(cloud_message(points_of_pixels(), **layout)))
-    np.testing.assert_array_equal(all_points(cloud), points_of_pixels())
+def test_points_are_read_by_the_fields_of_the_message():
+    """All layouts are in tests/unit/points/test_cloud.py; all bytes beside the coordinates are 0xff."""
+    layout = np.dtype({'names': ('ring', 'x', 'y', 'z'), 'formats': ('i4', '>f8', '>f8', '>f8'),
+                       'offsets': (36, 24, 9, 1), 'itemsize': 40})
+    row_step = W * 40 + 5
+    data = np.full(H * row_step, 0xff, np.uint8)
+    for i, axis in enumerate('xyz'):
+        np.ndarray((H, W), layout, data, 0, (row_step, 40))[axis] = points_of_pixels()[..., i]
+    fields = [PointField(name, layout.fields[name][1], PointField.INT32 if name == 'ring' else PointField.FLOAT64, 1)
+              for name in layout.names]
+    message = PointCloud2(header=HEADER, height=H, width=W, fields=fields, is_bigendian=True, point_step=40,
+                          row_step=row_step, data=data.tobytes())
+    np.testing.assert_array_equal(all_points(convert.cloud_from_message(sent(message))), points_of_pixels())
 
 
 @pytest.mark.parametrize('datatype, text', [(PointField.INT32, 'int32'), (99, 'unknown type 99')])
 def test_fields_that_are_no_floats_are_refused(datatype, text):
-    message = cloud_message(points_of_pixels())
+    message = convert.cloud_to_message(np.ones((H, W), XYZRGB), HEADER)
     message.fields = [PointField(axis, 4 * i, datatype, 1) for i, axis in enumerate('xyz')]
     with pytest.raises(BadInputError, match=text):
         convert.cloud_from_message(sent(message))
@@ -107,14 +98,12 @@ def depth_message(depth, encoding='16UC1', padding=0, big=False):
     return message
 
 
-@pytest.mark.parametrize('camera', [
-    LENS, CameraModel(W, H, LENS.matrix, 'plumb_bob', np.array(BARREL)),
-    CameraModel(W, H, LENS.matrix, 'rational_polynomial', np.array([*BARREL, 0.01, -0.01, 0.002])),
-    CameraModel(W, H, LENS.matrix, 'equidistant', np.array([0.01, -0.002, 0.001, 0.0]))],
-    ids=lambda camera: camera.distortion_model or 'none')
-@pytest.mark.parametrize('encoding, unit', [('16UC1', 1000), ('32FC1', 1)])
-@pytest.mark.parametrize('padding, big', [(0, False), (6, True)])
-def test_depth_images_give_the_points_that_project_to_their_pixels(camera, encoding, unit, padding, big):
+@pytest.mark.parametrize('model, distortion, encoding, unit, padding, big', [
+    ('', (), '16UC1', 1000, 0, False), ('plumb_bob', BARREL, '32FC1', 1, 6, True),
+    ('rational_polynomial', (*BARREL, 0.01, -0.01, 0.002), '16UC1', 1000, 6, True),
+    ('equidistant', (0.01, -0.002, 0.001, 0.0), '32FC1', 1, 0, False)])
+def test_depth_images_give_the_points_that_project_to_their_pixels(model, distortion, encoding, unit, padding, big):
+    camera = CameraModel(W, H, LENS.matrix, model, np.array(distortion))
     z = points_of_pixels()[..., 2] * 0.125
     message = sent(depth_message(z * unit, encoding, padding, big))
     grid = convert.depth_image_from_messages(message, sent(convert.camera_to_message(camera, HEADER)))
@@ -176,11 +165,6 @@ def some_people():
     return People3D(COCO_18, xyz, confidence, status, sigma, [4, 17, 2], velocity)
 
 
-def as_array(messages, velocities=()):
-    return sent(PersonDetection_3dArray(header=HEADER, pose_model='COCO_18', persons=messages,
-                                        velocities=list(velocities)))
-
-
 def test_no_people_come_back_as_none():
     none = People3D.empty(COCO_18)
     assert convert.people_to_messages(none, HEADER) == convert.velocities_to_messages(none) == []
@@ -201,10 +185,10 @@ def test_people_come_back_from_their_messages():
 
 
 def test_velocities_of_some_only_are_refused():
-    people = some_people()
-    array = as_array(convert.people_to_messages(people, HEADER), convert.velocities_to_messages(people)[:2])
+    array = convert.people_to_array(some_people(), HEADER)
+    array.velocities.pop()
     with pytest.raises(BadInputError, match='2 velocities of 3 persons'):
-        convert.people_from_array(array)
+        convert.people_from_array(sent(array))
 
 
 def test_each_position_is_a_frame_of_its_own():
@@ -239,10 +223,10 @@ def test_an_unknown_joint_set_is_refused():
 
 
 def test_a_status_without_a_position_is_refused():
-    messages = convert.people_to_messages(some_people(), HEADER)
-    messages[0].neck.x = np.nan
+    array = convert.people_to_array(some_people(), HEADER)
+    array.persons[0].neck.x = np.nan
     with pytest.raises(BadInputError, match='MISSING'):
-        convert.people_from_array(as_array(messages))
+        convert.people_from_array(sent(array))
 
 
 def test_markers_carry_header_pose_lifetime_and_points():

@@ -28,9 +28,9 @@ class CountedHealth:
         self.count(event)
 
 
-def message(frame: int, stamp: int, frame_id: str = '') -> PersonDetectionArray:
+def message(frame: int, stamp: int) -> PersonDetectionArray:
     """Return some message with a header; seq is the frame."""
-    return PersonDetectionArray(header=Header(frame, rospy.Time(0, stamp), frame_id))
+    return PersonDetectionArray(header=Header(frame, rospy.Time(0, stamp), ''))
 
 
 class Inputs:
@@ -52,10 +52,10 @@ class Inputs:
         return [(image, points) for image, points in self.pairs if image != points]
 
 
-def synchronized(inputs=None, health=None):
-    """Return inputs, a synchronizer behind them or others, and what it counts."""
-    source, health = Inputs(), health or CountedHealth()
-    synchronizer = StampSynchronizer(inputs or source.filters, PairingParams(), health)
+def synchronized():
+    """Return inputs, a synchronizer behind them, and what it counts."""
+    source, health = Inputs(), CountedHealth()
+    synchronizer = StampSynchronizer(source.filters, PairingParams(), health)
     synchronizer.registerCallback(source.keep)
     return source, synchronizer, health
 

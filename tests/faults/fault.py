@@ -10,22 +10,14 @@ class Fault:
     """Something that is done to nodes which run, and what has to come of it.
 
     After it the nodes are the same processes as before, and good frames give the same joints.
-
-    Attributes:
-        title: what is wrong, as the table shows it.
-        inject: does it; called with the `rig.Chain` of the node.
-        node: who has to notice: 'CHAIN/NODE' of `rig.CHAINS`.
-        event: the counter in /diagnostics that rises; empty: good frames go on, and there is nothing to say.
-        words: parts of the text in /diagnostics, beside the event.
-        level: of the status with that text.
     """
 
-    title: str
-    inject: Callable[[Any], None]
-    node: str = 'cloud/people'
-    event: str = 'bad input'
-    words: Tuple[str, ...] = ()
-    level: str = 'WARN'
+    title: str  # what is wrong, as the table shows it
+    inject: Callable[[Any], None]  # does it; called with the `rig.Chain` of the node
+    node: str = 'cloud/people'  # has to notice it: 'CHAIN/NODE' of `rig.CHAINS`
+    event: str = 'bad input'  # the counter in /diagnostics that rises; empty: good frames go on, with nothing to say
+    words: Tuple[str, ...] = ()  # parts of the text in /diagnostics, beside the event
+    level: str = 'WARN'  # of the status with that text
 
     @property
     def outcome(self) -> str:
@@ -36,20 +28,12 @@ class Fault:
 
 @dataclass(frozen=True)
 class Scenario:
-    """A fault that needs processes of its own, or takes a few seconds: as few as possible.
+    """A fault that needs processes of its own, or takes a few seconds: as few as possible."""
 
-    Attributes:
-        title: what is wrong, as the table shows it.
-        run: does it, and asserts what comes of it; called with the `rig.Rig`, whose `session` has the ROS
-            master of the suite.
-        node: name of the node that it is about.
-        outcome: what comes of it, for the table.
-    """
-
-    title: str
-    run: Callable[[Any], None]
-    node: str
-    outcome: str
+    title: str  # what is wrong, as the table shows it
+    run: Callable[[Any], None]  # does it, and asserts what comes of it; called with the `rig.Rig`
+    node: str  # that it is about
+    outcome: str  # what comes of it, for the table
 
 
 Case = Union[Fault, Scenario]

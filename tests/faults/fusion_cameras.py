@@ -19,11 +19,10 @@ from skeleton_extract_3d.ros.extractor import NAMESPACE
 
 # Namespaces of the cameras.
 WITH_DEPTH, WITHOUT_DEPTH = ('fusion/left', 'fusion/right'), 'fusion/door'
-# Messages of a frame, by their place in it, in the order in which they are sent.
-TOPICS: Dict[str, str] = {'info': '/fusion/door/openpose_ros/camera_info',
-                          'door': '/fusion/door/openpose_ros/detected_poses',
-                          'left': '/fusion/left/openpose_ros/skeleton_3d/detected_poses_3d',
-                          'right': '/fusion/right/openpose_ros/skeleton_3d/detected_poses_3d'}
+# Topics in the namespace of the chain by the message's place in a frame, in the order in which they are sent.
+TOPICS: Dict[str, str] = {'info': 'door/openpose_ros/camera_info', 'door': 'door/openpose_ros/detected_poses',
+                          'left': f'left/{NAMESPACE}/detected_poses_3d',
+                          'right': f'right/{NAMESPACE}/detected_poses_3d'}
 # The same of a frame for the node of signals.
 SIGNALS_TOPICS: Dict[str, str] = {'cloud': 'points', 'hands': f'{NAMESPACE}/detected_hands_3d',
                                   'faces': f'{NAMESPACE}/detected_faces_3d',

@@ -3,8 +3,8 @@ import copy
 import subprocess
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Type
 
 import cv2
@@ -13,7 +13,7 @@ import psutil
 import rospy
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
-from sensor_msgs.msg import CameraInfo, CompressedImage
+from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
 
@@ -80,35 +80,12 @@ _REMAPPINGS = ('~image:=image', '~point_cloud:=points', '~depth_image:=points', 
                '~skeleton_2d_detector:=detect_poses_3d')
 
 
-def start_node(session: Session, node: str, program: Program) -> subprocess.Popen:
-    """Start 'NAMESPACE/NODE'; its process is the program itself."""
+def start_node(session: Session, node: str, program: Program, *prefix: str) -> subprocess.Popen:
+    """Start 'NAMESPACE/NODE', under another program if it is named; its process is the program itself."""
     namespace, name = node.split('/')
     private = [f'_{key}:={value}' for key, value in program.arguments.items()]
-    return session.start(node.replace('/', '_'), [str(ROOT / program.path), f'__ns:=/{namespace}', f'__name:={name}',
-                                                  *_REMAPPINGS, *private])
-
-
-def says_when_it_ends(rig: 'Rig', node: str, program: Program, *words: str) -> None:
-    """Start a node that has to end with exit status 1, and all these words."""
-    process = start_node(rig.session, node, program)
-    status = process.wait(PATIENCE)
-    said = rig.session.log(process)
-    assert (status, [word for word in words if word not in said]) == (1, []), said
-
-
-@dataclass
-class Frame:
-    """What a camera publishes at one time; messages that a fault may change.
-
-    Attributes:
-        image: raw or compressed.
-        points: cloud or depth image, raw or compressed.
-        info: of the depth image.
-    """
-
-    image: Any
-    points: Any
-    info: CameraInfo
+    return session.start(node.replace('/', '_'), [*prefix, str(ROOT / program.path), f'__ns:=/{namespace}',
+                                                  f'__name:={name}', *_REMAPPINGS, *private])
 
 
 class Usage(NamedTuple):
@@ -122,11 +99,8 @@ class Usage(NamedTuple):
 class Chain:
     """Nodes between a camera and people in space, and that camera, which shows the same view in all good frames.
 
-    Attributes:
-        name: of the chain, and its namespace.
-        processes: of its nodes, by 'CHAIN/NODE'.
-        publishers: of its camera: 'image', 'points' and 'camera_info'.
-        kept: what a fault leaves open until a later one.
+    Processes are known by 'CHAIN/NODE'; publishers by what they publish: 'image', 'points' and 'info', or as in
+    `fusion_cameras`.
     """
 
     # Topic and type of what comes of a frame.
@@ -134,12 +108,14 @@ class Chain:
 
     def __init__(self, session: Session, diagnostics: Diagnostics, name: str) -> None:
         self.name, self.diagnostics, self._session = name, diagnostics, session
-        self.kept: List[Any] = []
+        self.kept: List[Any] = []  # what a fault leaves open until a later one
         self._results: List[Any] = []
         self._last = rospy.Time()
         self.processes = {f'{name}/{node}': start_node(session, f'{name}/{node}', program)
                           for node, program in CHAINS[name].items()}
-        self.publishers = self._advertise()
+        self._good, topics = _good_frame(name)
+        self.publishers = {part: rospy.Publisher(self.topic(topic), type(getattr(self._good, part)), queue_size=10)
+                           for part, topic in topics.items()}
         people, kind = self.topic(self.answer[0]), self.answer[1]
         rospy.Subscriber(people, kind, self._results.append)
         await_true(lambda: is_heard(people), f'{people} is published')
@@ -152,14 +128,6 @@ class Chain:
     def figures(self, answer: Any) -> np.ndarray:
         """Return what has to be the same after a fault: joints, (P, 18, 3) [m]."""
         return joints(answer)
-
-    def _advertise(self) -> Dict[str, rospy.Publisher]:
-        """Return what publishes each message of a frame."""
-        self._good = _good_frame(self.name)
-        suffixes = {'image': '/compressed', 'points': '/compressedDepth'} if self.name == 'compressed' else {}
-        messages = {'image': self._good.image, 'points': self._good.points, 'camera_info': self._good.info}
-        return {topic: rospy.Publisher(self.topic(topic + suffixes.get(topic, '')), type(message), queue_size=10)
-                for topic, message in messages.items()}
 
     def restart(self, node: str) -> None:
         """Start a node 'CHAIN/NODE' that was killed."""
@@ -183,10 +151,9 @@ class Chain:
         return self._last
 
     def send(self, frame: Any) -> None:
-        """Publish a frame."""
-        self.publishers['camera_info'].publish(frame.info)
-        self.publishers['image'].publish(frame.image)
-        self.publishers['points'].publish(frame.points)
+        """Publish a frame: calibration first, people last."""
+        for part, publisher in self.publishers.items():
+            publisher.publish(getattr(frame, part))
 
     def result_of_good_frame(self) -> Any:
         """Send a good frame, again if it is lost, and return its answer."""
@@ -247,20 +214,6 @@ class Chain:
                 for name, usage in self._usage().items()}
 
 
-class FusionChain(Chain):
-    """The fusion node and three cameras, whose frames are those of `fusion_cameras`."""
-
-    def _advertise(self) -> Dict[str, rospy.Publisher]:
-        self._good = fusion_cameras.good_frame()
-        return {name: rospy.Publisher(fusion_cameras.TOPICS[name], type(message), queue_size=10)
-                for name, message in vars(self._good).items()}
-
-    def send(self, frame: Any) -> None:
-        """Publish a frame; calibration comes first."""
-        for name in fusion_cameras.TOPICS:
-            self.publishers[name].publish(getattr(frame, name))
-
-
 class SignalsChain(Chain):
     """The node of signals; it reads the people of a camera of `fusion_cameras`, with a cloud and no hands and faces."""
 
@@ -273,16 +226,6 @@ class SignalsChain(Chain):
                           POSTURES.index(person.posture) if person.posture in POSTURES else -1)
                          for person in answer.persons]).reshape(-1, 7)
         return rows[np.argsort(rows[:, 0])]
-
-    def _advertise(self) -> Dict[str, rospy.Publisher]:
-        self._good = fusion_cameras.frame_for_signals()
-        return {name: rospy.Publisher(self.topic(fusion_cameras.SIGNALS_TOPICS[name]), type(message), queue_size=10)
-                for name, message in vars(self._good).items()}
-
-    def send(self, frame: Any) -> None:
-        """Publish a frame; the people come last."""
-        for name in fusion_cameras.SIGNALS_TOPICS:
-            self.publishers[name].publish(getattr(frame, name))
 
 
 class Rig:
@@ -317,30 +260,39 @@ class Rig:
         """Return the chain of a node 'CHAIN/NODE'."""
         name = node.partition('/')[0]
         if name not in self.chains:
-            kinds = {'fusion': FusionChain, 'signals': SignalsChain}
-            self.chains[name] = kinds.get(name, Chain)(self.session, self.diagnostics, name)
+            kind = SignalsChain if name == 'signals' else Chain
+            self.chains[name] = kind(self.session, self.diagnostics, name)
         return self.chains[name]
 
 
 def joints(people: PersonDetection_3dArray) -> np.ndarray:
-    """Return the joints of everybody from left to right, (P, 18, 3) [m]; NaN where MISSING."""
+    """Return the joints of all people from left to right, (P, 18, 3) [m]; NaN where MISSING."""
     found = np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
                       for person in people.persons]).reshape(-1, 18, 3)
     return found[np.argsort(np.nanmean(found[..., 0], axis=1))]
 
 
-def _good_frame(chain: str) -> Frame:
-    """Return the first frame of the shipped sequence, without a stamp, as a chain reads it; clouds at half its size."""
+def _good_frame(chain: str) -> Tuple[SimpleNamespace, Dict[str, str]]:
+    """Return what a camera publishes at one time, without a stamp, as a chain reads it, and the topics in their order.
+
+    Images are the first frame of the shipped sequence, clouds at half its size.
+    """
+    if chain in ('fusion', 'signals'):
+        return (fusion_cameras.good_frame(), fusion_cameras.TOPICS) if chain == 'fusion' else (
+            fusion_cameras.frame_for_signals(), fusion_cameras.SIGNALS_TOPICS)
+    topics = {'info': 'camera_info', 'image': 'image', 'points': 'points'}
     sequence = RgbdSequence.read(ROOT / 'skeleton_extract_3d/demo/cross')
     frame, header = sequence.frame(0), Header(frame_id=FRAME_ID)
     image, info = bgr_to_image(frame.bgr, header), camera_to_message(sequence.camera, header)
     if chain == 'compressed':
         depth = bytes(12) + cv2.imencode('.png', frame.depth)[1].tobytes()  # after a header that 16UC1 does not need
         colour = cv2.imencode('.png', frame.bgr)[1].tobytes()
-        return Frame(CompressedImage(header=header, format='bgr8; png compressed bgr8', data=colour),
-                     CompressedImage(header=header, format='16UC1; compressedDepth png', data=depth), info)
-    if chain == 'depth':
-        return Frame(image, depth_to_message(frame.depth, header), info)
-    half = sequence.camera.scaled(sequence.camera.width // 2, sequence.camera.height // 2)
-    return Frame(image, cloud_to_message(cloud_from_depth(frame.depth[::2, ::2] * 0.001, half, frame.bgr[::2, ::2]),
-                                         header), info)
+        topics.update(image='image/compressed', points='points/compressedDepth')
+        image = CompressedImage(header=header, format='bgr8; png compressed bgr8', data=colour)
+        points = CompressedImage(header=header, format='16UC1; compressedDepth png', data=depth)
+    elif chain == 'depth':
+        points = depth_to_message(frame.depth, header)
+    else:
+        half = sequence.camera.scaled(sequence.camera.width // 2, sequence.camera.height // 2)
+        points = cloud_to_message(cloud_from_depth(frame.depth[::2, ::2] * 0.001, half, frame.bgr[::2, ::2]), header)
+    return SimpleNamespace(image=image, points=points, info=info), topics

@@ -1,9 +1,11 @@
 """Each fault is noticed, counted and named, and harms nothing: see fault.py."""
-from typing import Any, List
+from typing import Any, Dict, List
 
 import pytest
 
 from faults.fault import Fault, Scenario, all_cases
+from faults.rig import Usage
+from session import await_true
 
 # What the allocator keeps of the largest messages [bytes].
 MEMORY = 100 << 20
@@ -27,9 +29,9 @@ def test_scenario(rig: Any, scenario: Scenario) -> None:
 
 
 def test_nothing_has_grown(rig: Any) -> None:
-    growth = {node: usage for chain in rig.chains.values() for node, usage in chain.growth().items()}
-    assert growth
-    for usage in growth.values():
-        assert usage.memory < MEMORY, growth
-        assert usage.threads <= TRANSIENT, growth
-        assert usage.files <= TRANSIENT, growth
+    def growth() -> Dict[str, Usage]:
+        return {node: usage for chain in rig.chains.values() for node, usage in chain.growth().items()}
+
+    assert growth()
+    await_true(lambda: all(usage.memory < MEMORY and usage.threads <= TRANSIENT and usage.files <= TRANSIENT
+                           for usage in growth().values()), lambda: f'as much as at the start: {growth()}')

@@ -7,7 +7,7 @@ import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fuzzing import JUNK, TEXTS, mutated, spoiled, survives
+from fuzzing import JUNK, TEXTS, mutated, spoiled, survives, written
 from openpose_ros_pkg.calibration import calibration_text, pinhole_calibration, read_calibration
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
@@ -43,19 +43,12 @@ BOMB = b'a0: &a0 [x]\n' + b''.join(b'a%d: &a%d [%s]\n' % (i, i, b', '.join([b'*a
 
 def texts(*values):
     """Yield spoiled texts of values, spoiled values as YAML, and texts that once were a problem."""
-    written = [yaml.safe_dump(value, allow_unicode=True, sort_keys=False).encode() for value in values]
-    return st.one_of(mutated(*written), *(spoiled(value).map(_dumped) for value in values),
+    return st.one_of(mutated(*map(_dumped, values)), *(spoiled(value).map(_dumped) for value in values),
                      st.sampled_from((DEEP, BOMB)))
 
 
 def _dumped(value):
     return yaml.safe_dump(value, allow_unicode=True, sort_keys=False).encode('utf-8', errors='surrogatepass')
-
-
-def written(factory, name, content):
-    path = factory.getbasetemp() / name
-    path.write_bytes(content)
-    return path
 
 
 def camera_of(path):

@@ -18,6 +18,9 @@ NOTHING = Surroundings()
 # Noise of the joints per axis [m], and the sigma that the estimator tells of them [m].
 NOISE, SIGMA = 0.005, 0.03
 
+TRUNK = ('neck', 'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
+FACE = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear')
+
 Direction = Tuple[float, float, float]
 
 
@@ -165,15 +168,10 @@ def frames(motion: Motion, seconds: float, rate: float, hidden: Sequence[str] = 
 
 def watch(motion: Motion, seconds: float, rate: float = 10, around: Surroundings = NOTHING, **how: object,
           ) -> List[Tuple[float, PersonSignals]]:
-    """Return what is told of somebody who moves like this, by stamp [s]; see `frames`."""
+    """Return what is told of a person that moves like this, by stamp [s]; see `frames`."""
     reader = SignalReader()
     return [(stamp, reader.update(people, stamp, UP, around)[0]) for stamp, people in
             frames(motion, seconds, rate, **how)]
-
-
-def told(signals: List[Tuple[float, PersonSignals]], name: str) -> List[Tuple[float, str]]:
-    """Return when a gesture is told [s], and of which arm."""
-    return [(stamp, gesture.arm) for stamp, person in signals for gesture in person.gestures if gesture.name == name]
 
 
 def all_told(signals: List[Tuple[float, PersonSignals]]) -> 'set[str]':

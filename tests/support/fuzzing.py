@@ -150,8 +150,16 @@ def survives(read: Callable[..., Any], *arguments: Any, size: int,
             assert not isinstance(cause, MemoryError) and not _NO_MEMORY.search(str(cause)[:2000]), f'memory: {cause!r}'
             cause = cause.__cause__ or cause.__context__
         assert str(error).strip(), 'an error without a text'
-        assert len(str(error)) < 20000 or not isinstance(error, OpenposeRosError), 'an error that nobody can read'
+        assert len(str(error)) < 20000 or not isinstance(error, OpenposeRosError), 'an error too long to read'
         return None
+
+
+def written(factory: Any, name: str, content: bytes) -> Path:
+    """Write a file into the folder of the session: one for each example would take longer than most readers."""
+    path = Path(factory.getbasetemp()) / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+    return path
 
 
 @contextmanager

@@ -7,12 +7,6 @@ from openpose_ros_pkg.skeletons import COCO_18
 
 STRIDE = MOBILENET_THIN.stride
 NET = (368, 656)  # height, width
-# A person who faces the camera: x, y of the 18 joints in units of the body's height from nose to ankle. The person's
-# right is at the picture's left.
-FRONT = np.array([
-    (0.000, 0.00), (0.000, 0.14), (-0.11, 0.15), (-0.16, 0.32), (-0.19, 0.47), (0.11, 0.15), (0.16, 0.32),
-    (0.19, 0.47), (-0.07, 0.50), (-0.08, 0.76), (-0.09, 1.00), (0.07, 0.50), (0.08, 0.76), (0.09, 1.00),
-    (-0.03, -0.03), (0.03, -0.03), (-0.07, -0.01), (0.07, -0.01)])
 # One network of each table of part affinity fields.
 NETWORKS = pytest.mark.parametrize('model', [MODELS[name] for name in ('mobilenet_thin', 'body_25', 'mpi')],
                                    ids=lambda model: model.skeleton.name)
@@ -22,6 +16,10 @@ MIDDLE = {'head_top': (0.0, -0.10), 'nose': (0.0, 0.0), 'neck': (0.0, 0.14), 'ch
 SIDE = {'eye': (0.03, -0.03), 'ear': (0.07, -0.01), 'shoulder': (0.11, 0.15), 'elbow': (0.16, 0.32),
         'wrist': (0.19, 0.47), 'hip': (0.07, 0.50), 'knee': (0.08, 0.76), 'ankle': (0.09, 1.00), 'heel': (0.05, 1.05),
         'big_toe': (0.12, 1.08), 'small_toe': (0.18, 1.06)}
+BODY = {**MIDDLE, **{f'left_{joint}': at for joint, at in SIDE.items()},
+        **{f'right_{joint}': (-x, y) for joint, (x, y) in SIDE.items()}}
+# A person who faces the camera: x, y of the 18 joints; its right is at the picture's left.
+FRONT = np.array([BODY[joint] for joint in COCO_18.joints])
 
 
 def standing_person(x: float, y: float, height: float) -> np.ndarray:
@@ -30,10 +28,8 @@ def standing_person(x: float, y: float, height: float) -> np.ndarray:
 
 
 def person_of(skeleton, x, y, height):
-    """Return (K, 2) pixels of somebody who raises the right hand and bends the left knee: no mirror image of itself."""
-    place = {**MIDDLE, **{f'left_{joint}': at for joint, at in SIDE.items()},
-             **{f'right_{joint}': (-at[0], at[1]) for joint, at in SIDE.items()},
-             'right_elbow': (-0.26, 0.10), 'right_wrist': (-0.33, -0.12), 'left_knee': (0.21, 0.70)}
+    """Return (K, 2) pixels of a person with the right hand up and the left knee bent: no mirror image of itself."""
+    place = {**BODY, 'right_elbow': (-0.26, 0.10), 'right_wrist': (-0.33, -0.12), 'left_knee': (0.21, 0.70)}
     return np.array([place[joint] for joint in skeleton.joints]) * height + (x, y)
 
 
@@ -49,14 +45,8 @@ def render_fields(people, net=NET, missing=(), sharpness=1.0, skeleton=COCO_18):
     """Draw the fields that a perfect network would give, (57, h, w) float32 for COCO_18.
 
     Joints are Gaussians of 8 network pixels as in training; a limb's field is a unit vector within one cell of the
-    limb's line, averaged where limbs of several people cross.
-
-    Args:
-        people: (K, 2) network pixels each.
-        net: (height, width) of the network's input.
-        missing: joints that are not drawn, nor limbs that end there.
-        sharpness: height of the Gaussians.
-        skeleton: joint set; the confidence map of the background and the fields follow its joints.
+    limb's line, averaged where limbs of several people cross. People are (K, 2) pixels of a network's input of a size
+    (height, width); missing joints are not drawn, nor limbs that end there; sharpness is the height of the Gaussians.
     """
     height, width = net[0] // STRIDE, net[1] // STRIDE
     v, u = np.mgrid[:height, :width].astype(float)

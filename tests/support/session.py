@@ -57,24 +57,18 @@ class Session:
         self._log_folder.mkdir(parents=True, exist_ok=True)
         with socket.socket() as probe:
             probe.bind(('localhost', 0))
-            self._port = probe.getsockname()[1]
+            port = probe.getsockname()[1]
         with ExitStack() as stack:
             stack.enter_context(all_ends_are_interrupts())
             ros_home = tempfile.mkdtemp(prefix='openpose_ros_')
             stack.callback(shutil.rmtree, ros_home, ignore_errors=True)
             stack.callback(self._stop_all)
-            os.environ.update(ROS_MASTER_URI=f'http://localhost:{self._port}', ROS_HOSTNAME='localhost',
+            os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost',
                               ROS_HOME=ros_home, ROS_LOG_DIR=str(Path(ros_home) / 'log'))
-            self.start_master()
+            master = self.start('roscore', ['roscore', '-p', str(port)])
+            wait_for(_is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
             self._leaving = stack.pop_all()
         return self
-
-    def start_master(self) -> subprocess.Popen:
-        """Start the master, again where the one before was stopped, and wait for it."""
-        master = self.start('roscore', ['roscore', '-p', str(self._port)])
-        wait_for(_is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
-        self.master = master
-        return master
 
     def __exit__(self, *_: object) -> None:
         self._leaving.close()
@@ -123,15 +117,7 @@ def _is_master_online() -> bool:
 
 
 def wait_for(condition: Callable[[], bool], timeout: float, what: str, watched: subprocess.Popen) -> None:
-    """Wait until condition() holds.
-
-    Args:
-        timeout: [s].
-        watched: a child without which it never will.
-
-    Raises:
-        SessionError: it did not in time, or the watched process ended.
-    """
+    """Wait until condition() holds; SessionError: it does not within a time [s], or the watched child has ended."""
     deadline = time.monotonic() + timeout
     while not condition():
         if watched.poll() is not None:
@@ -157,7 +143,7 @@ def is_heard(topic: str) -> bool:
     """Tell whether what is published on a topic from now on reaches this process, which has subscribed to it.
 
     rospy's subscribers count a connection before it is made, and what is published until then is lost. So all who
-    publish on the topic are asked, but for those that have ended. Nobody publishes: no.
+    publish on the topic are asked, but for those that have ended. No publisher: no.
     """
     name, topic = rospy.get_name(), rospy.resolve_name(topic)
     master = rosgraph.Master(name)
@@ -171,11 +157,7 @@ def is_heard(topic: str) -> bool:
 
 
 class Recorder:
-    """Keeps the messages of a topic; ready when those who publish it send to here.
-
-    Args:
-        connect: False: does not wait for that.
-    """
+    """Keeps the messages of a topic; ready when its publishers send to here, at once without `connect`."""
 
     def __init__(self, topic: str, kind: Type[Any], connect: bool = True) -> None:
         self.topic = topic
@@ -198,21 +180,12 @@ class Recorder:
 
 
 class ResultWatch:
-    """Counts the results of a chain as they arrive, with their latency.
-
-    Args:
-        topic, kind: of an array message with `header` and `persons`.
-
-    Attributes:
-        people: number of people in each frame.
-        arrivals: time.monotonic() of each frame [s].
-        latencies: from the camera's stamp to here, of each frame [s].
-    """
+    """Counts the results of a chain, array messages with `header` and `persons`, as they arrive."""
 
     def __init__(self, topic: str, kind: Type[Any]) -> None:
-        self.people: List[int] = []
-        self.arrivals: List[float] = []
-        self.latencies: List[float] = []
+        self.people: List[int] = []  # number in each frame
+        self.arrivals: List[float] = []  # time.monotonic() of each frame [s]
+        self.latencies: List[float] = []  # from the camera's stamp to here, of each frame [s]
         self._subscriber = rospy.Subscriber(topic, kind, self._count, queue_size=10)
 
     def _count(self, message: Any) -> None:
@@ -242,24 +215,17 @@ class ResultWatch:
 
 
 class Report(NamedTuple):
-    """The status of a node in /diagnostics.
+    """The status of a node in /diagnostics."""
 
-    Attributes:
-        level: 'OK', 'WARN', 'ERROR' or 'STALE'.
-        text: in words.
-        values: counters and what else it shows.
-    """
-
-    level: str
+    level: str  # 'OK', 'WARN', 'ERROR' or 'STALE'
     text: str
-    values: Dict[str, str]
+    values: Dict[str, str]  # counters and what else it shows
 
 
 class Diagnostics:
-    """Keeps the reports of all nodes in /diagnostics; relative names of nodes are those in the test's own namespace.
+    """Keeps the reports of all nodes in /diagnostics, and waits for one of each that is given.
 
-    Args:
-        nodes: of each of them, a report is waited for.
+    Relative names of nodes are those in the test's own namespace.
     """
 
     def __init__(self, *nodes: str) -> None:

@@ -64,19 +64,13 @@ def _person(times: np.ndarray, place: float, speed: float) -> np.ndarray:
 
 @dataclass
 class ErringCamera:
-    """A camera whose keypoints lie beside the joints as the fusion expects, and err beside that as it says.
-
-    Attributes:
-        noise: of its joints, standard deviation per axis [m].
-        correlation: time in which an error fades (1 / e) [s]; 0: errors of frames are independent.
-        angle: error of its rays per axis [rad], for a camera without depth; None: it has depth.
-    """
+    """A camera whose keypoints lie beside the joints as the fusion expects, and err beside that as it says."""
 
     name: str
     pose: Tuple[np.ndarray, np.ndarray]
-    noise: float
-    correlation: float = 0.0
-    angle: Optional[float] = None
+    noise: float  # of its joints, standard deviation per axis [m]
+    correlation: float = 0.0  # time in which an error fades (1 / e) [s]; 0: errors of frames are independent
+    angle: Optional[float] = None  # error of its rays per axis [rad], for a camera without depth
     random: np.random.RandomState = field(default_factory=lambda: np.random.RandomState(0))
     _errors: Tuple[float, np.ndarray] = (-np.inf, np.zeros(()))
 
@@ -116,11 +110,8 @@ def cameras(count: int, noise: float, correlation: float, angle: Optional[float]
 def fusion_shares(room: Room, rig: Sequence[ErringCamera], rate: float, seconds: float) -> Shares:
     """Return how far fused joints are from the true ones, in sigma.
 
+    All cameras see people at the same times, at a rate [Hz]; the first `SETTLED` of the seconds do not count.
     What keypoints of all cameras have in common (`EstimateConstants.common_sigma`) differs between joints, and stays.
-
-    Args:
-        rate: of the cameras, which see people at the same times [Hz].
-        seconds: that are simulated, of which the first `SETTLED` do not count [s].
     """
     fusion, ratios, squares = PeopleFusion(), [], []
     common = np.random.RandomState(99).normal(0, FUSION.estimate.common_sigma, room.at(0.0).shape)

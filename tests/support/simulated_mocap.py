@@ -94,14 +94,9 @@ def simulate(truth: Truth, seed: int, seen: Tuple[float, float] = (0, np.inf), n
              rate: float = 120.0, outliers: float = 0.03, dropped: float = 0.05) -> Simulated:
     """Return both recordings with random clocks, years apart, and random frames of reference.
 
-    The first person gets another track id in the middle; hidden joints are inferred, 60 mm off per axis.
-
-    Args:
-        seen: part of the time that the camera records [s].
-        noise: of measured joints, per axis [m].
-        rate: of the motion capture, whose noise is 1 mm [Hz].
-        outliers: share of measured joints that are off by 0.3 m per axis.
-        dropped: share of frames without an estimate; 2 % of the joints are missing as well.
+    The camera records the part `seen` [s] with noise per axis [m], drops a share of the frames and 2 % of the joints,
+    and is off by 0.3 m per axis in a share of outliers. The motion capture has a rate [Hz] and noise of 1 mm. The first
+    person gets another track id in the middle; hidden joints are inferred, 60 mm off per axis.
     """
     random = np.random.RandomState(seed)
     rotation = cv2.Rodrigues(random.normal(size=3) * 2)[0]

@@ -38,7 +38,7 @@ _BOTH = ('arms_crossed', 'claps', 'hands on the hips', 'carries a box', 'clasps 
 
 
 def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
-    """Return what is told of somebody, as a camera of some rate sees it with its errors, by stamp [s]."""
+    """Return what is told of a person, as a camera of some rate sees it with its errors, by stamp [s]."""
     stature, rate = random.uniform(1.0, 1.95), random.choice([5.0, 10.0, 15.0, 30.0])
     shape = (1, len(COCO_18.joints), 3)
     lasting, noise = random.normal(0, 0.012, shape), random.uniform(0.003, 0.008)
@@ -55,7 +55,7 @@ def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
 
 
 def gestures(name: str, random: Random) -> Motion:
-    """Return a gesture of somebody: the arm comes up before BEGIN, and goes down again after END."""
+    """Return a gesture: the arm comes up before BEGIN, and goes down again after END."""
     first, second, frequency = _GESTURES[name](random)
     return _brought(name, first, second, frequency, random)
 
@@ -144,7 +144,6 @@ _NEARLY: Dict[str, Callable[[Random], Tuple[Limb, Limb, float]]] = {
                                  1.5, 3.0),
     'adjusts the glasses': _held((0.4, 0.6, -0.35), (-0.5, 0.05, 1.0)),
     'drinks': _held((0.35, 0.5, -0.75), (-0.45, 0.15, 1.0)),
-    'hand on the hip': _held((0.8, -0.3, -0.8), (-0.9, 0.3, -0.5)),
     'hands on the hips': _held((0.8, -0.3, -0.8), (-0.9, 0.3, -0.5)),
     'carries a box': _held((0.1, 0.3, -1.0), (-0.1, 1.0, -0.05)),
     'clasps the hands': _held((0.2, 0.2, -1.0), (-0.6, 0.7, -0.35)),
@@ -162,8 +161,6 @@ _MOTIONS: Dict[str, Callable[[Random], Motion]] = {
                                        (2.6, SITTING_ON_FLOOR)),
     'lies down slowly': _through((0, STANDING), (0.5, STANDING), (1.5, CROUCHING), (2.4, SITTING_ON_FLOOR),
                                  (3.8, LYING)),
-    'picks something up': _through((0, STANDING), (1, STANDING), (1.8, replace(_BENT_DOWN, right=_DOWN)),
-                                   (2.2, replace(_BENT_DOWN, right=_DOWN)), (3.0, STANDING)),
     'ties the shoes': _through((0, STANDING), (1, STANDING), (1.7, replace(_BENT_DOWN, left=_DOWN, right=_DOWN)),
                                (3.4, replace(_BENT_DOWN, left=_DOWN, right=_DOWN)), (4.0, STANDING)),
     'swings an arm past': _through((0, STANDING), (1, STANDING), (1.35, replace(

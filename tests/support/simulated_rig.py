@@ -1,6 +1,6 @@
 """Cameras around walking people: what each of them sees, with known noise, clocks and mistakes of calibration."""
 from dataclasses import dataclass, field
-from typing import Optional, Tuple
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -18,15 +18,10 @@ COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 
 @dataclass(frozen=True)
 class Room:
-    """S people who walk about around the origin, z up.
+    """S people that walk about around the origin, z up."""
 
-    Attributes:
-        times: (T,) [s].
-        joints: (S, T, 18, 3) [m].
-    """
-
-    times: np.ndarray
-    joints: np.ndarray
+    times: np.ndarray  # (T,) [s]
+    joints: np.ndarray  # (S, T, 18, 3) [m]
 
     def at(self, time: float) -> np.ndarray:
         """Return the true joints at a time, (S, 18, 3) [m]."""
@@ -41,44 +36,35 @@ def walking(seconds: float, people: int, seed: int = 0) -> Room:
     return Room(truth.times - truth.times[0], truth.positions[:, :, COLUMNS])
 
 
-def looking_at_the_middle(angle: float, distance: float = 5.0, height: float = 1.5) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the pose of a camera at an angle [rad] around the middle of the room."""
-    origin = np.array([distance * np.cos(angle), distance * np.sin(angle), height])
-    forward = np.array([0, 0, 1.0]) - origin
+def looking_at(origin: Sequence[float], target: Sequence[float] = (0.0, 0.0, 1.0)) -> Tuple[np.ndarray, np.ndarray]:
+    """Return rotation and translation to the room of a camera that stands at a place, level, and looks at another."""
+    forward = np.subtract(target, origin)
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, [0, 0, 1.0])
     right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(forward, right), forward], axis=1), origin
+    return np.stack([right, np.cross(forward, right), forward], axis=1), np.array(origin, float)
+
+
+def looking_at_the_middle(angle: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the pose of a camera at an angle [rad] around the middle of the room."""
+    return looking_at((5.0 * np.cos(angle), 5.0 * np.sin(angle), 1.5))
 
 
 @dataclass
 class SimulatedCamera:
-    """A camera of the room.
-
-    Attributes:
-        pose: its true rotation (3, 3) and translation (3,) [m] to the frame of the room.
-        late: by which its stamps are too great [s].
-        moved: by which it is believed to stand elsewhere, (3,) [m].
-        noise: of its joints, standard deviation per axis [m].
-        angle: of its rays [rad], for a camera without depth; None: it has depth.
-        swapped: ids of the first two people are exchanged.
-    """
+    """A camera of the room."""
 
     name: str
-    pose: Tuple[np.ndarray, np.ndarray]
-    late: float = 0.0
-    moved: Tuple[float, float, float] = (0.0, 0.0, 0.0)
-    noise: float = 0.02
-    angle: Optional[float] = None
-    swapped: bool = False
+    pose: Tuple[np.ndarray, np.ndarray]  # true rotation (3, 3) and translation (3,) [m] to the frame of the room
+    late: float = 0.0  # by which its stamps are too great [s]
+    moved: Tuple[float, float, float] = (0.0, 0.0, 0.0)  # by which it is believed to stand elsewhere [m]
+    noise: float = 0.02  # of its joints, standard deviation per axis [m]
+    angle: Optional[float] = None  # of its rays per axis [rad], for a camera without depth
+    swapped: bool = False  # ids of the first two people are exchanged
     random: np.random.RandomState = field(default_factory=lambda: np.random.RandomState(0))
 
     def people(self, room: Room, time: float, chosen: Optional[Tuple[int, ...]] = None) -> People3D:
-        """Return the people whom the camera sees at a true time, in its optical frame, with depth or without.
-
-        Args:
-            chosen: those whom it sees; None: everybody.
-        """
+        """Return the people in the camera's view at a true time, by number or all, in its optical frame."""
         joints = room.at(time)
         numbers = list(range(len(joints)) if chosen is None else chosen)
         rotation, origin = self.pose
@@ -109,11 +95,7 @@ class SimulatedCamera:
 
 
 def without_depth(sighting: Sighting, angle: float) -> Sighting:
-    """Return what the same camera would see without depth: rays to the joints that it measured.
-
-    Args:
-        angle: error of a ray per axis [rad].
-    """
+    """Return what the same camera would see without depth: rays to measured joints, with an error per axis [rad]."""
     measured = sighting.status == MEASURED
     return Sighting(sighting.camera, sighting.stamp, sighting.origin, sighting.ids,
                     np.full(sighting.positions.shape, np.nan),

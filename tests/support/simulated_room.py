@@ -4,11 +4,10 @@ from typing import Callable, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording
 from simulated_mocap import Truth, walkers
+from simulated_rig import COLUMNS, looking_at
 
-_COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 _START = 1_600_000_000.0
 FOCAL = 540.0
 
@@ -20,32 +19,21 @@ def everywhere(places: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Camera:
-    """A camera at `centre` [m] that looks at `target`, both in the room (z up).
-
-    Attributes:
-        clock: stamps are late by this [s].
-        rate: [Hz].
-        depth: whether it measures positions.
-        sees: which people by their places (..., 3) [m].
-        bias: (18,) how much deeper joints lie than the camera says [m].
-    """
+    """A camera at `centre` [m] that looks at `target`, both in the room (z up)."""
 
     name: str
     centre: Tuple[float, float, float]
     target: Tuple[float, float, float] = (0.0, 0.0, 1.0)
-    clock: float = 0.0
-    rate: float = 15.0
-    depth: bool = True
-    sees: Callable[[np.ndarray], np.ndarray] = everywhere
-    bias: np.ndarray = field(default_factory=lambda: np.zeros(18))
+    clock: float = 0.0  # by which its stamps are late [s]
+    rate: float = 15.0  # [Hz]
+    depth: bool = True  # whether it measures positions
+    sees: Callable[[np.ndarray], np.ndarray] = everywhere  # which people by their places (..., 3) [m]
+    bias: np.ndarray = field(default_factory=lambda: np.zeros(18))  # how much deeper joints lie than it says [m]
 
     @property
     def pose(self) -> Tuple[np.ndarray, np.ndarray]:
         """Rotation and translation from the optical frame to the room."""
-        forwards = np.subtract(self.target, self.centre) / np.linalg.norm(np.subtract(self.target, self.centre))
-        right = np.cross(forwards, [0, 0, 1.0])
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(forwards, right), forwards], axis=1), np.array(self.centre, float)
+        return looking_at(self.centre, self.target)
 
 
 def around(number: int, **values) -> list:
@@ -56,11 +44,9 @@ def around(number: int, **values) -> list:
 
 
 def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, dropped: float = 0.05) -> CameraRecording:
-    """Return what a camera sees; ids are those of the truth.
+    """Return what a camera sees, without a share of frames and of joints; ids are those of the truth.
 
-    Args:
-        noise: per axis [m], of images the same at 4 m.
-        dropped: share of frames that are missing, and of joints.
+    The noise is that per axis [m], of images the same at 4 m.
     """
     random = np.random.RandomState(seed)
     times = truth.joints.times
@@ -70,7 +56,7 @@ def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, droppe
     part = ((at - times[right - 1]) / (times[right] - times[right - 1]))[:, None, None]
     stamps, ids, points = [], [], []
     rotation, centre = camera.pose
-    for person, whole in enumerate(truth.joints.positions[:, :, _COLUMNS]):
+    for person, whole in enumerate(truth.joints.positions[:, :, COLUMNS]):
         joints = whole[right - 1] + part * (whole[right] - whole[right - 1])
         local = (joints - centre) @ rotation
         rays = local / np.linalg.norm(local, axis=2, keepdims=True)

@@ -52,31 +52,22 @@ def _uncovered(image):
 
 
 class StandIn:
-    """What both stand-ins have in common.
-
-    Args:
-        people: (18, 2) each, pixels of the chart.
-        size: (width, height) of the chart.
-        confidence: of every joint.
-
-    Attributes:
-        inputs: (H, W, 3) of all pictures so far.
-        parts: left, top, right, bottom of what they show, pixels of the chart; left > right in a mirror image.
-    """
+    """What all stand-ins have in common: people (18, 2) each, in pixels of a chart of a size (width, height)."""
 
     name = description = 'stand-in'
-
     fallback = ''
 
     def __init__(self, people=(), size=(640, 480), confidence=0.9):
         self.people, self.size, self.confidence = people, size, confidence
-        self.inputs, self.parts = [], []
+        self.inputs = []  # (H, W, 3) of all pictures so far
+        # left, top, right, bottom of what they show, pixels of the chart; left > right in a mirror image
+        self.parts = []
 
     def infer_many(self, images):
         return [self.infer(image) for image in images]
 
     def _seen(self, image):
-        """Return the people, (18, 2) pixels of the input each, as they look there; without a chart, nobody."""
+        """Return the people, (18, 2) pixels of the input each, as they look there; without a chart, none."""
         self.inputs.append(image)
         if len(self.people) == 0 or (image == image[0, 0]).all():
             return []
@@ -148,22 +139,14 @@ def _without_padding(image):
 
 
 def _not_repeated(rows):
-    """Return the first row and one past the last of those that are not copies of the outermost ones.
-
-    Resampling rounds a few pixels of a copy in another way.
-    """
+    """Return the first row and one past the last of those that are not copies of the outermost ones."""
+    # resampling rounds a few pixels of a copy in another way
     return (np.flatnonzero((rows != rows[:1]).mean(axis=(1, 2)) > 0.1).min() - 1,
             np.flatnonzero((rows != rows[-1:]).mean(axis=(1, 2)) > 0.1).max() + 2)
 
 
 def _line(levels, shown, start):
-    """Fit place = a * index + b to grey levels; the outermost are blurred by resampling. Places are 0..1.
-
-    Args:
-        levels: (N, M), alike along the columns.
-        shown: (N, M) bool, which of them count.
-        start: index of the first column.
-    """
+    """Fit place = a * index + b, 0..1, to those grey levels (N, M) that count; the outermost are blurred."""
     margin = levels.shape[1] // 8
     index = np.arange(margin, levels.shape[1] - margin)
     index = index[shown[:, index].any(axis=0)]

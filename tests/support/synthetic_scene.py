@@ -41,16 +41,13 @@ _SIDES = (('right', -1), ('left', 1))
 
 
 class Capsule(NamedTuple):
-    """What is nearer than a radius to a line from start to end.
-
-    start, end: (3,) [m]; radius [m]; colour: BGR; squash: (3, 3), maps space to where the capsule is round.
-    """
+    """What is nearer than a radius to a line from start to end [m]."""
 
     start: np.ndarray
     end: np.ndarray
     radius: float
-    colour: Tuple[int, int, int]
-    squash: Optional[np.ndarray] = None
+    colour: Tuple[int, int, int]  # BGR
+    squash: Optional[np.ndarray] = None  # (3, 3) maps space to where the capsule is round
 
 
 class Box(NamedTuple):
@@ -73,22 +70,14 @@ class Pose:
 
 @dataclass(frozen=True)
 class Person:
-    """One person.
-
-    Attributes:
-        id: who it is.
-        x, z: of the middle of the hips [m].
-        yaw: 0 faces the camera, pi / 2 faces to the right of the picture [rad].
-        scale: of all lengths; 0.6 is a child, 1 an adult of 1.75 m.
-        shirt, trousers: BGR.
-    """
+    """One person; x and z of the middle of the hips [m], colours BGR."""
 
     id: int
     x: float
     z: float
     pose: Pose
-    yaw: float = 0.0
-    scale: float = 1.0
+    yaw: float = 0.0  # 0 faces the camera, pi / 2 faces to the right of the picture [rad]
+    scale: float = 1.0  # of all lengths; 0.6 is a child, 1 an adult of 1.75 m
     shirt: Tuple[int, int, int] = (60, 60, 200)
     trousers: Tuple[int, int, int] = (110, 60, 40)
     skin: Tuple[int, int, int] = (140, 170, 215)
@@ -96,44 +85,26 @@ class Person:
 
 @dataclass(frozen=True)
 class Room:
-    """What people stand in.
+    """What people stand in."""
 
-    Attributes:
-        floor: y of the floor, which is the height of the camera [m]; people stand on it in any case.
-        has_floor: whether the camera sees it.
-        wall: z of the back wall [m]; None: there is none.
-        furniture: boxes.
-    """
-
-    floor: float = 1.2
-    has_floor: bool = True
-    wall: Optional[float] = 5.0
+    floor: float = 1.2  # its y, which is the height of the camera [m]
+    has_floor: bool = True  # whether the camera sees it; people stand on it in any case
+    wall: Optional[float] = 5.0  # z of the back wall [m]; None: there is none
     furniture: Tuple[Box, ...] = ()
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A picture and the truth about the P people with a joint in it.
-
-    Attributes:
-        camera: of both images.
-        depth: (H, W) uint16 [mm], 0 = missing.
-        bgr: (H, W, 3) uint8.
-        owner: (H, W) int32, which row of the people a pixel shows, or NOTHING or SCENERY.
-        people: the exact pixels with score 1, missing outside the picture; hidden joints are there. ids are -1.
-        xyz: (P, K, 3) float64 [m].
-        vis: (P, K) int labels.
-        ids: (P,) int64 who it is.
-    """
+    """A picture and the truth about the P people with a joint in it."""
 
     camera: CameraModel
-    depth: np.ndarray
+    depth: np.ndarray  # (H, W) uint16 [mm], 0 = missing
     bgr: np.ndarray
-    owner: np.ndarray
-    people: People2D
-    xyz: np.ndarray
-    vis: np.ndarray
-    ids: np.ndarray
+    owner: np.ndarray  # (H, W) int32, which row of the people a pixel shows, or NOTHING or SCENERY
+    people: People2D  # exact pixels with score 1, missing outside the picture; hidden joints are there; ids are -1
+    xyz: np.ndarray  # (P, K, 3) float64 [m]
+    vis: np.ndarray  # (P, K) int labels
+    ids: np.ndarray  # (P,) int64 of the `Person`
 
     @property
     def size(self) -> Tuple[int, int]:
@@ -153,11 +124,14 @@ def pointing(forwards: float, outwards: float, side: int) -> np.ndarray:
                      -np.cos(outwards) * np.sin(forwards)])
 
 
+def _pair(forwards: np.ndarray, outwards: float) -> np.ndarray:
+    """Return (2, 3) the directions of the right and the left limb, see `pointing`."""
+    return np.stack([pointing(angle, outwards, side) for angle, (_, side) in zip(np.broadcast_to(forwards, 2), _SIDES)])
+
+
 def standing(arms_out: float = 10.0) -> Pose:
     """Return a pose with straight legs and arms, these `arms_out` [deg] off the trunk."""
-    arms = np.stack([pointing(0, arms_out, side) for _, side in _SIDES])
-    legs = np.stack([pointing(0, 3, side) for _, side in _SIDES])
-    return Pose(arms, arms, legs, legs)
+    return Pose(_pair(0, arms_out), _pair(0, arms_out), _pair(0, 3), _pair(0, 3))
 
 
 def walking(phase: float) -> Pose:
@@ -165,18 +139,12 @@ def walking(phase: float) -> Pose:
     swing = np.array([np.sin(phase), -np.sin(phase)])
     # a leg bends most while it swings forwards
     bend = 8 + 22 * (1 + np.array([np.cos(phase), -np.cos(phase)])) / 2
-    return Pose(np.stack([pointing(-22 * swing[i], 9, side) for i, (_, side) in enumerate(_SIDES)]),
-                np.stack([pointing(-22 * swing[i] + 20, 9, side) for i, (_, side) in enumerate(_SIDES)]),
-                np.stack([pointing(24 * swing[i], 2, side) for i, (_, side) in enumerate(_SIDES)]),
-                np.stack([pointing(24 * swing[i] - bend[i], 2, side) for i, (_, side) in enumerate(_SIDES)]))
+    return Pose(_pair(-22 * swing, 9), _pair(-22 * swing + 20, 9), _pair(24 * swing, 2), _pair(24 * swing - bend, 2))
 
 
 def seated() -> Pose:
     """Return a pose on a chair: thighs forward, shins down, hands above the thighs."""
-    return Pose(np.stack([pointing(15, 12, side) for _, side in _SIDES]),
-                np.stack([pointing(70, 5, side) for _, side in _SIDES]),
-                np.stack([pointing(85, 8, side) for _, side in _SIDES]),
-                np.stack([pointing(0, 4, side) for _, side in _SIDES]))
+    return Pose(_pair(15, 12), _pair(70, 5), _pair(85, 8), _pair(0, 4))
 
 
 def waving(phase: float) -> Pose:
@@ -241,27 +209,22 @@ def capsules_of(person: Person, floor: float) -> Tuple[Capsule, ...]:
 
 
 def render(camera: CameraModel, people: Sequence[Person], room: Optional[Room] = None, seed: int = 0) -> Frame:
-    """Return the picture of people in a room, and the truth about those who have a joint in it.
-
-    Args:
-        camera: undistorted.
-        seed: of the noise of the colours.
-    """
+    """Return the picture of people in a room by an undistorted camera; the seed is that of the noise of the colours."""
     room = room or Room()
     rays, *empty = _empty_room(camera, room)
     depth, owner, bgr = (image.copy() for image in empty)
-    everybody = np.zeros((len(people), len(COCO_18.joints), 3))
+    all_xyz = np.zeros((len(people), len(COCO_18.joints), 3))
     for i, person in enumerate(people):
         joints = joints_of(person, room.floor)
-        everybody[i] = [joints[name] for name in COCO_18.joints]
-    uv = camera.project(everybody).reshape(*everybody.shape[:2], 2)
+        all_xyz[i] = [joints[name] for name in COCO_18.joints]
+    uv = camera.project(all_xyz).reshape(*all_xyz.shape[:2], 2)
     inside = ((uv > -0.5) & (uv < np.array([camera.width, camera.height]) - 0.5)).all(axis=2)
     seen = inside.any(axis=1)
     for row, person in zip(np.where(seen, np.cumsum(seen) - 1, NOTHING), people):
         for capsule in capsules_of(person, room.floor):
             _paint_capsule(capsule, camera, rays, depth, owner, bgr, row)
     bgr = _with_noise(bgr, np.random.default_rng(seed))
-    xyz, uv, inside = everybody[seen], uv[seen], inside[seen]
+    xyz, uv, inside = all_xyz[seen], uv[seen], inside[seen]
     keypoints = np.concatenate([np.where(inside[..., None], uv, np.nan), inside[..., None]], axis=2)
     ids = np.array([person.id for person, kept in zip(people, seen) if kept], np.int64)
     return Frame(camera, np.round(1000 * np.where(np.isfinite(depth) & (depth < 65), depth, 0)).astype(np.uint16), bgr,
@@ -270,12 +233,7 @@ def render(camera: CameraModel, people: Sequence[Person], room: Optional[Room] =
 
 
 def moved_pixels(people: People2D, rng: np.random.Generator, sigma: float = 0.0, dropped: float = 0.0) -> People2D:
-    """Return people as a detector finds them.
-
-    Args:
-        sigma: standard deviation of each coordinate [px].
-        dropped: share of the joints that is not found.
-    """
+    """Return people with noise of each coordinate [px], without a share of the joints."""
     keypoints = people.keypoints.copy()
     keypoints[..., :2] += rng.normal(0, sigma, people.xy.shape)
     keypoints[rng.random(people.present.shape) < dropped] = (np.nan, np.nan, 0)
@@ -308,11 +266,7 @@ def with_holes(depth: np.ndarray, share: float, rng: np.random.Generator) -> np.
 
 
 def with_flying_pixels(depth: np.ndarray, rng: np.random.Generator, step: int = 100) -> np.ndarray:
-    """Return depth whose edges are half missing, half anywhere between their near and their far side.
-
-    Args:
-        step: pixels are at an edge where their neighbours differ by more [mm].
-    """
+    """Return depth whose edges, of a step [mm], are half missing, half anywhere between near and far side."""
     padded = np.pad(depth, 1, mode='edge')
     height, width = depth.shape
     around = np.stack([padded[1 + dv:1 + dv + height, 1 + du:1 + du + width]

@@ -70,9 +70,7 @@ def onnx_model(nodes, constants, inputs, outputs):
 def onnx_fields(weights, layout='NCHW', kind=FLOAT, outputs=('fields',), height='height', width='width'):
     """Fields of stride 8: output channel k is the sum over colours c of weights[k][c] * mean of c over the cell.
 
-    Args:
-        weights: one (channels, 3) float32 for each output.
-        layout: of input and outputs.
+    Weights are (channels, 3) float32 for each output; the layout is that of input and outputs.
     """
     nodes, constants, image = [], {}, 'image'
     if kind != FLOAT:
@@ -100,19 +98,14 @@ def average_kernel(weights):
     return np.repeat(np.asarray(weights, np.float32)[:, :, None] / 64, 64, axis=2).reshape(-1, 3, 8, 8)
 
 
-def onnx_people(outputs, layout='NCHW', kind=FLOAT):
-    """A network that finds the same people in every picture: constants, times the picture's mean value.
-
-    Args:
-        outputs: name to (1, ...) float32.
-    """
+def onnx_people(outputs):
+    """A network that finds the same people in every picture: outputs (1, ...), times the picture's mean value."""
     nodes, constants = [onnx_node('Cast', ['image'], ['real'], to=FLOAT),
                         onnx_node('ReduceMean', ['real'], ['mean'], keepdims=0)], {}
     for name, array in outputs.items():
         constants[f'{name}_constant'] = array
         nodes.append(onnx_node('Mul', [f'{name}_constant', 'mean'], [name]))
-    sizes = {'NCHW': (1, 3, 'height', 'width'), 'NHWC': (1, 'height', 'width', 3)}[layout]
-    return onnx_model(nodes, constants, [onnx_value('image', kind, sizes)],
+    return onnx_model(nodes, constants, [onnx_value('image', FLOAT, (1, 3, 'height', 'width'))],
                       [onnx_value(name, FLOAT, array.shape) for name, array in outputs.items()])
 
 

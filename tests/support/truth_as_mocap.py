@@ -39,14 +39,9 @@ def read_truth(folder: Path) -> JointRecording:
 
 
 def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> JointRecording:
-    """Return joints at another rate, by a clock that is ahead by an offset; samples are whole multiples of 1 / rate.
+    """Return joints at another rate [Hz], by a clock that is ahead [s]; samples are whole multiples of 1 / rate.
 
-    Each run of images that show a joint is interpolated for itself, by cubic splines; a joint that only one
-    image shows is missing.
-
-    Args:
-        rate: samples per second [Hz].
-        clock_offset: time of the new clock when that of the joints is 0 [s].
+    Each run of images that show a joint is interpolated for itself, by cubic splines; a single image does not count.
     """
     times = joints.times + clock_offset
     first, last = np.ceil((times[0] - _ROUNDING) * rate), np.floor((times[-1] + _ROUNDING) * rate)
@@ -64,13 +59,7 @@ def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> 
 
 
 def as_markers(joints: JointRecording, transform: np.ndarray, noise: float = 0.0, seed: int = 0) -> MarkerRecording:
-    """Return joints as markers in another frame of reference; joints that are never known are left out.
-
-    Args:
-        transform: (4, 4) from the frame of the joints to that of the markers [m].
-        noise: standard deviation per axis and sample [m].
-        seed: of the noise.
-    """
+    """Return joints, but those that are never known, as markers (4, 4) away with noise per axis and sample [m]."""
     markers = {f'{subject}:{joint}': points for subject, of_subject in zip(joints.subjects, joints.positions)
                for joint, points in zip(MESSAGE_JOINTS, of_subject.transpose(1, 0, 2)) if np.isfinite(points).any()}
     positions = np.array(list(markers.values())).reshape(len(markers), len(joints.times), 3).transpose(1, 0, 2)

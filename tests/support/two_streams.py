@@ -18,14 +18,10 @@ class Message(NamedTuple):
 def two_streams(seed: int = 0, frames: int = 600, rates: Tuple[float, float] = (30, 30), drops: float = 0.2,
                 offset: float = 0.010, jitter: float = 0.004, late: Tuple[float, float] = (0.0, 0.0),
                 burst: int = 1) -> List[Message]:
-    """Return the messages of both streams in the order of their arrival.
+    """Return the messages of both streams in the order of their arrival, so many of a stream at once (burst).
 
-    Args:
-        rates: [Hz]; the greater one is a multiple of the other.
-        drops: share of the messages of each stream that is lost.
-        offset, jitter: stamp of the points minus that of the image: offset +- jitter [s].
-        late: time from stamp to arrival of each stream [s].
-        burst: the messages of a stream arrive so many at once.
+    Of the rates [Hz] the greater one is a multiple of the other. Stamps of points are offset +- jitter [s] after those
+    of the images; messages arrive late by a time of each stream [s], but for a share that drops.
     """
     rng = np.random.default_rng(seed)
     fastest, events = max(rates), []

@@ -5,7 +5,6 @@ Run by test_hri.py, with a roscore of its own.
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,7 @@ from animated_skeleton import Limb, Pose, joints_of, people_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
-from session import Recorder, Session
+from session import Recorder, Session, await_true
 from skeleton_extract_3d.ros import convert
 
 INPUT, BODIES, PERSONS = '/openpose_ros/skeleton_3d', '/humans/bodies', '/humans/persons'
@@ -57,15 +56,12 @@ class Scene:
         self._space.publish(convert.people_to_array(people, header))
 
 
-def wait_until(condition, what):
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < end, f'waited in vain: {what}'
-        time.sleep(0.05)
-
-
 def newest(topic, kind):
     return rospy.wait_for_message(topic, kind, timeout=TIMEOUT)
+
+
+def topics_of(body):
+    return [topic for topic, _ in rospy.get_published_topics('/humans') if body in topic]
 
 
 def check(session):
@@ -90,32 +86,28 @@ def check(session):
     assert newest(f'{PERSONS}/anonymous_p5/anonymous', Bool).data
     assert newest(f'{PERSONS}/anonymous_p5/body_id', String).data == 'p5'  # latched: said once, before
     scene.ids = [6]
-    wait_until(lambda: newest(f'{BODIES}/tracked', IdsList).ids == ['p6'], 'one has left')
-    wait_until(lambda: not any('p5' in topic for topic, _ in rospy.get_published_topics('/humans')),
-               'the topics of who has left end')
-    assert any('p6' in topic for topic, _ in rospy.get_published_topics('/humans'))
+    await_true(lambda: newest(f'{BODIES}/tracked', IdsList).ids == ['p6'], 'one has left')
+    await_true(lambda: not topics_of('p5'), 'the topics of the person that left end')
+    assert topics_of('p6')
     check_end(scene, [Recorder(f'{BODIES}/tracked', IdsList), Recorder(f'{PERSONS}/tracked', IdsList),
                       Recorder(f'{PERSONS}/known', IdsList)])
 
 
 def check_end(scene, lists):
-    def topics():
-        return [topic for topic, _ in rospy.get_published_topics('/humans') if 'p6' in topic]
-
     def last(ids):
         return all(one.messages and one.messages[-1].ids == wanted for one, wanted in zip(lists, ids))
     here = [['p6'], ['anonymous_p6'], ['anonymous_p6']]
-    wait_until(lambda: last(here), 'one is there')
+    await_true(lambda: last(here), 'one is there')
     scene.sends = False
-    wait_until(lambda: last([[], [], []]), 'lists are empty when no people come any more')
-    wait_until(lambda: not topics(), 'all topics of bodies and persons end')
+    await_true(lambda: last([[], [], []]), 'lists are empty when no people come any more')
+    await_true(lambda: not topics_of('p6'), 'all topics of bodies and persons end')
     assert all([message.ids for message in one.messages].count([]) == 1 for one in lists)
     assert lists[0].messages[-1].header.frame_id == 'room'
     scene.sends = True
-    wait_until(lambda: last(here), 'one is there again')
+    await_true(lambda: last(here), 'one is there again')
     assert newest(f'{PERSONS}/anonymous_p6/body_id', String).data == 'p6'
     assert newest(f'{BODIES}/p6/joint_states', JointState).name
-    assert len(topics()) > 6, topics()
+    assert len(topics_of('p6')) > 6
 
 
 def check_space(frames):
@@ -132,7 +124,7 @@ def check_space(frames):
 
     def found():
         return {one.child_frame_id: one for message in frames.messages for one in message.transforms}
-    wait_until(lambda: set(wanted) <= set(found()), 'frames')
+    await_true(lambda: set(wanted) <= set(found()), 'frames')
     assert {name: found()[name].header.frame_id for name in wanted} == wanted
     body = found()['body_p5'].transform
     np.testing.assert_allclose([body.translation.x, body.translation.y, body.translation.z], hips, atol=0.02)

@@ -12,14 +12,9 @@ import pytest
 
 from development import PACKAGES
 from development.systems import this_system
-from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
+from workspaces import ROOT, SETTINGS, copy_checkout, shell
 
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
-
-
-@pytest.fixture(scope='module')
-def environment(tmp_path_factory):
-    return plain_environment(tmp_path_factory)
 
 
 def check_space(space, environment):
@@ -39,10 +34,7 @@ def check_space(space, environment):
             node_imports += ''.join(re.findall(r'^(?:import|from) .*\n', script.read_text(), re.MULTILINE))
     output = shell(f"""
         source {space}/setup.bash
-        rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
-        rospack find openpose_ros_tools; rospack find openpose_ros_nodelets
-        rospack find openpose_ros_fusion; rospack find openpose_ros_signals
-        rospack find openpose_ros_bridges
+        for package in {' '.join(PACKAGES)}; do rospack find $package; done
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'

@@ -3,16 +3,11 @@ import shutil
 
 import pytest
 
-from workspaces import ROOT, SETTINGS, plain_environment, shell
+from workspaces import ROOT, SETTINGS, shell
 
 # Release 0.9.0 for ROS 1, beside the checkout; as a package, ROS noetic alone has it.
 SOURCE = ROOT.parent / 'shared' / 'data' / 'hri_msgs'
 CHECK = ROOT / 'tests' / 'workspace' / 'check_hri.py'
-
-
-@pytest.fixture(scope='module')
-def environment(tmp_path_factory):
-    return plain_environment(tmp_path_factory)
 
 
 @pytest.mark.skipif(not SOURCE.is_dir(), reason=f'the sources of hri_msgs are not in {SOURCE}')

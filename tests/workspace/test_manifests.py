@@ -1,5 +1,4 @@
 """package.xml says what the code really uses, and the names at the top lead into the packages."""
-import ast
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -7,6 +6,7 @@ import pytest
 import yaml
 
 from development import PACKAGES, ROOT
+from imports import imported_modules
 
 # Modules that are named otherwise than the rosdep key that brings them. OpenVINO has none; ./run setup
 # brings it.
@@ -28,13 +28,9 @@ def depends(package, *kinds):
 
 def used_by_code(package):
     """rosdep keys of everything that the package's programs import or its launch files start."""
-    modules = set()
-    for path in [*(PACKAGES[package] / 'src').rglob('*.py'), *(PACKAGES[package]).glob('scripts/*')]:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Import):
-                modules |= {alias.name.split('.')[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module:
-                modules.add(node.module.split('.')[0])
+    modules = {name.split('.')[0]
+               for path in [*(PACKAGES[package] / 'src').rglob('*.py'), *(PACKAGES[package]).glob('scripts/*')]
+               for name in imported_modules(path.read_text(), package)}
     keys = {ROSDEP_KEYS.get(name, name) for name in modules
             if name in ROSDEP_KEYS or name in ROS_MODULES or name in PACKAGES or name.endswith(('_msgs', '_srvs'))}
     for path in (PACKAGES[package] / 'launch').glob('*.launch'):
@@ -97,16 +93,3 @@ def test_the_launch_files_at_the_top_are_those_of_the_packages():
     *((f'tests/{package}', f'{PACKAGES[package]}/test') for package in PYTHON_PACKAGES)])
 def test_names_at_the_top_lead_into_the_packages(link, target):
     assert (ROOT / link).resolve() == ROOT / target
-
-
-def test_no_package_hides_the_packages():
-    assert not (ROOT / 'package.xml').exists()
-
-
-@pytest.mark.parametrize('package', PYTHON_PACKAGES)
-def test_all_scripts_are_for_the_systems_python_and_installed(package):
-    cmake = (PACKAGES[package] / 'CMakeLists.txt').read_text().replace('${PROJECT_NAME}', package)
-    for script in (PACKAGES[package] / 'scripts').iterdir():
-        assert script.read_text().startswith('#!/usr/bin/python3\n')
-        assert script.stat().st_mode & 0o111
-        assert re.search(rf'^ +scripts/{script.name}$', cmake, re.MULTILINE), f'{script.name} is not installed'

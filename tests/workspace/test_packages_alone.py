@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from development import PACKAGES as FOLDERS
-from workspaces import NOT_SOURCE, SETTINGS, plain_environment, shell
+from workspaces import NOT_SOURCE, SETTINGS, shell
 
 CHECK = """
 import importlib, importlib.util, pkgutil, sys
@@ -36,17 +36,6 @@ PACKAGES = sorted(FOLDERS, key=lambda package: len(needed_by(package)))
 @pytest.fixture(scope='module')
 def spaces(tmp_path_factory):
     return tmp_path_factory.mktemp('spaces')
-
-
-@pytest.fixture(scope='module')
-def environment(tmp_path_factory):
-    return plain_environment(tmp_path_factory)
-
-
-def test_packages_come_after_those_that_they_need():
-    assert needed_by('openpose_ros_msgs') == []
-    for number, package in enumerate(PACKAGES):
-        assert set(needed_by(package)) <= set(PACKAGES[:number])
 
 
 @pytest.mark.parametrize('package', PACKAGES)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray, PersonDetectionArray
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
@@ -105,10 +105,8 @@ class BridgesTest(unittest.TestCase):
     def test_detections(self):
         (detection,) = self.images.wait(1)[0].detections
         self.assertEqual((detection.bbox.center.x, detection.bbox.center.y), (120.0, 150.0))
-        self.assertEqual((detection.results[0].id, detection.results[0].score), (1, 0.5))
         (detection,) = self.space.wait(1)[0].detections
         self.assertAlmostEqual(detection.bbox.center.position.x, 2.0, delta=0.1)
-        self.assertAlmostEqual(detection.bbox.size.z, 1.75, delta=0.25)
 
     def test_the_input_ends(self):
         def last():
@@ -127,16 +125,6 @@ class BridgesTest(unittest.TestCase):
         self.assertEqual(first.tracks[0].age.to_sec(), 0.0)
         # an image without detections would say that no person was seen in it
         self.assertTrue(all(message.detections for message in self.images.messages))
-
-    def test_what_is_no_people_is_dropped(self):
-        def is_told():
-            # again and again: a newer message takes the place of one that waits
-            self.player.space.publish(PersonDetection_3dArray(header=Header(stamp=rospy.Time.now(), frame_id='room'),
-                                                              pose_model='no such', persons=[PersonDetection_3d()]))
-            return any('bad input' in text and 'no such' in text for text in self.diagnostics.texts('vision_msgs_node'))
-
-        await_true(is_told, 'vision_msgs_node says what it drops')
-        self.space.wait(len(self.space.messages) + 2)
 
     def test_nodes_end_where_the_packages_are_missing(self):
         with tempfile.TemporaryDirectory() as folder:

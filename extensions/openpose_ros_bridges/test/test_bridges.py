@@ -1,6 +1,5 @@
 """People become messages of other packages, value by value."""
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,10 +7,9 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
 from std_msgs.msg import Header
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
-
 from foreign_packages import DEFINITIONS, write_packages
 from openpose_ros_bridges.node_params import VisionParams
+from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.people_nodes import PeopleMessages, SpencerMessages
 from openpose_ros_bridges.ros.vision_msgs_node import VisionMessages
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
@@ -42,13 +40,13 @@ def forget(packages):
 def packages(tmp_path, monkeypatch):
     """The three packages as they are, and what writes others in their place."""
     def write(definitions):
-        forget(DEFINITIONS)
+        forget((*DEFINITIONS, 'hri_msgs'))
         folder = tmp_path / str(len(list(tmp_path.iterdir())))
         write_packages(folder, definitions)
         monkeypatch.syspath_prepend(str(folder))
     write(DEFINITIONS)
     yield write
-    forget(DEFINITIONS)
+    forget((*DEFINITIONS, 'hri_msgs'))
 
 
 def people():
@@ -161,9 +159,10 @@ def test_detections_in_space(packages):
     (PeopleMessages, 'people_msgs', 'Person', 'string name\ngeometry_msgs/Point position', 'velocity is missing'),
     (SpencerMessages, 'spencer_tracking_msgs', 'TrackedPerson', 'uint32 track_id', 'track_id is uint32, not uint64'),
     (lambda: VisionMessages(VisionParams()), 'vision_msgs', 'ObjectHypothesisWithPose',
-     'string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose', 'id is string, not int64')],
-    ids=['people', 'spencer', 'vision'])
+     'string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose', 'id is string, not int64'),
+    (HriMessages, 'hri_msgs', 'IdsList', 'std_msgs/Header header\nuint32[] ids', r'ids is uint32\[\], not string\[\]')],
+    ids=['people', 'spencer', 'vision', 'hri'])
 def test_other_definitions_are_refused(packages, make, package, message, other, text):
-    packages({package: {**DEFINITIONS[package], message: other}})
+    packages({package: {**DEFINITIONS.get(package, {}), message: other}})
     with pytest.raises(ForeignPackageError, match=f'{package}/{message} is defined otherwise than .*: .*{text}'):
         make()

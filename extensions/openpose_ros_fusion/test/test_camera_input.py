@@ -68,7 +68,7 @@ def refuse(camera):
         camera.take()
 
 
-def test_frames_that_tf_does_not_connect_hold_up_nobody_twice(camera):
+def test_frames_that_tf_does_not_connect_delay_no_frame_twice(camera):
     send(camera, 100.0)
     refuse(camera)
     camera.reconfigure(FusionParams(fixed_frame='room', tf_timeout=LONG))

@@ -1,5 +1,6 @@
-"""What the tests of the nodelets share: clouds of known points."""
+"""What the tests of the nodelets share: clouds of known points, sent to a nodelet and to a program of it."""
 import sys
+import unittest
 from pathlib import Path
 from typing import Sequence
 
@@ -10,7 +11,10 @@ from std_msgs.msg import Header
 
 sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
 
+from session import Diagnostics
+
 FRAME_ID = 'test_optical_frame'
+NAMESPACES = ('managed', 'alone')
 
 
 def cloud(xyz: np.ndarray, stamp: rospy.Time, offsets: Sequence[int] = (0, 4, 8), point_step: int = 32,
@@ -32,3 +36,24 @@ def cloud(xyz: np.ndarray, stamp: rospy.Time, offsets: Sequence[int] = (0, 4, 8)
               for axis, offset in zip('xyz', offsets)]
     return PointCloud2(header=Header(stamp=stamp, frame_id=FRAME_ID), height=height, width=width, fields=fields,
                        point_step=point_step, row_step=rows.shape[1], data=rows.tobytes())
+
+
+class NodeletTest(unittest.TestCase):
+    """A test that sends clouds to <namespace>/points, each with a stamp of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_nodelets')
+        cls.diagnostics, cls.last = Diagnostics(), rospy.Time(1000)
+        cls.clouds = cls.publishers('points', PointCloud2)
+
+    @staticmethod
+    def publishers(topic, kind, **options):
+        return {ns: rospy.Publisher(f'/{ns}/{topic}', kind, queue_size=10, **options) for ns in NAMESPACES}
+
+    def send(self, ns, message, after=1 / 30):
+        """Publish a cloud, so many seconds after the last one by its stamp, and return that."""
+        type(self).last += rospy.Duration.from_sec(after)
+        message.header.stamp = self.last
+        self.clouds[ns].publish(message)
+        return self.last

@@ -99,12 +99,3 @@ def test_without_a_bound_the_policy_pairs_what_is_left_over_and_ours_does_not():
         assert set([pair for pair in theirs if pair not in wrong_ones][LEARNING:]) <= set(ours)
         number, wrong = number + len(theirs), wrong + len(wrong_ones)
     assert wrong > 0.05 * number
-
-
-# the recordings on which test_synchronizer.py tries the synchronizer of message_filters for Python
-@pytest.mark.parametrize('interval, share', [(0.0, 0.07), (0.5, 0.0)])
-def test_share_of_wrong_pairs_at_30_hz(interval, share):
-    recordings = [Recording(two_streams(seed), 1 / 30) for seed in range(20)]
-    found = pairs_by_policy(recordings, interval)
-    wrong = sum(len(recording.wrong(pairs)) for recording, pairs in zip(recordings, found))
-    assert wrong / sum(map(len, found)) == pytest.approx(share, abs=0.01)

@@ -106,11 +106,6 @@ void expectFloor(const std::optional<Floor>& floor, const Scene& scene, double h
   EXPECT_NEAR(floor->normal.norm(), 1, 1e-5);
 }
 
-TEST(Finder, NoPointsNoFloor)
-{
-  EXPECT_FALSE(findFloor(Points::Ptr(new Points), IMAGE_UP, 1, FloorSettings()).floor);
-}
-
 TEST(Finder, EmptyRoomAtManyHeightsAndTilts)
 {
   for (const double height : { 0.4, 0.9, 1.4 })
@@ -139,26 +134,15 @@ TEST(Finder, BedAndPeople)
   expectFloor(find(scene), scene, 1.3);
 }
 
-TEST(Finder, TableAloneIsNoFloor)
+TEST(Finder, WhatIsNoFloor)
 {
-  Scene scene(1.3, 10);
-  scene.add({ -2, 0.3F, 0.7F }, { 2, 3.5F, 0.75F });
-  EXPECT_FALSE(find(scene));
-}
-
-TEST(Finder, WallsAloneAreNoFloor)
-{
-  EXPECT_FALSE(find(Scene(1.3, -10), 70));
-}
-
-TEST(Finder, CeilingIsNoFloor)
-{
-  EXPECT_FALSE(find(Scene(1.3, -35)));
-}
-
-TEST(Finder, NarrowStripIsNotSureEnough)
-{
-  EXPECT_FALSE(find(Scene(1.3, 5), 86));
+  Scene table(1.3, 10);
+  table.add({ -2, 0.3F, 0.7F }, { 2, 3.5F, 0.75F });
+  EXPECT_FALSE(find(table));
+  EXPECT_FALSE(findFloor(Points::Ptr(new Points), IMAGE_UP, 1, FloorSettings()).floor) << "no points";
+  EXPECT_FALSE(find(Scene(1.3, -10), 70)) << "walls alone";
+  EXPECT_FALSE(find(Scene(1.3, -35))) << "a ceiling";
+  EXPECT_FALSE(find(Scene(1.3, 5), 86)) << "a narrow strip is not sure enough";
 }
 
 TEST(Finder, TiltBeyondTheToleranceIsRefused)
@@ -182,75 +166,70 @@ Floor plane(float height, float tilt = 0)
   return { Eigen::Vector3f(0, -std::cos(tilt * DEGREE), std::sin(tilt * DEGREE)), height, 0.5F, 4, 0.01F, 0.003F };
 }
 
-/// The height at the end of planes in a row, 0.2 s apart; negative: none.
-float heightAfter(FloorTracker& tracker, double& stamp, const std::optional<Floor>& found, int times)
+class Tracker : public testing::Test
 {
-  std::optional<Floor> floor;
-  for (int time = 0; time < times; ++time)
-    floor = tracker.update(found, stamp += 0.2);
-  return floor ? floor->height : -1;
+protected:
+  /// The height at the end of planes in a row, 0.2 s apart; negative: none.
+  float heightAfter(const std::optional<Floor>& found, int times)
+  {
+    std::optional<Floor> floor;
+    for (int time = 0; time < times; ++time)
+      floor = tracker_.update(found, stamp_ += 0.2);
+    return floor ? floor->height : -1;
+  }
+
+  double stamp_ = 100;
+
+private:
+  FloorTracker tracker_{ 0.5 };
+};
+
+TEST_F(Tracker, FirstPlaneHasToComeTwice)
+{
+  EXPECT_LT(heightAfter(plane(1.3), 1), 0);
+  EXPECT_FLOAT_EQ(heightAfter(plane(1.3), 1), 1.3);
 }
 
-TEST(Tracker, FirstPlaneHasToComeTwice)
+TEST_F(Tracker, SmoothsWhatAgrees)
 {
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  EXPECT_LT(heightAfter(tracker, stamp, plane(1.3), 1), 0);
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(1.3), 1), 1.3);
-}
-
-TEST(Tracker, SmoothsWhatAgrees)
-{
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  heightAfter(tracker, stamp, plane(1.30), 2);
-  const float next = heightAfter(tracker, stamp, plane(1.34), 1);
+  heightAfter(plane(1.30), 2);
+  const float next = heightAfter(plane(1.34), 1);
   EXPECT_NEAR(next, 1.30 + 0.04 * (1 - std::exp(-0.2 / 0.5)), 1e-4);
-  EXPECT_NEAR(heightAfter(tracker, stamp, plane(1.34), 30), 1.34, 1e-3);
+  EXPECT_NEAR(heightAfter(plane(1.34), 30), 1.34, 1e-3);
 }
 
-TEST(Tracker, NothingSeenNothingTold)
+TEST_F(Tracker, NothingSeenNothingTold)
 {
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  heightAfter(tracker, stamp, plane(1.3), 5);
-  EXPECT_LT(heightAfter(tracker, stamp, std::nullopt, 1), 0);
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(1.3), 1), 1.3);
+  heightAfter(plane(1.3), 5);
+  EXPECT_LT(heightAfter(std::nullopt, 1), 0);
+  EXPECT_FLOAT_EQ(heightAfter(plane(1.3), 1), 1.3);
 }
 
-TEST(Tracker, TableThatFillsTheViewForAMomentIsNoFloor)
+TEST_F(Tracker, TableThatFillsTheViewForAMomentIsNoFloor)
 {
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  heightAfter(tracker, stamp, plane(1.3), 5);
-  EXPECT_LT(heightAfter(tracker, stamp, plane(0.6), 9), 0);
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(1.3), 1), 1.3);
+  heightAfter(plane(1.3), 5);
+  EXPECT_LT(heightAfter(plane(0.6), 9), 0);
+  EXPECT_FLOAT_EQ(heightAfter(plane(1.3), 1), 1.3);
 }
 
-TEST(Tracker, LowerPlaneAndTiltedCameraAreBelievedAtOnce)
+TEST_F(Tracker, LowerPlaneAndTiltedCameraAreBelievedAtOnce)
 {
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  heightAfter(tracker, stamp, plane(0.6), 5);
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(1.3), 2), 1.3);
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(1.3, 20), 2), 1.3);
+  heightAfter(plane(0.6), 5);
+  EXPECT_FLOAT_EQ(heightAfter(plane(1.3), 2), 1.3);
+  EXPECT_FLOAT_EQ(heightAfter(plane(1.3, 20), 2), 1.3);
 }
 
-TEST(Tracker, RaisedCameraIsBelievedAfterAWhile)
+TEST_F(Tracker, RaisedCameraIsBelievedAfterAWhile)
 {
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  heightAfter(tracker, stamp, plane(1.3), 5);
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(0.6), 12), 0.6);
+  heightAfter(plane(1.3), 5);
+  EXPECT_FLOAT_EQ(heightAfter(plane(0.6), 12), 0.6);
 }
 
-TEST(Tracker, ForgetsWhenTimeGoesBack)
+TEST_F(Tracker, ForgetsWhenTimeGoesBack)
 {
-  FloorTracker tracker(0.5);
-  double stamp = 100;
-  heightAfter(tracker, stamp, plane(1.3), 5);
-  stamp = 10;
-  EXPECT_FLOAT_EQ(heightAfter(tracker, stamp, plane(0.6), 2), 0.6);
+  heightAfter(plane(1.3), 5);
+  stamp_ = 10;
+  EXPECT_FLOAT_EQ(heightAfter(plane(0.6), 2), 0.6);
 }
 
 }  // namespace

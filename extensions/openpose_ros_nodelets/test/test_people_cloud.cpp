@@ -175,6 +175,17 @@ std::vector<std::uint32_t> labelsOf(const Scene& scene, const std::vector<Skelet
   return labeller.label(OrganizedCloud(scene.cloud), people);
 }
 
+// More than a share of the points of a person, and less than one of the scene, has the person's label.
+void expectLabels(const std::vector<std::vector<Thing>>& things, const Skeleton& person, float least, float most)
+{
+  std::vector<std::vector<Thing>> groups = things;
+  groups.push_back(bodyOf(person, 1));
+  const Scene scene = look(groups);
+  const std::vector<std::uint32_t> labels = labelsOf(scene, { person });
+  EXPECT_GT(share(scene, labels, 1, 1), least);
+  EXPECT_LT(share(scene, labels, SCENE, 1), most);
+}
+
 TEST(PeopleLabeller, NoPerson)
 {
   const Scene scene = look({ room() });
@@ -184,23 +195,10 @@ TEST(PeopleLabeller, NoPerson)
   EXPECT_EQ(labelsOf(scene, { standing(0.0f, 9.0f) }), nothing);  // behind the wall
 }
 
-TEST(PeopleLabeller, PersonOnTheFloor)
+TEST(PeopleLabeller, FloorAndWallRemain)
 {
-  const Skeleton person = standing(0.0f, 2.5f);
-  const Scene scene = look({ room(), bodyOf(person, 1) });
-  const std::vector<std::uint32_t> labels = labelsOf(scene, { person });
-  EXPECT_GT(share(scene, labels, 1, 1), 0.97f);
-  EXPECT_LT(share(scene, labels, SCENE, 1), 0.003f);
-}
-
-TEST(PeopleLabeller, PersonAtTheWall)
-{
-  // the back touches the wall, the floor and the wall remain
-  const Skeleton person = standing(0.3f, WALL - 0.14f);
-  const Scene scene = look({ room(), bodyOf(person, 1) });
-  const std::vector<std::uint32_t> labels = labelsOf(scene, { person });
-  EXPECT_GT(share(scene, labels, 1, 1), 0.95f);
-  EXPECT_LT(share(scene, labels, SCENE, 1), 0.01f);
+  expectLabels({ room() }, standing(0.0f, 2.5f), 0.97f, 0.003f);
+  expectLabels({ room() }, standing(0.3f, WALL - 0.14f), 0.95f, 0.01f);  // the back touches the wall
 }
 
 TEST(PeopleLabeller, PeopleWhoTouchKeepTheirPoints)
@@ -223,10 +221,7 @@ TEST(PeopleLabeller, WhatHidesTheLegsRemains)
   for (const Joint joint : { RIGHT_KNEE, LEFT_KNEE, RIGHT_ANKLE, LEFT_ANKLE })
     person.uncertainty[joint] = 0.1f;
   const std::vector<Thing> table{ { SCENE, box({ -0.8f, 0.45f, 2.1f }, { 0.8f, FLOOR, 2.4f }) } };
-  const Scene scene = look({ room(), table, bodyOf(person, 1) });
-  const std::vector<std::uint32_t> labels = labelsOf(scene, { person });
-  EXPECT_GT(share(scene, labels, 1, 1), 0.96f);
-  EXPECT_LT(share(scene, labels, SCENE, 1), 0.01f);
+  expectLabels({ room(), table }, person, 0.96f, 0.01f);
 }
 
 TEST(PeopleLabeller, MissingPointsStayMissing)

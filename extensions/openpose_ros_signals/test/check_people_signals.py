@@ -10,7 +10,7 @@ import rospy
 import rostest
 import tf2_ros
 from geometry_msgs.msg import PoseArray
-from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray, PersonSignalsArray
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 from openpose_ros_msgs.srv import GetPeople
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
@@ -137,8 +137,6 @@ class PeopleSignalsTest(unittest.TestCase):
         self.await_marker(lambda one: one.ns == 'signals' and one.text.endswith('point (right) -> lamp'), 'target')
         arrow = self.await_marker(lambda one: one.ns == 'pointing' and one.points, 'pointing arrow')
         self.assertEqual(arrow.type, Marker.ARROW)
-        self.assertGreater(len(self.await_marker(lambda one: one.ns == 'pointing_cone' and one.points, 'cone').points),
-                           24)
         self.await_marker(lambda one: one.ns == 'pointing' and one.action == Marker.DELETE, 'arrow is deleted')
         self.diagnostics.await_text(NODE, 'ghost')
 
@@ -149,13 +147,6 @@ class PeopleSignalsTest(unittest.TestCase):
         answer = get_people().people
         self.assertEqual(answer.persons[0].signals.header.stamp, answer.header.stamp)
         self.assertLess(abs((answer.header.stamp - answer.persons[0].since).to_sec()), LENGTH)
-
-        # what is no message of people is dropped, and the next one is read
-        number = len(self.signals.messages)
-        self.player.topic.publish(PersonDetection_3dArray(header=Header(stamp=rospy.Time.now(), frame_id='camera'),
-                                                          pose_model='no such', persons=[PersonDetection_3d()]))
-        self.diagnostics.await_text(NODE, 'no such')
-        await_true(lambda: len(self.signals.messages) > number + 2, 'signals after it')
 
         # when no people come any more, the answer is an error; when they come again, they are told
         self.player.sends = False

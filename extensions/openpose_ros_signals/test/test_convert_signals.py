@@ -38,12 +38,6 @@ def plain(value):
     return None if isinstance(value, float) and np.isnan(value) else value
 
 
-def test_no_person():
-    array = signals_to_array([], HEADER)
-    assert (array.persons, array.header) == ([], HEADER)
-    assert signals_from_array(array) == ()
-
-
 @pytest.mark.parametrize('person', [EVERYTHING, NOTHING, SOME], ids=['everything', 'nothing', 'some'])
 def test_there_and_back(person):
     array = signals_to_array([person], HEADER)
@@ -61,7 +55,6 @@ def test_unknown_values_are_those_that_the_message_names():
 
 
 def test_poses_are_those_of_people_with_known_joints():
-    assert poses_of(signals_to_array([], HEADER)).poses == []
     array = poses_of(signals_to_array([NOTHING, EVERYTHING], HEADER))
     assert array.header == HEADER
     (pose,) = array.poses

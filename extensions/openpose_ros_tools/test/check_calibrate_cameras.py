@@ -2,7 +2,6 @@
 """calibrate_cameras listens to running cameras, one of them without depth."""
 import subprocess
 import tempfile
-import time
 import unittest
 from pathlib import Path
 
@@ -12,9 +11,8 @@ import rostest
 from camera_messages import frames
 
 from openpose_ros_fusion.rig import read_rig
+from session import PATIENCE, await_true
 from simulated_room import around, record_all, rig_errors
-
-PATIENCE = 60.0  # [s] for what takes a few seconds on a machine that is not busy
 
 
 class CalibrateCamerasTest(unittest.TestCase):
@@ -30,11 +28,7 @@ class CalibrateCamerasTest(unittest.TestCase):
                        '--clocks-agree']
             child = subprocess.Popen(command, stdout=subprocess.DEVNULL)
             try:
-                deadline = time.monotonic() + PATIENCE
-                while not all(publisher.get_num_connections() for publisher in publishers.values()):
-                    self.assertLess(time.monotonic(), deadline, 'it does not listen')
-                    self.assertIsNone(child.poll(), 'it ended')
-                    time.sleep(0.02)
+                await_true(lambda: all(one.get_num_connections() for one in publishers.values()), 'it listens')
                 for _, topic, message in sorted(sent, key=lambda one: one[0]):
                     publishers[topic].publish(message)
                 self.assertEqual(child.wait(PATIENCE), 0)

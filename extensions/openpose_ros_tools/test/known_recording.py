@@ -33,10 +33,8 @@ FRAME_ID = 'camera_optical_frame'
 IMAGE, COMPRESSED, DEPTH, POINTS = '/cam/image_color', '/cam/image_color/compressed', '/cam/image_depth', '/cam/points'
 INFO = '/cam/camera_info'
 CAMERA = pinhole(320, 180)
-# The last frames show nobody.
+# The last frames show no person.
 EMPTY = 2
-
-
 # x and z of a second camera, which looks along -x of the first one [m].
 ASIDE = (3.0, 3.05)
 
@@ -57,12 +55,12 @@ def stamp_of(number: int) -> genpy.Time:
 
 
 def write_recording(path: Path, *, image: Optional[str] = IMAGE, points: Optional[str] = DEPTH,
-                    without_image: Container[int] = (), without_points: Container[int] = (),
+                    info: str = INFO, without_image: Container[int] = (), without_points: Container[int] = (),
                     offset: float = 0.0, others: Callable[[rosbag.Bag], Any] = lambda bag: None) -> Path:
     """Write a bag: images, and points some time after them.
 
     Args:
-        points: DEPTH, with camera info, or POINTS; None: images alone.
+        points: DEPTH, also compressed, or POINTS, with camera info; None: images alone.
         without_image, without_points: frames that lack one.
         offset: of the stamps of the points [s].
         others: writes what else there is.
@@ -77,7 +75,7 @@ def write_recording(path: Path, *, image: Optional[str] = IMAGE, points: Optiona
             if points is not None and number not in without_points:
                 header = Header(number, stamp + genpy.Duration.from_sec(offset), FRAME_ID)
                 recorded += genpy.Duration.from_sec(0.02)
-                bag.write(INFO, camera_to_message(CAMERA, header), recorded)
+                bag.write(info, camera_to_message(CAMERA, header), recorded)
                 bag.write(points, _points(points, number, header), recorded)
     return path
 
@@ -91,17 +89,16 @@ def _image(topic: str, number: int, header: Header) -> Any:
 def _points(topic: str, number: int, header: Header) -> Any:
     if topic == DEPTH:
         return depth_to_message(frame(number).depth, header)
+    if topic.endswith('compressedDepth'):
+        png = cv2.imencode('.png', frame(number).depth)[1].tobytes()
+        return CompressedImage(header, '16UC1; compressedDepth', bytes(12) + png)
     return cloud_to_message(cloud_from_depth(frame(number).depth * 0.001, CAMERA, frame(number).bgr), header)
 
 
 class KnowingDetector:
     """Finds exactly the people of a frame, and notes in a file which frames it was shown.
 
-    Args:
-        notes: file; None: no notes.
-        dies_at: frame at which the process kills itself, as long as `died` does not exist.
-        fails_at: frame at which an error is raised, as long as `failed` does not exist.
-        slow: seconds for a image.
+    At a frame the process kills itself, or an error is raised, as long as the file `died`, `failed` does not exist.
     """
 
     def __init__(self, notes: Optional[Path] = None, dies_at: Optional[int] = None, died: Optional[Path] = None,
@@ -133,6 +130,12 @@ class KnowingDetector:
 def knowing_detector(*_params: Any, **values: Any) -> KnowingDetector:
     """Make the detector, whatever the parameters are; for functools.partial."""
     return KnowingDetector(**values)
+
+
+def positions(array: Any) -> np.ndarray:
+    """Return the joints of people in space, (N, 18, 3) [m]."""
+    return np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
+                     for person in array.persons]).reshape(-1, 18, 3)
 
 
 def messages(path: Path, topic: str) -> List[Tuple[Any, genpy.Time]]:

@@ -1,6 +1,5 @@
 """Hands and faces of recordings: in the bag, the JSON files and the tables of process_bag and keypoints_to_csv."""
 import csv
-import functools
 import json
 
 import numpy as np
@@ -42,10 +41,9 @@ class KnownLandmarks:
         hands, faces = (np.repeat(noses[:, np.newaxis], number, axis=1) for number in (HAND_POINTS, FACE_POINTS))
         hands[:, -1] = np.nan, np.nan, 0
         mesh = np.random.RandomState(0).uniform(0, 9, (len(noses), MESH_POINTS, 3))
-        number = len(noses)
-        return Landmarks2D(
-            Hands2D(hands, np.ones(number), ids, np.ones(number)) if self._params.hands else Hands2D.empty(),
-            Faces2D(faces, mesh, np.ones(number), ids) if self._params.face else Faces2D.empty())
+        ones = np.ones(len(noses))
+        return Landmarks2D(Hands2D(hands, ones, ids, ones) if self._params.hands else Hands2D.empty(),
+                           Faces2D(faces, mesh, ones, ids) if self._params.face else Faces2D.empty())
 
 
 @pytest.fixture
@@ -56,8 +54,7 @@ def processed(tmp_path, monkeypatch):
     def run(*options, **recording):
         source = write_recording(tmp_path / 'walk.bag', **recording)
         out, folder = tmp_path / 'out.bag', tmp_path / 'json'
-        assert main([str(source), '-o', str(out), '--json', str(folder), '--jobs', '1', *options],
-                    functools.partial(knowing_detector)) == 0
+        assert main([str(source), '-o', str(out), '--json', str(folder), '--jobs=1', *options], knowing_detector) == 0
         return out, [json.loads(path.read_text())['people'] for path in sorted(folder.iterdir())]
 
     return run
@@ -92,12 +89,6 @@ def test_json_has_hands_and_faces_of_each_person(processed):
         assert person['hand_left_keypoints_2d'][-3:] == [0, 0, 0]
         assert len(person['face_keypoints_2d']) == 3 * FACE_POINTS
         assert len(person['hand_left_keypoints_3d']) in (0, 4 * HAND_POINTS)
-
-
-def test_without_the_parameters_there_are_neither(processed):
-    out, frames = processed()
-    assert messages(out, '/openpose_ros/skeleton_3d/detected_hands') == []
-    assert all(person['hand_left_keypoints_2d'] == [] for people in frames for person in people)
 
 
 def test_signals_are_in_the_bag_for_each_frame_and_in_a_table(processed, tmp_path):
@@ -154,8 +145,10 @@ def test_points_of_hands_are_plotted(processed, tmp_path):
         plot_keypoints([str(out), '-o', str(tmp_path / 'plots'), '--hand-points', 'sixth_finger'])
 
 
-def test_a_bag_without_hands_says_so(processed, tmp_path, capsys, caplog):
-    out, _ = processed()
+def test_without_the_parameters_there_are_neither_and_tables_say_so(processed, tmp_path, capsys, caplog):
+    out, frames = processed()
+    assert messages(out, '/openpose_ros/skeleton_3d/detected_hands') == []
+    assert all(person['hand_left_keypoints_2d'] == [] for people in frames for person in people)
     assert keypoints_to_csv([str(out), '-o', str(tmp_path / 'hands.csv'), '--hands']) == 2
     assert 'there are no hands in' in capsys.readouterr().err + caplog.text
 
@@ -163,6 +156,6 @@ def test_a_bag_without_hands_says_so(processed, tmp_path, capsys, caplog):
 def test_missing_weights_end_it(tmp_path, capsys, caplog):
     source = write_recording(tmp_path / 'walk.bag')
     assert main([str(source), '-o', str(tmp_path / 'out.bag'), '--jobs', '1', '--set', 'hands=true', '--set',
-                 f'model_folder={tmp_path}'], functools.partial(knowing_detector)) == 2
+                 f'model_folder={tmp_path}'], knowing_detector) == 2
     assert 'hand_landmark is missing' in capsys.readouterr().err + caplog.text
     assert not (tmp_path / 'out.bag').exists()

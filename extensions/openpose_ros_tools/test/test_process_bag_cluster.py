@@ -6,13 +6,13 @@ import os
 import subprocess
 import sys
 import threading
-import time
 
 import pytest
 from known_recording import knowing_detector, write_recording
 
 from openpose_ros_tools.parallel.cluster import ClusterError, run_on_cluster
 from openpose_ros_tools.ros.process_bag.program import main
+from session import await_true
 
 ON_A_CLUSTER = pytest.mark.skipif(importlib.util.find_spec('distributed') is None,
                                   reason='Dask distributed, which --scheduler needs, is not installed')
@@ -108,7 +108,7 @@ def test_an_existing_cluster_does_it(folder, capsys):
     processes = [subprocess.Popen([*start[0], '--port', '0', '--no-dashboard', '--scheduler-file', str(address_file)],
                                   env=environment, cwd=str(folder), stderr=subprocess.DEVNULL)]
     try:
-        _until(address_file.exists)
+        await_true(address_file.exists, 'a scheduler')
         processes.append(subprocess.Popen(
             [*start[1], '--scheduler-file', str(address_file), '--nthreads', '1', '--no-dashboard'], env=environment,
             cwd=str(folder), stderr=subprocess.DEVNULL))
@@ -118,7 +118,8 @@ def test_an_existing_cluster_does_it(folder, capsys):
         assert everything(folder / 'out') == ['a.bag', 'a.csv', 'b.bag', 'b.csv']
         assert [process.poll() for process in processes] == [None, None]
         # in the middle of a bag the scheduler ends, and with it all that was to be done
-        threading.Thread(target=lambda: (_until(lambda: any(folder.glob('out/.*.part'))), processes[0].kill())).start()
+        threading.Thread(target=lambda: (await_true(lambda: any(folder.glob('out/.*.part')), 'a part'),
+                                         processes[0].kill())).start()
         slow = functools.partial(knowing_detector, slow=0.5)
         assert run(folder, '--scheduler', address, '--overwrite', create=slow) == 1
         output = capsys.readouterr().out
@@ -137,8 +138,3 @@ def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
         list(run_on_cluster(print, {'a': 1}, 'tcp://127.0.0.1:9'))
 
 
-def _until(there):
-    deadline = time.monotonic() + 60  # a loaded machine starts workers slowly
-    while not there():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)

@@ -2,7 +2,6 @@
 import csv
 
 import genpy
-import pytest
 import rosbag
 from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3dArray
 from sensor_msgs.msg import Image, PointCloud2
@@ -61,22 +60,7 @@ def test_topics_and_a_part_can_be_chosen(tmp_path, capsys):
     assert 'has no messages in the part that was read' in capsys.readouterr().err
 
 
-def test_bags_that_can_not_be_read_are_refused_in_one_line(tmp_path, capsys):
-    empty, text, cut = (tmp_path / name for name in ('empty.bag', 'text.bag', 'cut.bag'))
-    rosbag.Bag(str(empty), 'w').close()
-    text.write_text('no bag')
-    cut.write_bytes(write_bag(tmp_path / 'live.bag').read_bytes()[:9000])
-    for path, words in ((tmp_path / 'none.bag', 'No such file'), (empty, 'has no messages'), (text, 'not a bag'),
-                        (cut, 'bag')):
-        assert main([str(path)]) == 2
-        error = capsys.readouterr().err
-        assert error.startswith('time_report: ') and words in error and error.count('\n') == 1
-
-
-@pytest.mark.parametrize('options, words', [
-    (['--start', 'nan'], 'below 2^32'), (['--end', '1e300'], 'below 2^32'),
-    (['--start', '5', '--end', '5'], '--start must be less than --end')])
-def test_times_that_can_not_be_are_refused(options, words, capsys):
-    with pytest.raises(SystemExit):
-        main(['a.bag', *options])
-    assert words in capsys.readouterr().err
+def test_a_bag_without_messages_is_refused_in_one_line(tmp_path, capsys):
+    assert main([str(write_bag(tmp_path / 'empty.bag', frames=0))]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith('time_report: ') and 'has no messages' in error and error.count('\n') == 1

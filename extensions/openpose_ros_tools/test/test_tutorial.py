@@ -24,13 +24,10 @@ def folder(tmp_path_factory):
     return place
 
 
-def test_every_frame_is_there(folder):
+def test_every_frame_is_there_and_pictures_are_drawn(folder):
     table = read_keypoint_csv(folder / 'poses.csv')
     stamps = np.unique(table.stamps)
     np.testing.assert_array_equal(stamps, 1_000_000_000_000 + np.round(np.arange(40) / 15 * 1e9).astype(np.int64))
-
-
-def test_pictures_are_drawn(folder):
     for picture in ('pictures/detections.png', 'pictures/top_view.png'):
         assert (folder / picture).read_bytes().startswith(b'\x89PNG')
     assert 'data:image/png' in (folder / 'report/report.html').read_text()

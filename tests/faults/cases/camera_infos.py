@@ -1,29 +1,13 @@
 """Camera infos that describe no camera."""
-from typing import Any
-
 from faults.fault import Fault
-from faults.injectors import Injector, altered, changed
-
-NAN = float('nan')
-
-
-def matrix(**elements: float) -> Injector:
-    """Return what sends a camera info with other elements of K, k0 to k8."""
-    def change(frame: Any) -> None:
-        frame.info.K = [elements.get(f'k{i}', value) for i, value in enumerate(frame.info.K)]
-    return altered(change)
-
-
-def lens(*distortion: float) -> Injector:
-    return changed('info', D=list(distortion))
-
+from faults.injectors import NAN, changed, with_matrix
 
 CASES = [
-    ('K of zeros', matrix(**{f'k{i}': 0.0 for i in range(9)}), 'camera is not calibrated'),
-    ('K with NaN', matrix(k0=NAN), 'expected 9 finite numbers'),
-    ('K with shear', matrix(k1=1.0), 'expected [fx 0 cx; 0 fy cy; 0 0 1]'),
-    ('D of NaN', lens(*[NAN] * 5), "D of distortion model 'plumb_bob'"),
-    ('D of 100 000 values', lens(*[0.1] * 100_000), "D of distortion model 'plumb_bob'"),
+    ('K of zeros', with_matrix(**{f'k{i}': 0.0 for i in range(9)}), 'camera is not calibrated'),
+    ('K with NaN', with_matrix(k0=NAN), 'expected 9 finite numbers'),
+    ('K with shear', with_matrix(k1=1.0), 'expected [fx 0 cx; 0 fy cy; 0 0 1]'),
+    ('D of NaN', changed('info', D=[NAN] * 5), "D of distortion model 'plumb_bob'"),
+    ('D of 100 000 values', changed('info', D=[0.1] * 100_000), "D of distortion model 'plumb_bob'"),
     ('unknown distortion model', changed('info', distortion_model='none_such', D=[0.1]),
      "distortion model 'none_such' is unknown"),
     ('width 0', changed('info', width=0), 'camera has size 0 x 540'),
@@ -31,6 +15,6 @@ CASES = [
 ]
 FAULTS = [
     *(Fault(title, inject, 'depth/people', words=(words,)) for title, inject, words in CASES),
-    Fault('no D', lens(), 'depth/people', event=''),
+    Fault('no D', changed('info', D=[]), 'depth/people', event=''),
     Fault('P of zeros, where K is read', changed('info', P=[0.0] * 12), 'depth/people', event=''),
 ]

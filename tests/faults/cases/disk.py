@@ -19,15 +19,12 @@ def started(rig: Any, node: str, parameters: Dict[str, Any], *prefix: str) -> An
     import rospy
     from openpose_ros_msgs.srv import GetPersons
 
-    from faults.rig import PATIENCE, ROOT
-    namespace, name = node.split('/')
-    fast = {'mode': 'fast', 'precision': 'f32', 'publish_results': False, **parameters}
-    process = rig.session.start(node.replace('/', '_'), [
-        *prefix, str(ROOT / SERVICE), f'__ns:=/{namespace}', f'__name:={name}',
-        *(f'_{key}:={value}' for key, value in fast.items())])
-    image = rig.chain('cloud/people').frame().image
-    rospy.wait_for_service(f'/{namespace}/detect_poses', PATIENCE)
-    call = rospy.ServiceProxy(f'/{namespace}/detect_poses', GetPersons)
+    from faults.rig import PATIENCE, Program, start_node
+    process = start_node(rig.session, node, Program(SERVICE, {
+        'mode': 'fast', 'precision': 'f32', 'publish_results': False, **parameters}), *prefix)
+    image, service = rig.chain('cloud/people').frame().image, f"/{node.partition('/')[0]}/detect_poses"
+    rospy.wait_for_service(service, PATIENCE)
+    call = rospy.ServiceProxy(service, GetPersons)
     return process, lambda: len(call(image).detections)
 
 

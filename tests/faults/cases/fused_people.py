@@ -1,78 +1,30 @@
 """People of cameras that can not be fused, and cameras that can not be where they are said to be."""
 import copy
-from typing import Any, Callable
+from operator import attrgetter
+from typing import Any, List
 
 from faults.fault import Fault, Scenario
-from faults.injectors import Injector, altered, refused
+from faults.injectors import NAN, Injector, altered, changed, edit, refused
 
-NAN = float('nan')
 HOUR = 3600
 PEOPLE, OUT_OF_TIME = 'fusion/people', 'messages out of time'
 
 
-def left(change: Callable[[Any], None]) -> Injector:
-    """Return what sends a frame after a function changed the people of the left camera."""
-    return altered(lambda frame: change(frame.left))
+def every_joint(part: str, **values: Any) -> Injector:
+    """Return what sends a frame in which all joints of a message of people have other values."""
+    return altered(lambda frame: edit([
+        getattr(person, slot) for person in attrgetter(part)(frame).persons for slot in person.__slots__
+        if hasattr(getattr(person, slot), 'sigma')], **values))
 
 
-def every_joint(**values: Any) -> Callable[[Any], None]:
-    def change(message: Any) -> None:
-        for person in message.persons:
-            for slot in person.__slots__:
-                joint = getattr(person, slot)
-                for name, value in values.items():
-                    if hasattr(joint, name):
-                        setattr(joint, name, value)
-    return change
+def a_thousand(persons: List[Any]) -> List[Any]:
+    return [copy.deepcopy(persons[0]) for _ in range(1000)]
 
 
-def in_frame(name: str) -> Callable[[Any], None]:
-    def change(message: Any) -> None:
-        message.header.frame_id = name
-    return change
-
-
-def later(seconds: int) -> Callable[[Any], None]:
-    def change(message: Any) -> None:
-        message.header.stamp.secs += seconds
-    return change
-
-
-def without_stamp(message: Any) -> None:
-    message.header.stamp.secs = message.header.stamp.nsecs = 0
-
-
-def of_an_unknown_joint_set(message: Any) -> None:
-    message.pose_model = 'none_such'
-
-
-def a_thousand(message: Any) -> None:
-    message.persons = [copy.deepcopy(message.persons[0]) for _ in range(1000)]
-
-
-def one_id(message: Any) -> None:
-    for person in message.persons:
-        person.person_ID = 1
-
-
-def nobody(message: Any) -> None:
-    message.persons, message.velocities = [], []
-
-
-def info(**fields: Any) -> Injector:
-    """Return what sends a frame in which the calibration of the camera without depth has other values."""
-    def change(frame: Any) -> None:
-        for name, value in fields.items():
-            setattr(frame.info, name, value)
-    return altered(change)
-
-
-def all_stamps(seconds: int) -> Injector:
-    """Return what sends a frame of another time from all cameras."""
-    def change(frame: Any) -> None:
-        for message in vars(frame).values():
-            message.header.stamp.secs += seconds
-    return altered(change)
+def later(seconds: int, *parts: str) -> Injector:
+    """Return what sends a frame of which messages have another time."""
+    return altered(lambda frame: edit([getattr(frame, part).header.stamp for part in parts or vars(frame)],
+                                      secs=lambda secs: secs + seconds))
 
 
 def counted(inject: Injector) -> Injector:
@@ -108,22 +60,25 @@ CAMERA = '{fixed_frame: room, cameras: [{name: left, frame_id: left, translation
 RIG = {'rig': '{file}', 'cameras': 'left'}
 ENDS = 'ends with 1 and names it'
 FAULTS = [
-    Fault('people of an unknown joint set', left(of_an_unknown_joint_set), PEOPLE,
+    Fault('people of an unknown joint set', changed('left', pose_model='none_such'), PEOPLE,
           words=("pose_model 'none_such' is unknown",)),
-    Fault('measured joints without positions', left(every_joint(x=NAN)), PEOPLE, words=('status must be MISSING',)),
-    Fault('joints a thousand kilometres away', left(every_joint(z=1e6)), PEOPLE, words=('1e+06 m away',)),
-    Fault('sigma of NaN', left(every_joint(sigma=NAN)), PEOPLE, event=''),
-    Fault('sigma of a nanometre', left(every_joint(sigma=1e-9)), PEOPLE, event=''),
-    Fault('a thousand people', left(a_thousand), PEOPLE, words=('1000 people at a time',)),
-    Fault('two people of one id', left(one_id), PEOPLE, event=''),
-    Fault('a camera sees nobody', left(nobody), PEOPLE, event=''),
-    Fault('frame that tf does not know', left(in_frame('none_such')), PEOPLE, 'no transform', ('none_such',)),
-    Fault('people without a stamp', left(without_stamp), PEOPLE, 'stamp 0', ('driver has to',)),
-    Fault('people of an hour ago: counted as out of time', counted(left(later(-HOUR))), PEOPLE, event=''),
-    Fault('all cameras are an hour ahead', all_stamps(HOUR), PEOPLE, event=''),
+    Fault('measured joints without positions', every_joint('left', x=NAN), PEOPLE, words=('status must be MISSING',)),
+    Fault('joints a thousand kilometres away', every_joint('left', z=1e6), PEOPLE, words=('1e+06 m away',)),
+    Fault('sigma of NaN', every_joint('left', sigma=NAN), PEOPLE, event=''),
+    Fault('sigma of a nanometre', every_joint('left', sigma=1e-9), PEOPLE, event=''),
+    Fault('a thousand people', changed('left', persons=a_thousand), PEOPLE, words=('1000 people at a time',)),
+    Fault('two people of one id', changed('left.persons', person_ID=1), PEOPLE, event=''),
+    Fault('a camera sees no person', changed('left', persons=[], velocities=[]), PEOPLE, event=''),
+    Fault('frame that tf does not know', changed('left.header', frame_id='none_such'), PEOPLE, 'no transform',
+          ('none_such',)),
+    Fault('people without a stamp', changed('left.header.stamp', secs=0, nsecs=0), PEOPLE, 'stamp 0',
+          ('driver has to',)),
+    Fault('people of an hour ago: counted as out of time', counted(later(-HOUR, 'left')), PEOPLE, event=''),
+    Fault('all cameras are an hour ahead', later(HOUR), PEOPLE, event=''),
     Fault('publisher of a camera dies and comes back', camera_dies, PEOPLE, event=''),
-    Fault('camera without depth: K of zeros', info(K=[0.0] * 9), PEOPLE, words=('camera is not calibrated',)),
-    Fault('camera without depth: D of -50', info(D=[-50.0] * 5), PEOPLE, event=''),
+    Fault('camera without depth: K of zeros', changed('info', K=[0.0] * 9), PEOPLE,
+          words=('camera is not calibrated',)),
+    Fault('camera without depth: D of -50', changed('info', D=[-50.0] * 5), PEOPLE, event=''),
     Scenario('fusion without cameras', refused(PROGRAM, {'cameras': "''"}, "'cameras'"), 'people_fusion_node', ENDS),
     Scenario('rig file that is no YAML', refused(PROGRAM, RIG, 'settings.yaml', text='{'), 'people_fusion_node', ENDS),
     Scenario('rig file without a camera', refused(

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 
 from faults.fault import Fault
-from faults.injectors import altered, changed
+from faults.injectors import altered, changed, request_refused
 
 _NODE = 'compressed/people'
 _LIMIT = 'expected at most 40 (max_image_megapixels)'
@@ -28,23 +28,8 @@ def cut_jpeg(frame: Any) -> None:
     frame.image.data = content[:len(content) // 2]
 
 
-def request(chain: Any) -> None:
-    """Send the image with a huge header to the service itself."""
-    import rospy
-    from openpose_ros_msgs.srv import GetPersons
-    image = chain.frame().image
-    image.width, image.height = _HUGE['width'], _HUGE['height']
-    try:
-        rospy.ServiceProxy(chain.topic('detect_poses_3d'), GetPersons)(image)
-    except rospy.ServiceException as error:
-        assert _LIMIT in str(error)
-    else:
-        raise AssertionError('the service answered')
-
-
 FAULTS = [
-    Fault('half a JPEG', altered(cut_jpeg), _NODE,
-          words=('is cut off', 'without the mark of its end')),
+    Fault('half a JPEG', altered(cut_jpeg), _NODE, words=('is cut off', 'without the mark of its end')),
     Fault('PNG of 30000 x 30000', changed('image', data=LARGER_PNG), _NODE, words=('is 30000 x 30000', _LIMIT)),
     Fault('JPEG of 200 scans', changed('image', data=JPEG + 200 * b'\xff\xda\0\x08' + b'\xff\xd9'), _NODE,
           words=('at most 100 scans',)),
@@ -53,8 +38,8 @@ FAULTS = [
           words=('compressed depth image is 30000 x 30000', _LIMIT)),
     Fault('image of 2^32 - 1 pixels on each side', changed('image', **_HUGE),
           words=('image is 4294967295 x 4294967295', _LIMIT)),
-    Fault('request with an image of 2^32 - 1 pixels on each side', request, 'two/service', 'bad image',
-          ('image is 4294967295 x 4294967295', _LIMIT)),
+    Fault('request with an image of 2^32 - 1 pixels on each side', request_refused(_LIMIT, **_HUGE), 'two/service',
+          'bad image', ('image is 4294967295 x 4294967295', _LIMIT)),
     Fault('image of a row of 518400 columns', changed('image', width=540 * 960, height=1, step=3 * 540 * 960),
           words=('expected at most 65500 on a side',)),
     Fault('cloud of 2^32 - 1 points on each side', changed('points', **_HUGE), words=('row_step',)),

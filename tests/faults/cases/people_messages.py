@@ -2,9 +2,7 @@
 from typing import Any, Callable
 
 from faults.fault import Fault
-from faults.injectors import Injector
-
-NAN = float('nan')
+from faults.injectors import NAN, Injector, edit
 
 
 def people(change: Callable[[Any], None]) -> Injector:
@@ -23,27 +21,16 @@ def people(change: Callable[[Any], None]) -> Injector:
     return inject
 
 
-def unknown_joints(message: Any) -> None:
-    message.pose_model = 'none_such'
-
-
-def fewer_velocities(message: Any) -> None:
-    del message.velocities[1:]
-
-
-def joint(**values: float) -> Callable[[Any], None]:
-    def change(message: Any) -> None:
-        for name, value in values.items():
-            setattr(message.persons[0].neck, name, value)
-    return change
+def joint(**values: float) -> Injector:
+    return people(lambda message: edit(message.persons[0].neck, **values))
 
 
 FAULTS = [
-    Fault('people of an unknown joint set', people(unknown_joints), 'two/markers',
-          words=("pose_model 'none_such' is unknown",)),
-    Fault('velocities of one of two people', people(fewer_velocities), 'two/markers', words=('1 velocities of 2',)),
-    Fault('joint that is measured, without a position', people(joint(x=NAN, status=1)), 'two/markers',
+    Fault('people of an unknown joint set', people(lambda message: edit(message, pose_model='none_such')),
+          'two/markers', words=("pose_model 'none_such' is unknown",)),
+    Fault('velocities of one of two people', people(lambda message: edit(message, velocities=message.velocities[:1])),
+          'two/markers', words=('1 velocities of 2',)),
+    Fault('joint that is measured, without a position', joint(x=NAN, status=1), 'two/markers',
           words=('status must be MISSING',)),
-    Fault('joint of an unknown status', people(joint(status=99)), 'two/markers',
-          words=('status of a point is 99',)),
+    Fault('joint of an unknown status', joint(status=99), 'two/markers', words=('status of a point is 99',)),
 ]

@@ -5,11 +5,10 @@ from contextlib import suppress
 from typing import Any
 
 from faults.fault import Fault, Scenario
-from faults.injectors import Injector, refused
+from faults.injectors import NAN, Injector, refused
 
 NODE, SERVICE = 'two/extractor', 'two/service'
 PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
-NAN = float('nan')
 
 
 def until_counted(chain: Any) -> None:

@@ -2,7 +2,7 @@
 from typing import Any
 
 from faults.fault import Fault
-from faults.injectors import Injector
+from faults.injectors import Injector, edit
 
 
 def at(*stamps: float) -> Injector:
@@ -32,7 +32,7 @@ def apart(chain: Any) -> None:
 
 def too_many_nanoseconds(chain: Any) -> None:
     frame = chain.frame()
-    frame.image.header.stamp.nsecs = frame.points.header.stamp.nsecs = 2**32 - 1
+    edit([frame.image.header.stamp, frame.points.header.stamp], nsecs=2**32 - 1)
     chain.send(frame)
     chain.send(chain.frame())
 

@@ -2,9 +2,7 @@
 from typing import Any
 
 from faults.fault import Fault
-from faults.injectors import Injector
-
-NAN = float('nan')
+from faults.injectors import NAN, Injector, edit
 
 
 def transform(parent: str, child: str, stamp: float = 0.0, w: float = 1.0) -> Any:
@@ -31,8 +29,7 @@ def seen_from(frame_id: str, *transforms: Any) -> Injector:
         await_true(lambda: publisher.get_num_connections() > 0, '/tf is heard')
         publisher.publish(TFMessage([transform(*each) for each in transforms]))
         frame = chain.frame()
-        for message in (frame.image, frame.points, frame.info):
-            message.header.frame_id = frame_id
+        edit([message.header for message in vars(frame).values()], frame_id=frame_id)
         chain.send(frame)
         publisher.unregister()
     return inject
@@ -43,7 +40,7 @@ def is_dropped(title: str, inject: Injector, *words: str) -> Fault:
 
 
 FAULTS = [
-    is_dropped('points in a frame that nobody published', seen_from('nowhere'), 'nowhere'),
+    is_dropped('points in a frame that is not published', seen_from('nowhere'), 'nowhere'),
     is_dropped('transform of an hour ago', seen_from('old', ('room', 'old', 1.7e9)), 'old'),
     is_dropped('transform with a rotation of NaN', seen_from('nan', ('room', 'nan', 0.0, NAN)), 'nan'),
     is_dropped("frames that are each other's parents", seen_from('hen', ('egg', 'hen'), ('hen', 'egg')), 'hen'),

@@ -4,7 +4,7 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY, BONES, JOINTS
-from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn, length_spreads
+from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn
 from synthetic_scene import Person, joints_of, standing
 
 INDEX = COCO_18.index
@@ -37,9 +37,10 @@ def lengths(one):
     return dict(zip(BONES, expected_lengths(one)[0]))
 
 
-def test_no_people():
-    none = learn(Sizes.assumed(np.zeros(0)), np.zeros((0, 18, 3)), np.zeros((0, 18), bool), np.zeros((0, 18)))
-    assert expected_lengths(none).shape == length_spreads(none).shape == (0, 8)
+# Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, as shares of the stature
+@pytest.mark.parametrize('bone, share', [('forearm', 0.146), ('thigh', 0.245), ('shin', 0.246)])
+def test_limbs_are_as_long_as_in_the_literature(bone, share):
+    assert BODY.bone_lengths[BONES.index(bone)] == pytest.approx(share * BODY.adult_stature, rel=0.06)
 
 
 @pytest.mark.parametrize('scale', [0.6, 1.0, 1.1])

@@ -18,16 +18,8 @@ def person():
     return np.array([[joints[name] for name in JOINTS]])
 
 
-def satisfied(xyz, covariance=None, usable=None, spread=0.03):
-    if covariance is None:
-        covariance = isotropic(np.full(xyz.shape[:2], 0.05))
-    people = len(xyz)
-    return satisfy_lengths(xyz, covariance, np.tile(TRUE, (people, 1)), np.full((people, 8), spread),
-                           np.ones(xyz.shape[:2], bool) if usable is None else usable)
-
-
-def test_no_people():
-    assert satisfied(np.zeros((0, 18, 3))).shape == (0, 18, 3)
+def satisfied(xyz, sigma, usable):
+    return satisfy_lengths(xyz, isotropic(np.full((1, 18), sigma)), TRUE, np.full((1, 8), 0.03), usable)
 
 
 def test_a_bone_is_one_more_measurement():
@@ -36,7 +28,7 @@ def test_a_bone_is_one_more_measurement():
     direction = xyz[0, INDEX['left_wrist']] - xyz[0, INDEX['left_elbow']]
     xyz[0, INDEX['left_wrist']] += 0.04 * direction / np.linalg.norm(direction)
     usable = np.isin(JOINTS, ('left_wrist', 'left_elbow'))[None]
-    moved = satisfied(xyz, isotropic(np.full((1, 18), 0.03 * np.sqrt(3))), usable) - xyz
+    moved = satisfied(xyz, 0.03 * np.sqrt(3), usable) - xyz
     share = 0.03 ** 2 / (2 * 0.03 ** 2 + (0.03 * 0.25) ** 2)
     assert np.linalg.norm(moved[0, INDEX['left_wrist']]) == pytest.approx(0.04 * share)
     np.testing.assert_allclose(moved[0, INDEX['left_elbow']], -moved[0, INDEX['left_wrist']], atol=1e-12)
@@ -45,4 +37,4 @@ def test_a_bone_is_one_more_measurement():
 def test_a_keypoint_elsewhere_is_left_alone():
     xyz = person()
     xyz[0, INDEX['left_wrist'], 1] += 0.2
-    np.testing.assert_allclose(satisfied(xyz), xyz, atol=1e-9)
+    np.testing.assert_allclose(satisfied(xyz, 0.05, np.ones((1, 18), bool)), xyz, atol=1e-9)

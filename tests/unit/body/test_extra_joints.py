@@ -8,17 +8,7 @@ from estimating import new_estimator, update
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
-from synthetic_scene import (
-    HEAD_CENTRE,
-    HEAD_RADII,
-    Box,
-    Person,
-    Room,
-    joints_of,
-    pinhole,
-    render,
-    standing,
-)
+from synthetic_scene import HEAD_CENTRE, HEAD_RADII, Box, Person, Room, joints_of, pinhole, render, standing
 
 RATE = 15.0
 SKELETONS = pytest.mark.parametrize('skeleton', [BODY_25, MPI_15, COCO_17], ids=lambda skeleton: skeleton.name)

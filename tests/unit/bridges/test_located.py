@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import SIGMA, STANDING, people_of, without
+from animated_skeleton import SIGMA, STANDING, TRUNK, people_of, without
 from openpose_ros_bridges.located import Ages, box_round, located
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, PersonSignals, Posture, Walk
@@ -19,10 +19,6 @@ BUSY = PersonSignals(7, np.array([2.0, -1.0, 1.1]), Posture('standing', 11.5, 0.
 
 def visible(*ids):
     return people_of([STANDING] * len(ids), ids, np.random.RandomState(1))
-
-
-def test_no_person():
-    assert located(People3D.empty(COCO_18), ()) == []
 
 
 def test_all_that_is_known_of_a_person():
@@ -44,6 +40,7 @@ def test_what_is_not_known_stays_unknown():
 
 
 def test_people_without_a_place_or_without_joints_are_left_out():
+    assert located(People3D.empty(COCO_18), ()) == []
     assert located(visible(7), [replace(BUSY, floor=None)]) == []
     assert located(visible(8), [BUSY]) == []
 
@@ -66,26 +63,16 @@ def test_a_hidden_person_is_not_measured():
 
 def test_sigma_is_that_of_the_trunk_where_it_is_known():
     people = visible(7)
-    trunk = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip', 'neck')
-    arms = replace(people, sigma=np.where([name in trunk for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
+    arms = replace(people, sigma=np.where([name in TRUNK for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
     assert located(arms, [BUSY])[0].sigma == pytest.approx(0.04)
-    assert located(without(arms, trunk), [BUSY])[0].sigma == pytest.approx(0.5)
+    assert located(without(arms, TRUNK), [BUSY])[0].sigma == pytest.approx(0.5)
 
 
-def test_ages_count_from_the_first_frame():
+def test_ages_count_from_the_first_frame_of_a_recording():
     ages = Ages()
-    assert ages.of([], 10.0) == []
-    assert ages.of([4], 11.0) == [0.0]
-    assert ages.of([5, 4], 11.5) == [0.0, 0.5]
-    assert ages.of([5], 12.0) == [0.5]
-    assert ages.of([4, 5], 13.0) == [2.0, 1.5]
-
-
-def test_ages_begin_anew_with_a_recording():
-    ages = Ages()
-    ages.of([4], 11.0)
-    assert ages.of([4], 2.0) == [0.0]
-    assert ages.of([4], 3.0) == [1.0]
+    assert [ages.of(ids, stamp) for ids, stamp in (
+        ([], 10.0), ([4], 11.0), ([5, 4], 11.5), ([5], 12.0), ([4, 5], 13.0), ([4], 2.0), ([4], 3.0))] == [
+        [], [0.0], [0.0, 0.5], [0.5], [2.0, 1.5], [0.0], [1.0]]
 
 
 def test_the_oldest_ages_are_forgotten():
@@ -96,9 +83,7 @@ def test_the_oldest_ages_are_forgotten():
     assert ages.of([0, 1], 1100.0) == [0.0, 1100.0]
 
 
-@pytest.mark.parametrize('margin', [0.0, 0.25])
-def test_box(margin):
-    points = np.array([[1.0, 5.0, 2.0], [np.nan] * 3, [3.0, 4.0, 2.0]], np.float32)
-    box = box_round(points, margin)
+def test_box():
+    box = box_round(np.array([[1.0, 5.0, 2.0], [np.nan] * 3, [3.0, 4.0, 2.0]], np.float32), 0.25)
     np.testing.assert_array_equal(box.centre, [2.0, 4.5, 2.0])
-    np.testing.assert_array_equal(box.size, np.array([2.0, 1.0, 0.0]) + 2 * margin)
+    np.testing.assert_array_equal(box.size, [2.5, 1.5, 0.5])

@@ -43,14 +43,6 @@ def rtmo_outputs(*people):
     return boxes, joints
 
 
-def decode_movenet(*people, params=None, valid=None):
-    return decode_direct(movenet_rows(*people), MOVENET_MULTIPOSE, params or DirectDecodeParams(), SIZE, valid)
-
-
-def decode_rtmo(*people, params=None, valid=None):
-    return decode_direct(rtmo_outputs(*people), RTMO, params or DirectDecodeParams(), SIZE, valid)
-
-
 def yolo_rows(*people):
     """Boxes x1, y1, x2, y2 (N, 4), scores (N,) and joints (N, 51) in pixels from the corner of the first one.
 
@@ -80,16 +72,15 @@ def yolo_end_to_end(*people):
     return (output,)
 
 
-def decode_yolo(*people, params=None, valid=None):
-    return decode_direct(yolo_raw(*people), YOLO, params or DirectDecodeParams(), SIZE, valid)
+def decoder(outputs, model):
+    """Return what decodes people, as a network gives them."""
+    return lambda *people, params=None, valid=None: decode_direct(
+        outputs(*people), model, params or DirectDecodeParams(), SIZE, valid)
 
 
-def decode_yolo_end_to_end(*people, params=None, valid=None):
-    return decode_direct(yolo_end_to_end(*people), YOLO, params or DirectDecodeParams(), SIZE, valid)
-
-
-ALL = pytest.mark.parametrize('decode', [decode_movenet, decode_rtmo, decode_yolo, decode_yolo_end_to_end],
-                              ids=['MoveNet', 'RTMO', 'YOLO raw', 'YOLO end to end'])
+DECODERS = {'MoveNet': decoder(movenet_rows, MOVENET_MULTIPOSE), 'RTMO': decoder(rtmo_outputs, RTMO),
+            'YOLO raw': decoder(yolo_raw, YOLO), 'YOLO end to end': decoder(yolo_end_to_end, YOLO)}
+ALL = pytest.mark.parametrize('decode', DECODERS.values(), ids=DECODERS)
 
 
 def place(keypoints, joint):
@@ -143,9 +134,7 @@ def test_joint_below_its_threshold_is_missing_and_without_joints_there_is_no_per
     assert len(decode((STANDING, np.full(17, 0.2), 0.9), params=params)[0]) == 0
 
 
-@pytest.mark.parametrize('decode, threshold', [
-    (decode_movenet, 0.15), (decode_rtmo, 0.7), (decode_yolo, 0.25), (decode_yolo_end_to_end, 0.25)],
-    ids=['MoveNet', 'RTMO', 'YOLO raw', 'YOLO end to end'])
+@pytest.mark.parametrize('decode, threshold', list(zip(DECODERS.values(), (0.15, 0.7, 0.25, 0.25))), ids=DECODERS)
 def test_person_score_is_that_of_the_network_unless_demanded(decode, threshold):
     people = [(STANDING, np.full(17, 0.9), threshold - 0.01), (moved(120, 0), np.full(17, 0.9), threshold + 0.01)]
     assert decode(*people)[1] == pytest.approx([threshold + 0.01])
@@ -162,6 +151,6 @@ def test_the_same_person_twice_is_one_the_surer_one(decode):
 
 def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     both = [(STANDING, np.full(17, 0.9), 0.8), (moved(8, 0), np.full(17, 0.9), 0.9)]  # overlap 2/3
-    assert decode_rtmo(*both)[1] == pytest.approx([0.9])
+    assert DECODERS['RTMO'](*both)[1] == pytest.approx([0.9])
     apart = [(STANDING, np.full(17, 0.9), 0.8), (moved(20, 0), np.full(17, 0.9), 0.9)]  # 1/3
-    assert len(decode_rtmo(*apart)[1]) == 2
+    assert len(DECODERS['RTMO'](*apart)[1]) == 2

@@ -35,24 +35,10 @@ def assert_people(plan, fields, people, model, atol):
         np.testing.assert_allclose(found[:, :2], plan.to_net(person), atol=atol)
 
 
-# --- none, one look -------------------------------------------------------------------------------------------------
-
 def test_one_look_is_handed_on():
     plan, fields = look([], (641, 479), COCO)
     assert average_fields([fields], [plan], [False], COCO) is fields
 
-
-def test_equal_looks_change_nothing_and_the_inputs_stay_as_they_are():
-    plan, fields = look(two_people(COCO.skeleton, (641, 479)), (641, 479), COCO)
-    before = fields.copy()
-    fields.flags.writeable = False
-    mean = average_fields([fields] * 3, [plan] * 3, [False] * 3, COCO)
-    assert mean.dtype == np.float32
-    np.testing.assert_allclose(mean, before, atol=1e-5)
-    np.testing.assert_array_equal(fields, before)
-
-
-# --- known people ---------------------------------------------------------------------------------------------------
 
 @NETWORKS
 def test_scales_and_mirror_images(model):

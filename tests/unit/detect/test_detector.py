@@ -1,7 +1,5 @@
 """From an image to people in its pixels, with stand-ins for the networks and, where weights are, the real ones."""
 import logging
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -162,25 +160,6 @@ def test_warm_networks_have_seen_inputs_of_every_size(mode, size):
     warm = shapes()
     assert len(unit.detect(chart(*size))) == 1
     assert shapes() <= warm
-
-
-@ALL_MODES
-def test_only_one_thread_at_a_time_computes_the_networks(mode):
-    inside, most, people = [], [], [person_at(320, 80, 360)]
-    networks = PafNetwork(people), MovenetNetwork(people), ThunderNetwork(people)
-    for network in networks:
-        def watching(images, infer=network.infer):
-            inside.append(1)
-            most.append(len(inside))
-            time.sleep(0.001)
-            inside.pop()
-            return infer(images)
-        network.infer = watching
-    unit = Detector(settings(mode=mode), Together(**dict(zip(
-        ('mobilenet_thin', 'movenet_multipose', 'movenet_thunder'), networks))))
-    with ThreadPoolExecutor(6) as pool:
-        found = list(pool.map(lambda image: len(unit.detect(image)), [chart(*SIZE)] * 6))
-    assert found == [1] * 6 and max(most) == 1
 
 
 def test_frames_in_flight_keep_what_they_were_prepared_with():

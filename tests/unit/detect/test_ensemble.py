@@ -19,12 +19,6 @@ def pose(x, score=0.9, height=200.0, y=50.0):
     return np.column_stack([height * FRONT + (x, y), np.full(18, score)]).astype(np.float32)
 
 
-def without(person, *joints):
-    person = person.copy()
-    person[[COCO_18.index[joint] for joint in joints]] = (np.nan, np.nan, 0)
-    return person
-
-
 def grouped(*sources):
     """Sources and first x of each person's poses: [{source: x}]."""
     people = group([np.array(source, np.float32).reshape(-1, 18, 3) for source in sources], SIGMAS)
@@ -32,15 +26,10 @@ def grouped(*sources):
                   key=lambda person: min(person.values()))
 
 
-# --- who is who -----------------------------------------------------------------------------------------------------
-
-
 def test_the_more_alike_pose_is_the_person():
     """Both poses of the second source would do; the other one stays a person of its own."""
     assert grouped([pose(100)], [pose(112), pose(99)]) == [{0: 100, 1: 99}, {1: 112}]
 
-
-# --- where the joints are -------------------------------------------------------------------------------------------
 
 def test_agreement_gives_the_place_and_the_score():
     """Score: the root of the mean over the sources of their scores."""
@@ -58,13 +47,6 @@ def test_an_outlier_is_left_out():
     np.testing.assert_allclose(result[WRIST, :2], pose(100.5)[WRIST, :2], atol=0.1)
     assert result[WRIST, 2] == pytest.approx(np.sqrt(1.2 / 3), abs=0.01)
     assert result[NOSE, 2] == pytest.approx(np.sqrt(2.2 / 3), abs=0.02)
-
-
-def test_joints_that_one_source_has_are_taken_and_those_that_none_has_are_missing():
-    result = vote({0: without(pose(100), 'right_wrist', 'nose'), 2: without(pose(100), 'nose')}, [1.0] * 3, SIGMAS)
-    np.testing.assert_allclose(result[WRIST], [*pose(100)[WRIST, :2], np.sqrt(0.9 / 3)], atol=1e-4)
-    assert np.isnan(result[NOSE, :2]).all() and result[NOSE, 2] == 0
-    People2D(COCO_18, result[np.newaxis], [0.5], [-1])  # which checks missing joints
 
 
 def test_joints_that_no_crop_can_show_keep_what_the_full_image_says():
@@ -108,14 +90,7 @@ def test_any_opinions_give_a_pose_among_them(seed, count, noise, share, silent):
     np.testing.assert_allclose(vote(backwards, weights, SIGMAS), result, atol=1e-2)
 
 
-# --- people ---------------------------------------------------------------------------------------------------------
-
-def test_of_people_who_are_almost_the_same_the_surest_stays():
-    people = np.stack([pose(100), pose(400), pose(102), pose(401), pose(140)])
+def test_of_people_who_are_almost_the_same_the_surest_stays_also_with_left_and_right_exchanged():
+    people = np.stack([pose(100), pose(400), pose(102), pose(401)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])
     scores = np.array([0.5, 0.9, 0.7, 0.3, 0.6], np.float32)
     assert without_duplicates(Poses(people, scores), SIGMAS, COCO_18.swap).tolist() == [1, 2, 4]
-
-
-def test_a_copy_with_left_and_right_exchanged_is_a_duplicate():
-    people = np.stack([pose(100), pose(102)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])
-    assert without_duplicates(Poses(people, np.array([0.5, 0.4, 0.3])), SIGMAS, COCO_18.swap).tolist() == [0, 2]

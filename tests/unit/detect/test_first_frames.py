@@ -48,8 +48,6 @@ def balanced(people, size=(640, 480)):
                     movenet_thunder=ThunderNetwork(people, size))
 
 
-# --- after a gap ----------------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('interval, params', [(0.7, {'target_rate': RATE}), (0.9, {}), (2.0, {'target_rate': RATE})])
 def test_images_far_apart_show_all_people(interval, params):
     """They walk on between the images, so that none is where the last image lets expect."""
@@ -101,8 +99,6 @@ def test_a_live_chain_on_a_slow_machine_lags_for_two_frames_of_each_camera(camer
     assert not long[cameras:2 * cameras].any() and long.mean() <= 0.06
 
 
-# --- without stamps -------------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('params', [{'target_rate': RATE}, {}, {'look_closer': 0}],
                          ids=['with a rate', 'without', 'not followed'])
 def test_without_a_stamp_there_is_no_history(params):
@@ -116,8 +112,6 @@ def test_without_a_stamp_there_is_no_history(params):
     assert sorted(ids) == list(range(1, 9))
     assert scene.frame(1.02, [LEFT, RIGHT])[0].ids.tolist() == ids[:2]
 
-
-# --- other sizes ----------------------------------------------------------------------------------------------------
 
 def frame_of(scene, stamp, size, people, camera='camera'):
     """Return the people of a frame of another size, and the number of searches; `people` are in its pixels."""
@@ -160,8 +154,6 @@ def test_tiny_images_show_no_person_or_are_refused_as_too_thin(size, rate):
         except BadInputError as error:
             assert f'{size[0]}x{size[1]}' in str(error) and 'at most' in str(error)
 
-
-# --- other parameters -----------------------------------------------------------------------------------------------
 
 def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhile():
     """The modes have one and two passes."""

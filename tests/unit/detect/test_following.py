@@ -1,14 +1,11 @@
 """Life stories of people who are followed: networks look where they are expected, and search the rest now and then."""
-
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
-from openpose_ros_pkg.detect.following import (
-    FollowingParams,
-)
+from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.detect.tracking import TrackingParams

@@ -3,57 +3,14 @@ from dataclasses import replace
 
 import pytest
 
-from openpose_ros_pkg.detect.recipes import (
-    FASTER,
-    MODES,
-    MULTIPOSE_CROP,
-    CropRefinement,
-    DetectorParams,
-    NetworkPass,
-    Recipe,
-    recipe_of,
-)
+from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, DetectorParams, recipe_of
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
 
-def first_pass(**params):
-    return recipe_of(DetectorParams(**params)).passes[0]
-
-
 # --- modes ----------------------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('recipe', [*MODES.values(), *FASTER], ids=lambda recipe: recipe.description)
-def test_networks_of_a_recipe_fit_together(recipe):
-    """One joint set, inputs of whole cells, and only networks that set-up fetches."""
-    assert set(recipe.models) <= {MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER}
-    assert len({model.skeleton for model in recipe.models}) == 1
-    assert recipe.models[0] is recipe.passes[0].model
-    for one in recipe.passes:
-        assert one.zooms[0] == 1 and all(0 < zoom <= 1 for zoom in one.zooms)
-        assert all(side % one.model.input.multiple_of == 0 for side in one.box)
-        assert not one.mirror or one.model.decoder == 'paf'
-    for one in recipe.refinements:
-        assert one.side % one.model.input.multiple_of == 0
-        assert one.model.input.fixed_size in (None, (one.side, one.side))
-
-
-def test_opinions_and_their_weights():
-    """Averaged fields are one opinion; MoveNet gives one for each scale, and every refinement one more."""
-    thin = NetworkPass(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True, weight=3.0)
-    movenet = NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))
-    assert (thin.opinions, movenet.opinions) == (1, 2)
-    recipe = Recipe((thin, movenet), (MULTIPOSE_CROP, CropRefinement(MOVENET_THUNDER, 1.25, place_weight=8.0)))
-    assert recipe.pass_opinions == 3
-    assert recipe.weights == (3.0, 1.0, 1.0, 1.0, 1.0)
-    assert recipe.place_weights == (3.0, 1.0, 1.0, 1.0, 8.0)
-    assert recipe.models == (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER)
-    assert recipe.is_ensemble
-    assert not Recipe((thin,)).is_ensemble
-    assert Recipe((movenet,)).is_ensemble and Recipe((thin,), (MULTIPOSE_CROP,)).is_ensemble
-
 
 def test_without_thunder_multipose_refines_people_but_fewer():
     recipe = MODES['balanced']
@@ -96,30 +53,25 @@ def test_crop_refinement(mode):
 
 # --- one network alone ----------------------------------------------------------------------------------------------
 
-
 @pytest.mark.parametrize('name, model', [
     *((name, name) for name in MODELS), ('BODY_25', 'body_25'), ('MPI', 'mpi')])
 def test_one_network_alone(name, model):
     recipe = recipe_of(DetectorParams(mode='accurate', pose_model=name))
     assert recipe.models == (MODELS[model],) and recipe.refinements == () and len(recipe.passes) == 1
-    assert recipe.passes[0].mirror == (MODELS[model].decoder == 'paf')
+    assert recipe.passes[0].mirror == (MODELS[model].decoder == 'paf') and len(recipe.passes[0].zooms) == 3
     refined = recipe_of(DetectorParams(pose_model=name, look_closer=5))
     assert refined.models[-1] == MOVENET_THUNDER and refined.max_refined == 5
     crop, = set(refined.place_weights[refined.pass_opinions:])
     assert set(refined.place_weights[:refined.pass_opinions]) == {crop}
 
 
-def test_one_network_alone_gets_openposes_input_a_larger_one_or_a_smaller_one():
-    boxes = {mode: first_pass(mode=mode, pose_model='BODY_25').box for mode in MODES}
-    assert boxes == {'fast': (328, 184), 'balanced': (656, 368), 'accurate': (984, 552)}
-    assert first_pass(mode='accurate', pose_model='BODY_25').mirror
-    assert len(first_pass(mode='accurate', pose_model='BODY_25').zooms) == 3
-
-
-def test_yolo_pose_sees_the_image_in_the_sizes_that_it_was_trained_for(tmp_path):
+@pytest.mark.parametrize('name, boxes', [
+    ('BODY_25', [(328, 184), (656, 368), (984, 552)]), ('mine.yaml', [(480, 480), (640, 640), (960, 960)])])
+def test_one_network_alone_gets_openposes_input_or_that_of_yolos_training_or_one_larger_or_smaller(
+        tmp_path, monkeypatch, name, boxes):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / 'mine.yaml').write_text('{decoder: yolo_pose, files: [a.onnx]}')
-    boxes = {mode: first_pass(mode=mode, pose_model=str(tmp_path / 'mine.yaml')).box for mode in MODES}
-    assert boxes == {'fast': (480, 480), 'balanced': (640, 640), 'accurate': (960, 960)}
+    assert [recipe_of(DetectorParams(mode=mode, pose_model=name)).passes[0].box for mode in MODES] == boxes
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------

@@ -4,12 +4,11 @@ import dataclasses
 import pytest
 
 from openpose_ros_pkg.detect import target_rate
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, NetworkPass, Recipe, recipe_of
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
-from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
-MOVENET, CLOSER = 512 * 288, 256 * 256
+CLOSER = 256 * 256
 # Seconds per pixel: about those of two cores of a laptop.
 PACE = {'mobilenet_thin': 1.5e-7, 'movenet_multipose': 2e-7, 'movenet_thunder': 1e-7}
 
@@ -52,31 +51,11 @@ def rate_for(seconds):
     return 0.5 / (seconds * 1.0001)
 
 
-def for_two(recipe):
-    """The recipe where there is just time to refine two people."""
-    return dataclasses.replace(recipe, max_refined=2)
-
-
-def alone(name='mobilenet_thin', **params):
-    return recipe_of(DetectorParams(pose_model=name, **params))
-
-
-# --- how long it takes ----------------------------------------------------------------------------------------------
-
-def test_time_goes_with_the_pixels_of_all_inputs():
-    """Two people are refined."""
-    recipe = MODES['balanced']
-    assert [one.box for one in recipe.passes] == [(656, 368), (512, 512)] and len(recipe.refinements) == 1
-    for network, pixels in (('mobilenet_thin', THIN), ('movenet_multipose', MOVENET), ('movenet_thunder', 2 * CLOSER)):
-        assert foreseen_seconds(recipe, {**dict.fromkeys(PACE, 0.0), network: 1.0}) == pixels
-
-
-# --- several networks -----------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('step', range(len(FASTER)))
 def test_the_most_accurate_that_fits_is_taken(step, monkeypatch):
     rate = rate_for(foreseen_seconds(FASTER[step], PACE))
-    assert fitted(MODES['balanced'], rate, monkeypatch) == for_two(FASTER[step])
+    # there is just time to refine two people
+    assert fitted(MODES['balanced'], rate, monkeypatch) == dataclasses.replace(FASTER[step], max_refined=2)
 
 
 @pytest.mark.parametrize('people, refined', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 20)])
@@ -87,8 +66,6 @@ def test_no_more_people_are_refined_than_there_is_time_for(people, refined, monk
     assert fitted(recipe, rate_for(seconds), monkeypatch) == dataclasses.replace(recipe, max_refined=refined)
 
 
-# --- one network ----------------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('seconds, box', [
     # 10 Hz leave the network 50 ms of each 100
     (0.030, (656, 368)), (0.0499, (656, 368)),
@@ -97,14 +74,6 @@ def test_no_more_people_are_refined_than_there_is_time_for(people, refined, monk
     # never below half the sides
     (2.0, (328, 184))])
 def test_the_input_shrinks_as_far_as_the_target_rate_needs(seconds, box, monkeypatch):
-    recipe = alone()
+    recipe = recipe_of(DetectorParams(pose_model='mobilenet_thin'))
     less = fitted(recipe, 10.0, monkeypatch, pace={'mobilenet_thin': seconds / THIN})
     assert less == dataclasses.replace(recipe, passes=(dataclasses.replace(recipe.passes[0], box=box),))
-
-
-# --- measuring ------------------------------------------------------------------------------------------------------
-
-def test_the_first_run_does_not_count(monkeypatch):
-    """It compiles the network."""
-    recipe = Recipe((NetworkPass(MOBILENET_THIN, (656, 368)),))
-    assert fitted(recipe, 10.0, monkeypatch, pace={'mobilenet_thin': 0.049 / THIN}) is recipe

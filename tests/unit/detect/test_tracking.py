@@ -91,15 +91,6 @@ def test_the_same_frame_twice_and_a_late_one_keep_the_ids(tracker):
     assert ids(tracker, frame((200, 200), (500, 200)), 10 / 15) == [1, 2]
 
 
-def test_each_camera_has_a_tracker_of_its_own():
-    trackers = PerCamera(lambda: KeypointTracker(TrackingParams()))
-    assert len(trackers.of('left').update(People2D.empty(COCO_18), 0.0)) == 0
-    assert trackers.of('left').update(frame((300, 200), (600, 200)), 0.1).ids.tolist() == [1, 2]
-    assert trackers.of('right').update(frame((600, 200)), 0.1).ids.tolist() == [1]
-    assert trackers.of('left').update(frame((600, 200)), 0.2).ids.tolist() == [2]
-    assert len(trackers.all()) == 2
-
-
 def test_of_too_many_cameras_the_longest_unused_is_forgotten():
     values = PerCamera(list)
     first, second = values.of(0), values.of(1)

@@ -84,14 +84,6 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
         assert (crop.input[:, 0] == crop.input[:, column - 3]).mean() > 0.9
 
 
-@pytest.mark.parametrize('order', [1, -1])
-def test_of_several_in_the_crop_the_person_itself_is_taken(order):
-    people = [person_at(320, 150, 200), person_at(380, 155, 190)]
-    for person in people:
-        pose = refined(MovenetNetwork(people[::order], SIZE), scored(person, noise=3.0))
-        np.testing.assert_allclose(pose[:, :2], person, atol=0.5)
-
-
 # --- people who lie ---------------------------------------------------------------------------------------------------
 
 def rotated(person, degrees):

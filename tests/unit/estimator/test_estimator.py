@@ -16,17 +16,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
-from synthetic_scene import (
-    VISIBLE,
-    Box,
-    Person,
-    Room,
-    moved_pixels,
-    pinhole,
-    render,
-    standing,
-    without_joints,
-)
+from synthetic_scene import VISIBLE, Box, Person, Room, moved_pixels, pinhole, render, standing, without_joints
 
 RATE = 15.0
 INDEX = COCO_18.index
@@ -35,7 +25,6 @@ NO_PEOPLE = People2D.empty(COCO_18)
 FREE = Room(wall=4.0)
 COUNTER = Room(wall=4.0, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
 ORIGINAL = {'lifting': 'mean3x3', 'tracking': False}
-HALL = Room(wall=6.0)
 WALKERS = ((-0.8, 2.6), (0.6, 3.0))
 POSE = standing()
 
@@ -62,8 +51,14 @@ def errors(estimate, frame):
     return np.linalg.norm(estimate.people.xyz - frame.xyz, axis=2)
 
 
-# --- no people ------------------------------------------------------------------------------------------------------
+def surface(people, frame):
+    """Return the depth at the pixels of joints, (P, K) [m]."""
+    uv = frame.camera.project(people.xyz.reshape(-1, 3)).reshape(*people.xyz.shape[:2], 2)
+    u, v = np.rint(uv).astype(int).transpose(2, 0, 1)
+    return frame.depth[v, u] / 1000
 
+
+# --- no people ------------------------------------------------------------------------------------------------------
 
 def test_a_cloud_without_any_valid_point_before_there_was_one_gives_no_people():
     frame, nan = scene(), np.full((180, 320), np.nan, np.float32)
@@ -105,6 +100,19 @@ def test_the_original_method_with_occlusion_leaves_hidden_joints_where_robust_li
     np.testing.assert_allclose(original.xyz[~seen], robust.xyz[~seen], atol=0.1)
 
 
+@pytest.mark.parametrize('smoothing', [True, False])
+def test_without_offsets_joints_are_on_the_surface(smoothing):
+    frame = scene()
+    none, inside = (shown(frame, surface_offsets=offsets, smoothing=smoothing).people
+                    for offsets in ('none', 'anatomical'))
+    assert (none.status == MEASURED).all()
+    # the mean of a window on a round limb is behind its middle, by up to the radius
+    assert np.abs(none.xyz[..., 2] - surface(none, frame)).max() < 0.04
+    deeper = inside.xyz[0, :, 2] - none.xyz[0, :, 2]
+    for joint, offset in (('left_hip', 0.115), ('right_shoulder', 0.067), ('left_knee', 0.078), ('nose', 0.003)):
+        assert deeper[INDEX[joint]] == pytest.approx(offset, abs=0.02), joint
+
+
 # --- occlusion ------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('lifting', ['robust', 'mean3x3'])
@@ -139,6 +147,15 @@ def test_keypoints_below_a_score_do_not_measure(score, status):
     estimate = shown(frame, people=People2D(COCO_18, keypoints, [1], [-1]), measured_min_score=0.2)
     assert estimate.people.status[0, INDEX['left_knee']] == status
     assert errors(estimate, frame)[0, INDEX['left_knee']] < 0.1
+
+
+def test_a_keypoint_on_another_part_of_the_body_is_not_measured():
+    # there is the person's own surface, but no forearm reaches there
+    frame = scene()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist']] = keypoints[0, INDEX['right_knee']]
+    status = shown(frame, 1, people=People2D(COCO_18, keypoints, [1], [-1])).people.status[0]
+    assert status[INDEX['left_wrist']] != MEASURED and status[INDEX['right_knee']] == MEASURED
 
 
 # --- tracking -------------------------------------------------------------------------------------------------------
@@ -219,8 +236,8 @@ def test_smoothing_takes_noise_away():
 
 # --- reconfiguration ------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'lifting': 'mean3x3'}],
-                         ids=str)
+@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'surface_offsets': 'none'},
+                                    {'lifting': 'mean3x3'}], ids=str)
 def test_parameters_that_change_while_it_runs_keep_the_ids(values):
     frame, estimator = scene(*WALKERS), new_estimator()
     before = shown(frame, estimator=estimator).people.ids.tolist()

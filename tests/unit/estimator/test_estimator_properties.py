@@ -44,13 +44,13 @@ class Input(NamedTuple):
 
 
 @lru_cache(maxsize=None)
-def scene(seed, width=320, spoilt=True):
+def scene(seed):
     """Return 25 frames of three people: one waves, one walks by behind, one turns behind a box.
 
-    The detector overlooks joints, and two of them in some frames. Not spoilt, pixels and depth are exact.
+    The detector overlooks joints, and two of them in some frames.
     """
     rng, chance = np.random.default_rng(seed), np.random.default_rng(100 + seed)
-    camera, room = pinhole(width, width * 9 // 16), Room(wall=5.0, furniture=(Box((0.6, 0.5, 1.8), (1.6, 1.2, 2.0)),))
+    camera, room = pinhole(320, 180), Room(wall=5.0, furniture=(Box((0.6, 0.5, 1.8), (1.6, 1.2, 2.0)),))
     frames = []
     for i in range(25):
         x = -1.2 + 0.09 * i + 0.1 * seed
@@ -59,14 +59,12 @@ def scene(seed, width=320, spoilt=True):
             Person(1, x, 3.4, walking(2 * np.pi * x / 1.4), yaw=1.2, shirt=(50, 50, 200)),
             Person(2, 1.2, 2.8, standing(20), yaw=0.1 * i, shirt=(200, 90, 40), scale=0.9)], room, seed=i)
         gone = np.array([False, i in (6, 7, 8), i in (15, 16)])
-        people = frame.people
-        dropped = chance.random(people.present.shape) < 0.05
-        if spoilt:
-            people = moved_pixels(people, rng, sigma=0.7)
+        dropped = chance.random(frame.people.present.shape) < 0.05
+        people = moved_pixels(frame.people, rng, sigma=0.7)
         keypoints = people.keypoints.copy()
         keypoints[dropped] = (np.nan, np.nan, 0)
         people = People2D(COCO_18, keypoints[~gone], people.scores[~gone], people.ids[~gone])
-        depth = with_holes(with_flying_pixels(with_noise(frame.depth, rng), rng), 0.05, rng) if spoilt else frame.depth
+        depth = with_holes(with_flying_pixels(with_noise(frame.depth, rng), rng), 0.05, rng)
         frames.append(Input(people, frame.size, depth, camera, frame.bgr))
     return frames
 

@@ -2,9 +2,7 @@
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.rays import pair_rays, shift_onto_rays
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_rig import Room, around, walking
 from skeleton_extract_3d.people import MISSING
@@ -55,25 +53,6 @@ def test_ids_that_a_camera_exchanges_do_not_exchange_people():
     rows = played(cameras, walking(6, 2, seed=2), change=lambda time: setattr(cameras[1], 'swapped', time > 1.9))[3:]
     assert len({tuple(identity for identity, _ in found) for _, _, found in rows}) == 1
     assert max(error for _, _, found in rows for _, error in found) < 0.06
-
-
-def test_rays_of_different_people_do_not_pair():
-    first, second = around(4, noise=0.0, angle=ANGLE)[:2]
-    room = walking(3, 4, seed=1)
-    pairs = pair_rays(first.see(room, 1.0, (0, 1, 2)), second.see(room, 1.0, (3, 2, 1)), FUSION.association)
-    assert sorted(pairs) == [(1, 2), (2, 1)]
-
-
-def test_the_size_in_the_image_tells_how_far_away_a_person_is():
-    camera, = around(1, noise=0.0, angle=ANGLE)
-    room = walking(3, 1)
-    truth = room.at(1.0)[0]
-    away = (truth.mean(axis=0) - camera.pose[1]) * 0.2
-    sighting = camera.see(room, 1.0)
-    moved = shift_onto_rays(truth + away + (0.05, 0.0, 0.02), sighting, 0, FUSION.single_view)
-    np.testing.assert_allclose(moved, -away - (0.05, 0.0, 0.02), atol=1e-6)
-    few = np.where(np.arange(18)[:, None] < 4, truth, np.nan)
-    assert shift_onto_rays(few, sighting, 0, FUSION.single_view) is None
 
 
 def test_a_joint_that_appears_late_is_found_wherever_the_origin_of_the_room_is():

@@ -9,27 +9,21 @@ from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.estimate import Joints, Measurements, Prediction, joint_errors
 from simulated_errors import cameras, fusion_shares, standing, striding
 
-
-@pytest.mark.parametrize('count, rate, correlation', [
-    (1, 5.0, 0.5), (1, 60.0, 0.0), (2, 15.0, 0.0), (2, 5.0, 0.0), (3, 60.0, 0.5), (3, 15.0, 0.5)])
-def test_people_who_walk(count, rate, correlation):
-    shares = fusion_shares(striding(5.0, 4), cameras(count, 0.06, correlation), rate, 4.0)
-    assert 0.53 < shares.within_1 < 0.74
-    assert shares.within_2 > 0.97
+# Bounds of the shares within 1 and 2 sigma.
+WITH_DEPTH, RAYS = (0.53, 0.74, 0.97), (0.55, 0.78, 0.96)
 
 
-@pytest.mark.parametrize('rate, correlation', [(60.0, 0.0), (30.0, 0.1)])
-def test_people_who_stand_before_three_good_cameras(rate, correlation):
-    shares = fusion_shares(standing(5.0, 4), cameras(3, 0.02, correlation), rate, 4.0)
-    assert 0.53 < shares.within_1 < 0.74
-    assert shares.within_2 > 0.97
-
-
-@pytest.mark.parametrize('correlation', [0.0, 0.5])
-def test_rays_of_three_cameras(correlation):
-    shares = fusion_shares(striding(5.0, 4), cameras(3, 0.06, correlation, angle=0.006), 30.0, 4.0)
-    assert 0.55 < shares.within_1 < 0.78
-    assert shares.within_2 > 0.96
+@pytest.mark.parametrize('people, rig, rate, bounds', [
+    (striding, (1, 0.06, 0.5), 5.0, WITH_DEPTH), (striding, (1, 0.06, 0.0), 60.0, WITH_DEPTH),
+    (striding, (2, 0.06, 0.0), 15.0, WITH_DEPTH), (striding, (2, 0.06, 0.0), 5.0, WITH_DEPTH),
+    (striding, (3, 0.06, 0.5), 60.0, WITH_DEPTH), (striding, (3, 0.06, 0.5), 15.0, WITH_DEPTH),
+    (standing, (3, 0.02, 0.0), 60.0, WITH_DEPTH), (standing, (3, 0.02, 0.1), 30.0, WITH_DEPTH),
+    (striding, (3, 0.06, 0.0, 0.006), 30.0, RAYS), (striding, (3, 0.06, 0.5, 0.006), 30.0, RAYS)])
+def test_shares_within_sigma(people, rig, rate, bounds):
+    """Cameras by number, noise [m], correlation time [s] and, without depth, the error of their rays [rad]."""
+    shares = fusion_shares(people(5.0, 4), cameras(*rig), rate, 4.0)
+    assert bounds[0] < shares.within_1 < bounds[1]
+    assert shares.within_2 > bounds[2]
 
 
 @pytest.mark.parametrize('people, apart, share, variance', [

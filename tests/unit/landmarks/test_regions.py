@@ -3,13 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.landmarks.face_mesh import face_points
-from openpose_ros_pkg.landmarks.regions import (
-    Region,
-    face_regions,
-    face_width,
-    forearm_length,
-    hand_regions,
-)
+from openpose_ros_pkg.landmarks.regions import Region, face_regions, face_width, forearm_length
 
 # A flat open right hand, fingers up, in units of its own: wrist, then thumb to little finger.
 HAND = np.array([
@@ -21,12 +15,6 @@ def turned(points, angle, scale=1.0, shift=(0, 0)):
     """Turn points clockwise in the image, whose y points down."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return scale * points @ np.array([(cosine, sine), (-sine, cosine)]) + shift
-
-
-def test_upright_region_of_whole_pixels_is_that_part_of_the_image():
-    image = np.random.default_rng(1).integers(0, 256, (40, 60, 3)).astype(np.uint8)
-    # pixels 10 .. 25 of both axes: the centre lies between two of them
-    np.testing.assert_array_equal(Region(17.5, 17.5, 16).crop(image, 16), image[10:26, 10:26])
 
 
 @pytest.mark.parametrize('angle', [0, 0.3, -1.2, 3.0])
@@ -51,14 +39,6 @@ def test_forearm_is_the_longest_of_what_the_body_tells():
     joints.update(neck=np.array((230.0, 40.0)), left_hip=np.array((200.0, 440.0)), right_hip=np.array((260.0, 440.0)))
     assert forearm_length(joints, 'left') == pytest.approx(200)  # half the trunk
     assert np.isnan(forearm_length({'left_wrist': np.zeros(2)}, 'left'))
-
-
-def test_hand_is_beyond_the_wrist_then_above_it():
-    along, above = hand_regions(np.array((100.0, 50.0)), np.array((0.0, 50.0)), 100.0)
-    assert (along.x, along.y, along.side, along.angle) == pytest.approx((130, 50, 120, np.pi / 2))
-    assert (above.x, above.y, above.side, above.angle) == pytest.approx((100, 20, 120, 0))
-    assert hand_regions(np.array((100.0, 50.0)), None, 100.0) == (above,)
-    assert hand_regions(np.zeros(2), np.zeros(2), 1.0)[0].angle == 0  # wrist and elbow in one pixel
 
 
 def test_face_is_round_the_nose_along_the_eyes():

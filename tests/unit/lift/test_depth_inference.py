@@ -7,7 +7,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.depth_inference import bones_of
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
-STEPS, DELTAS = METHOD.costs.steps, METHOD.costs.deltas
+DELTAS = METHOD.costs.deltas
 ROOT_ROWS, MIDDLE_ROWS, END_ROWS = slice(0, 4), slice(4, 8), slice(8, 12)
 # The joints in the order of the arrays; after them comes the middle of the ears.
 NAMES = [JOINTS[joint] for joint in (*ROOTS, *MIDDLES, *ENDS)]
@@ -48,13 +48,6 @@ def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
 def rays_of(xyz, head):
     places = np.append(xyz, head[None], axis=0)
     return (places / places[:, 2:])[None]
-
-
-def test_no_people():
-    bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros(0), np.zeros((0, 12), bool))
-    costs, left = METHOD.compiled.infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0),
-                                               *bones, np.zeros((0, 3)))
-    assert costs.shape == (0, 13, STEPS) and left.shape == (0, 3)
 
 
 # --- reading --------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.head_pose import HeadPose
 
 DEPTH = 2.5
-NOSE, *_, RIGHT_EAR, LEFT_EAR = range(5)
+NOSE = 0
 
 
 def depths_of(yaw, scale=1.0):
@@ -27,16 +27,10 @@ def rays_of(yaw, scale=1.0, middle=(0.2, -0.3)):
     return rays
 
 
-def pose_of(rays, cosine=1.0, scale=1.0, scores=None):
-    count = len(rays)
-    scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0) if scores is None else scores
-    return HeadPose(*METHOD.compiled.estimate_head_pose(rays, scores, np.full(count, DEPTH), np.full(count, scale),
-                                                        np.full(count, cosine)))
-
-
-def test_no_people():
-    head = pose_of(np.zeros((0, 18, 3)))
-    assert head.ray.shape == (0, 3) and head.depths.shape == head.surface.shape == (0, 5) and head.known.shape == (0,)
+def pose_of(rays, cosine=1.0, scale=1.0):
+    scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0)
+    return HeadPose(*METHOD.compiled.estimate_head_pose(rays, scores, np.array([DEPTH]), np.array([scale]),
+                                                        np.array([cosine])))
 
 
 def test_without_a_joint_of_the_head_nothing_is_known_and_all_is_finite():

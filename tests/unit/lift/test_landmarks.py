@@ -103,8 +103,9 @@ def two_hands(depth, gap, binning=1):
     return lifted(both, wall(depth)[::binning, ::binning], people).points
 
 
-def test_points_behind_another_hand_are_inferred_between_its_surface_and_the_own_wrist():
-    points = two_hands(1.0, gap=0.1)
+@pytest.mark.parametrize('binning', [1, 2, 4])  # a coarser depth image tells the same of the hands of an image
+def test_points_behind_another_hand_are_inferred_between_its_surface_and_the_own_wrist(binning):
+    points = two_hands(1.0, gap=0.1, binning=binning)
     assert (points.status[0] == MEASURED).all() and (points.status[1] == INFERRED).all()
     assert points.xyz[1, 8, 2] == pytest.approx(1.06 + FLESH[4], abs=1e-3)  # of 1.02 and 1.10
 

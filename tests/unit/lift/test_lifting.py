@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.lift.window_mean import lift_by_window, nearest_pixels
+from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
@@ -71,12 +71,6 @@ def test_both_statistics_are_those_of_numpy(seed, window, holes):
             patch = patch[:, np.isfinite(patch).all(axis=0)]
             expected = reference(patch, axis=1) if patch.size else np.full(3, np.nan)
             np.testing.assert_allclose(xyz, expected, rtol=1e-5, atol=1e-6)
-
-
-@pytest.mark.parametrize('position, pixel', [(0, 0), (0.49, 0), (0.5, 1), (1.5, 2), (2.5, 3), (-0.5, 0), (-0.51, -1)])
-def test_a_pixel_reaches_half_a_pixel_around_its_centre(position, pixel):
-    u, v = nearest_pixels(np.array([position, position]), (W, H), (W, H))
-    assert (u, v) == (pixel, pixel)
 
 
 @pytest.mark.parametrize('scale', [2, 3])

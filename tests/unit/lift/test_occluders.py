@@ -1,6 +1,5 @@
 """Who or what is in front of a keypoint: other people, the own body, furniture."""
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -15,7 +14,8 @@ from synthetic_scene import Person, Pose, Room, pinhole, pointing, render, stand
 CAMERA = pinhole(320, 180)
 FOCAL = 180.0
 INDEX = COCO_18.index
-ARMS = ['left_elbow', 'right_elbow', 'left_wrist', 'right_wrist']
+
+
 def rows(*names):
     return [INDEX[name] for name in names]
 
@@ -27,75 +27,32 @@ def folded_arm():
     return Pose(rest.upper_arms, fore, rest.thighs, rest.shins)
 
 
-@lru_cache(maxsize=None)
-def scene(pose='standing', furniture=(), x=0.0):
-    pose = {'standing': standing(30), 'folded': folded_arm(), 'hanging': standing(2)}[pose]
-    return render(CAMERA, [Person(1, x, 2.6, pose)], Room(wall=4.5, furniture=furniture))
+def scene(pose):
+    return render(CAMERA, [Person(1, 0.0, 2.6, pose)], Room(wall=4.5))
 
 
 def observed(frame):
     return observe(frame.people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
 
 
-def likely(frame, root=2.6):
-    seen = observed(frame)
-    root = np.full(len(frame.ids), root)
+def likely(frame):
+    seen, root = observed(frame), np.array([2.6])
     covered = METHOD.compiled.covered_by_self(seen.uv, root, seen.focal)
     return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen, root, covered)
-
-
-def test_no_people():
-    none, points = np.zeros((0, 18, 2)), DepthImage(scene().depth, CAMERA)
-    assert METHOD.compiled.others_depths(none, np.zeros((0, 18)), FOCAL).shape == (0, 18, 0)
-    covered = METHOD.compiled.covered_by_self(none, np.zeros(0), FOCAL)
-    assert covered.shape == (0, 18)
-    none = observed(scene()).select(np.zeros(0, int))
-    assert occluders.likely_own(points, none, np.zeros(0), covered).shape == (0, 18)
-    owned = occluders.ownership(points, none, np.zeros(0), np.zeros((0, 3)), None)
-    assert owned.own.shape == owned.covered.shape == (0, 18) and owned.foreign is None
-    assert occluders.foreign_samples(np.zeros((0, 18, 25)), np.zeros((0, 18, 0)), np.zeros((0, 18))) is None
-
-
-# --- other people ---------------------------------------------------------------------------------------------------
-
-
-# --- the own body ---------------------------------------------------------------------------------------------------
-
-
-def test_a_wrist_on_the_trunk_may_be_covered_by_it():
-    covered = METHOD.compiled.covered_by_self(scene('folded').people.xy, np.array([2.6]), FOCAL)
-    assert covered[0, INDEX['left_wrist']] and not covered[0, INDEX['right_wrist']]
-    assert not covered[0, rows('left_knee', 'right_ankle')].any()
-
-
-@pytest.mark.parametrize('side, other', [('left', 'right'), ('right', 'left')])
-def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(side, other):
-    # the trunk of a folded arm, from each side; far joints on another part of the body are likely that part
-    seen, points = observed(scene('folded')), DepthImage(scene('folded').depth, CAMERA)
-    away = np.array([[0.2, 0.0, 0.9 if side == 'left' else -0.9]])
-    facing, turned = (occluders.ownership(points, seen, np.array([2.6]), left, None).own[0]
-                      for left in (np.zeros((1, 3)), away))
-    wrist = INDEX['left_wrist']
-    assert turned[wrist] == pytest.approx(0.15 * facing[wrist] if side == 'left' else facing[wrist])
-    np.testing.assert_array_equal(turned[rows(f'{other}_elbow', 'neck')], facing[rows(f'{other}_elbow', 'neck')])
-
-
-# --- furniture ------------------------------------------------------------------------------------------------------
 
 
 def test_a_hand_that_is_held_out_is_the_own_one():
     rest = standing(5)
     forwards = np.stack([pointing(80, 5, side) for side in (-1, 1)])
-    pose = Pose(forwards, forwards, rest.thighs, rest.shins)
-    frame = render(CAMERA, [Person(1, 0.0, 2.6, pose)], Room(wall=4.5))
+    frame = scene(Pose(forwards, forwards, rest.thighs, rest.shins))
     u, v = np.rint(frame.people.xy[0, INDEX['left_wrist']]).astype(int)
     assert frame.depth[v, u] < 1000 * (2.6 - 0.4), 'far in front of the trunk'
-    assert (likely(frame)[0, rows(*ARMS)] == 1).all()
+    assert (likely(frame)[0, rows('left_elbow', 'right_elbow', 'left_wrist', 'right_wrist')] == 1).all()
 
 
 def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     # the wrist is behind the back, its keypoint on the trunk
-    frame = scene('hanging')
+    frame = scene(standing(2))
     keypoints = frame.people.keypoints.copy()
     keypoints[0, INDEX['left_wrist'], :2] = frame.people.xy[0, rows('left_hip', 'right_hip', 'neck')].mean(axis=0)
     seen = observed(frame)
@@ -109,4 +66,12 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     beside = replace(seen, uv=uv, samples=depth)
     assert occluders.likely_own(points, beside, root, covered)[0, INDEX['left_wrist']] < 0.5
     # a folded arm stands out from the trunk
-    assert likely(scene('folded'))[0, INDEX['left_wrist']] > 0.5
+    assert likely(scene(folded_arm()))[0, INDEX['left_wrist']] > 0.5
+
+
+@pytest.mark.parametrize('towards, share', [(0.9, 0.15), (-0.9, 1.0)], ids=['left', 'right'])
+def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(towards, share):
+    frame, wrist = scene(folded_arm()), INDEX['left_wrist']
+    facing, turned = (occluders.ownership(DepthImage(frame.depth, CAMERA), observed(frame), np.array([2.6]), left, None)
+                      .own[0] for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
+    assert turned[wrist] == pytest.approx(share * facing[wrist])

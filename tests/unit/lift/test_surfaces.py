@@ -7,58 +7,15 @@ import pytest
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.records import Expectation, Ownership, Skin
-from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.lift.records import Ownership, Skin
 
-CAMERA = CameraModel(64, 36, [36.0, 0, 31.5, 0, 36.0, 17.5, 0, 0, 1])
 INDEX = COCO_18.index
-WRIST = INDEX['left_wrist']
-DELTAS, ROOT_DEPTHS = METHOD.costs.deltas, METHOD.trunk.depths
+ROOT_DEPTHS = METHOD.trunk.depths
 
 
-def image(z):
-    return DepthImage(np.asarray(z, np.float32), CAMERA)
+def root_evidence(depth, foreign=None):
+    return METHOD.compiled.root_evidence(depth, np.ones(depth.shape[:2]), foreign)[0]
 
-
-def samples(people=1, depth=2.5):
-    """Return windows whose samples are all of one depth, (P, 18, 25) [m]."""
-    return np.full((people, 18, 25), float(depth))
-
-
-def root_evidence(depth, scores, foreign=None):
-    return METHOD.compiled.root_evidence(depth, scores, foreign)
-
-
-def seen(depth, scores=None):
-    """Return what steps read of observed people, with these samples (P, 18, 25)."""
-    return SimpleNamespace(samples=depth, scores=np.ones(depth.shape[:2]) if scores is None else scores)
-
-
-def costs(depth, offset=0.05, gap=0.08, root=2.5, score=1.0, own=1.0, covered=False, foreign=None):
-    """Return the costs of (1, 18, 25) samples with the same of the rest for all joints, (18, 45)."""
-    full = np.full((1, 18), 1.0)
-    return surfaces.depth_costs(seen(depth, score * full), np.array([root]), Skin(offset * full, gap * full),
-                                Ownership(own * full, np.full((1, 18), covered), foreign))[0]
-
-
-def depth_of(cost, root=2.5):
-    return root + DELTAS[cost.argmin()]
-
-
-# --- samples --------------------------------------------------------------------------------------------------------
-
-def test_no_people():
-    assert surfaces.window_depths(image(np.ones((36, 64))), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
-    assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
-    assert root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
-    none = np.zeros((0, 18))
-    skin, ownership = Skin(none, none), Ownership(none, none > 0, None)
-    costs_of_none = surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), skin, ownership)
-    assert costs_of_none.shape == (0, 18, METHOD.costs.steps)
-
-
-# --- size -----------------------------------------------------------------------------------------------------------
 
 def flat_rays(depth, scale=1.0):
     """Return rays on which the sized pairs lie as long as an adult's, turned towards nowhere, (1, 18, 3)."""
@@ -80,79 +37,28 @@ def test_an_adult_is_where_it_looks_as_large_as_adults_do(depth, scale):
     np.testing.assert_allclose(size, 0.97 * depth / scale, rtol=0.02)
 
 
-def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
-    evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
-    best = ROOT_DEPTHS[evidence.argmax()]
-    assert best == pytest.approx(3.0, rel=METHOD.trunk.step)
-    nearer, further = (np.interp(depth, ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
-    # people may be turned away or bent, which makes them look smaller and never larger
-    assert 0 > nearer > 0.5 * further
-    assert evidence.min() == -12, 'an odd pose is not another depth'
-    surer = surfaces.size_evidence(np.array([3.0]), np.array([0.06]))[0]
-    assert (surer <= evidence).all()
-
-
-# --- depth of the trunk ---------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('depth', [0.8, 2.5, 6.0])
-def test_a_person_is_where_the_surfaces_are(depth):
-    evidence = root_evidence(samples(2, depth), np.ones((2, 18)))
-    best = ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
-    # the surface is at most 40 cm in front of the trunk and 30 cm behind, but for the steps
-    assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + METHOD.trunk.step * depth
-    np.testing.assert_allclose(evidence[1], evidence[0])
-
-
 def test_samples_of_others_do_not_tell_where_a_person_is():
-    depth, foreign = samples(1, 2.0), np.ones((1, 18, 25), bool)
+    depth, foreign = np.full((1, 18, 25), 2.0), np.ones((1, 18, 25), bool)
     depth[0, :2], foreign[0, :2] = 3.5, False
-    best = ROOT_DEPTHS[root_evidence(depth, np.ones((1, 18)), foreign)[0].argmax()]
-    assert 3.1 < best < 4.0
-    without = ROOT_DEPTHS[root_evidence(depth, np.ones((1, 18)))[0].argmax()]
-    assert 1.6 < without < 2.5
+    assert 3.1 < ROOT_DEPTHS[root_evidence(depth, foreign).argmax()] < 4.0
+    assert 1.6 < ROOT_DEPTHS[root_evidence(depth).argmax()] < 2.5
 
-
-# --- depths of joints -----------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('offset', [0.0, 0.05, 0.115])
 def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
-    cost = costs(samples(), offset)
-    assert cost.dtype == np.float32 and cost.shape == (18, METHOD.costs.steps)
-    assert (cost.min(axis=1) == 0).all()
+    full = np.ones((1, 18))
+    seen = SimpleNamespace(samples=np.full((1, 18, 25), 2.5), scores=full)
+    cost = surfaces.depth_costs(seen, np.array([2.5]), Skin(offset * full, 0.08 * full),
+                                Ownership(full, full < 0, None))
+    assert cost.dtype == np.float32 and cost.shape == (1, 18, METHOD.costs.steps)
+    assert (cost.min(axis=2) == 0).all()
     # half a step
-    assert depth_of(cost[WRIST]) == pytest.approx(2.5 + offset, abs=0.021)
+    assert METHOD.costs.deltas[cost[0, INDEX['left_wrist']].argmin()] == pytest.approx(offset, abs=0.021)
 
 
-def test_a_joint_may_be_hidden_behind_its_surface_but_not_hover_in_front():
-    cost = costs(samples())[WRIST]
-    at, front, behind = (cost[np.abs(2.5 + DELTAS - z).argmin()] for z in (2.55, 2.25, 2.85))
-    assert at < behind < front
-
-
-def test_low_scores_and_the_own_body_in_front_make_being_hidden_likelier():
-    behind = np.abs(DELTAS - 0.35).argmin()
-    usual = costs(samples())[WRIST, behind]
-    assert costs(samples(), score=0.4)[WRIST, behind] < usual
-    assert costs(samples(), covered=True)[WRIST, behind] < usual
-
-
-# --- the time before ------------------------------------------------------------------------------------------------
-
-def expected(depth, sigma):
-    return Expectation.of_strangers(1)._replace(depth=np.full((1, 18), depth), depth_sigma=np.full((1, 18), sigma))
-
-
-def test_being_elsewhere_than_before_costs_by_the_distance_up_to_a_limit():
-    nothing = np.zeros((1, 18, METHOD.costs.steps), np.float32)
-    cost = surfaces.with_memory(nothing, np.array([2.5]), expected(2.6, 0.1))[0, WRIST]
-    assert cost.dtype == np.float32
-    np.testing.assert_allclose(cost, np.minimum(((2.5 + DELTAS - 2.6) / 0.1) ** 2, 9), atol=1e-6)
-
-
-# --- means and medians ----------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('values, median', [
-    ([], np.nan), ([np.nan, np.inf], np.nan), ([3.0], 3.0), ([4.0, np.nan, 1.0], 1.0), ([5.0, 1.0, np.inf, 2.0], 2.0)])
-def test_of_an_even_number_the_lower_one_is_the_median(values, median):
-    values = np.array([values + [np.nan] * (4 - len(values))])
-    np.testing.assert_array_equal(surfaces.lower_median(values), [median])
+def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
+    evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
+    assert ROOT_DEPTHS[evidence.argmax()] == pytest.approx(3.0, rel=METHOD.trunk.step)
+    nearer, further = (np.interp(depth, ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
+    # people may be turned away or bent, which makes them look smaller and never larger
+    assert 0 > nearer > 0.5 * further

@@ -1,16 +1,14 @@
 """Files of motion capture systems: hand-written ones of each format, and what may be wrong with them."""
-import builtins
 import logging
-import re
 import struct
+import sys
 
 import numpy as np
 import pytest
 
 from mocap_files import MOTIVE, MOTIVE_SHORT, TRC, c3d_file
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.mocap.files import MarkerRecording, read_mocap
-from openpose_ros_tools.mocap.files.recording import unique_names
+from openpose_ros_tools.mocap.files import read_mocap
 
 
 def text_file(folder, name, content, encoding='utf-8', newline='\n'):
@@ -21,20 +19,6 @@ def text_file(folder, name, content, encoding='utf-8', newline='\n'):
 
 def of(recorded, name):
     return recorded.positions[:, recorded.names.index(name)]
-
-
-@pytest.mark.parametrize('names, times, positions, told', [
-    (('A',), [0, 1], np.zeros((2, 2, 3)), r'expected \(2, 1, 3\), got \(2, 2, 3\)'),
-    (('A', 'A'), [0, 1], np.zeros((2, 2, 3)), 'more of A'),
-    (('A',), [0, np.nan], np.zeros((2, 1, 3)), 'sample 1 has none')])
-def test_recordings_are_checked(names, times, positions, told):
-    with pytest.raises(ValueError, match=told):
-        MarkerRecording(names, np.array(times), positions)
-
-
-def test_unique_names():
-    assert unique_names([]) == []
-    assert unique_names(['A', 'A', 'B', 'A (2)', 'A']) == ['A', 'A (2)', 'B', 'A (2) (2)', 'A (3)']
 
 
 def test_motive_markers(tmp_path):
@@ -67,17 +51,12 @@ def test_equal_names_are_told_apart(tmp_path):
 
 @pytest.mark.parametrize('name, text, encoding, newline', [
     ('walk.csv', MOTIVE, 'utf-8-sig', '\n'), ('walk.trc', TRC, 'utf-16', '\n'), ('walk.trc', TRC, 'utf-8', '\r\n'),
-    ('walk.csv', MOTIVE, 'utf-16', '\r\n')])
+    ('walk.csv', MOTIVE.replace('Ben', 'J\xf6rg'), 'latin-1', '\r\n')])
 def test_encodings_and_line_ends(tmp_path, name, text, encoding, newline):
     plain = read_mocap(text_file(tmp_path, name, text))
     read = read_mocap(text_file(tmp_path, f'other_{name}', text, encoding, newline))
     assert read.names == plain.names
     np.testing.assert_array_equal(read.positions, plain.positions)
-
-
-def test_names_in_latin_1(tmp_path):
-    read = read_mocap(text_file(tmp_path, 'walk.csv', MOTIVE.replace('Ben', 'J\xf6rg'), 'latin-1'))
-    assert 'J\xf6rg:Chest' in read.names
 
 
 def test_trc_by_hand(tmp_path):
@@ -95,11 +74,6 @@ def test_trc_in_metres_with_rows_cut_at_the_end_zeros_and_no_times(tmp_path):
     np.testing.assert_allclose(read.times, [0, 1 / 60, 2 / 60])
     np.testing.assert_allclose(of(read, 'LSHO')[[0, 2]], [[10, 20, 30], [np.nan] * 3])
     np.testing.assert_allclose(of(read, 'RSHO')[2], [np.nan] * 3)
-
-
-def test_trc_counts_from_its_first_frame_where_times_are_missing(tmp_path):
-    text = TRC.replace('60.00\t1\t3\n', '60.00\t2\t3\n').replace('2\t0.017', '2\t')
-    np.testing.assert_allclose(read_mocap(text_file(tmp_path, 'a.trc', text)).times, [-1 / 60, 0, 1 / 60])
 
 
 def test_content_decides_on_the_format(tmp_path):
@@ -146,89 +120,51 @@ def test_c3d_that_breaks_off(tmp_path, caplog):
 
 
 def test_without_the_library_c3d(tmp_path, monkeypatch):
-    path, import_module = c3d_file(tmp_path / 'file.c3d'), builtins.__import__
-
-    def without(name, *arguments, **keywords):
-        if name == 'c3d':
-            raise ImportError(name)
-        return import_module(name, *arguments, **keywords)
-
-    monkeypatch.setattr(builtins, '__import__', without)
+    path = c3d_file(tmp_path / 'file.c3d')
+    monkeypatch.setitem(sys.modules, 'c3d', None)
     with pytest.raises(BadInputError, match=r'library c3d is needed to read .*pip install c3d'):
         read_mocap(path)
 
 
 @pytest.mark.parametrize('name, cut, told', [
-    ('walk.csv', MOTIVE[:-50], 'line 9.*cells, expected'),
-    ('walk.csv', MOTIVE + '12,0.24', 'line 10.*has 2 cells'),
-    ('walk.trc', TRC + '4\t0.050\t13.0\t2', 'line 10.*has 4 cells'),
-    ('walk.trc', TRC + '4\t0.050\t13.0\t2\t3\t1\t2\t-', 'line 10.*no number'),
+    ('walk.csv', MOTIVE[:-50], 'has 13 cells, expected 24'),
+    ('walk.csv', MOTIVE + '12,0.24', 'has 2 cells'),
+    ('walk.trc', TRC + '4\t0.050\t13.0\t2', 'has 4 cells'),
+    ('walk.trc', TRC + '4\t0.050\t13.0\t2\t3\t1\t2\t-', 'no number'),
 ])
 def test_a_last_line_that_breaks_off_is_left_out(tmp_path, caplog, name, cut, told):
     with caplog.at_level(logging.WARNING):
         read = read_mocap(text_file(tmp_path, name, cut))
     whole = read_mocap(text_file(tmp_path, name, MOTIVE if name == 'walk.csv' else TRC))
-    count = len(read)
-    np.testing.assert_array_equal(read.positions, whole.positions[:count])
-    assert count in (len(whole), len(whole) - 1)
-    assert 'breaks off' in caplog.text
-    assert re.search(told, caplog.text.replace('last line, ', 'line '))
+    np.testing.assert_array_equal(read.positions, whole.positions[:len(read)])
+    assert len(read) >= len(whole) - 1
+    assert 'breaks off' in caplog.text and told in caplog.text
 
 
 @pytest.mark.parametrize('name, content, told', [
     ('a.csv', '', 'is empty'),
     ('a.csv', 'a,b\n1,2\n', "starts with 'a,b', expected 'Format Version,...'; export with 'Header Information'"),
     ('a.csv', '\x00\x01\x02\x03', 'binary file, expected text'),
-    ('a.trc', '\x89PNG\x00\x00', 'binary file, expected text'),
     ('a.c3d', MOTIVE, 'no C3D file'),
     ('a.txt', 'hello', 'no motion capture file that can be read.*hello'),
     ('a.csv', MOTIVE.replace(',', ';'), "separated by ';'"),
     ('a.csv', MOTIVE.replace('Millimeters', 'Inches'), "lengths in 'Inches', expected one of m, "),
-    ('a.csv', MOTIVE.replace('Length Units', 'Length'), "does not tell 'Length Units'.*there: Format Version,"),
-    ('a.csv', MOTIVE.replace('Frame,Time', 'Number,Time'), "no row 'Frame,Time"),
-    ('a.csv', MOTIVE.replace('Time (Seconds)', 'Timecode'), "second column is 'Timecode'"),
     ('a.csv', MOTIVE.replace('Position', 'Rotation'), 'no positions of markers.*type Bone, Bone Marker, Marker, Rigid'),
     ('a.csv', MOTIVE.replace('0.220000', '0.200000'), '0.2 s is followed by 0.2 s'),
     ('a.csv', MOTIVE.replace('10,0.200000,0,0,0,1,11,12,13,1,1', '10,0.200000'), 'line 8: has 23 cells, expected 24'),
     ('a.csv', MOTIVE.replace('31,32,33', '31,x,33', 1), 'line 8: holds something that is no number.*x'),
     ('a.csv', MOTIVE[:MOTIVE.index('10,0.2')], 'has a header, but no frames'),
-    ('a.trc', TRC.replace('Path', 'Paff'), 'no TRC file'),
     ('a.trc', TRC[:60], 'breaks off in its header'),
-    ('a.trc', TRC.replace('\tmm\t', '\t\t'), 'does not tell its Units'),
     ('a.trc', TRC.replace('\t2\tmm', '\t3\tmm'), 'NumMarkers = 3, but line 4 names 2: LSHO, RSHO'),
     ('a.trc', TRC.replace('10.0\t', '10,0\t'), "line 7.*decimal commas can not be read, export with '.'"),
     ('a.trc', TRC.replace('60.00', '0').replace('0.000\t', '\t'), "without a time and DataRate = '0'"),
-    ('a.trc', TRC.replace('10.0\t', '\t'), 'all finite or all NaN'),
-    ('a.trc', TRC.replace('Frame#', 'Count'), "line 4: expected 'Frame#'"),
 ])
 def test_wrong_files_are_refused(tmp_path, name, content, told):
     with pytest.raises(BadInputError, match=told):
         read_mocap(text_file(tmp_path, name, content))
 
 
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(BadInputError, match='can not be read: No such file'):
-        read_mocap(tmp_path / 'none.csv')
-
-
-@pytest.mark.parametrize('settings, told', [
-    ({'rate': 0.0}, 'POINT:RATE = 0'), ({'unit': 'ell'}, "lengths in 'ell'"),
-    ({'unit': '    '}, 'does not tell its unit'),
-])
-def test_wrong_c3d_files_are_refused(tmp_path, settings, told):
-    if 'rate' in settings:  # the library refuses to write it: the two floats of header and parameter are overwritten
-        path = c3d_file(tmp_path / 'file.c3d', rate=123.5)
-        content = path.read_bytes()
-        path.write_bytes(content.replace(np.float32(123.5).tobytes(), np.float32(0).tobytes()))
-    else:
-        path = c3d_file(tmp_path / 'file.c3d', **settings)
+@pytest.mark.parametrize('unit, told', [('ell', "lengths in 'ell'"), ('    ', 'does not tell its unit')])
+def test_c3d_files_of_unknown_units_are_refused(tmp_path, unit, told):
     with pytest.raises(BadInputError, match=told):
-        read_mocap(path)
-
-
-def test_damaged_c3d_files_are_refused(tmp_path):
-    content = c3d_file(tmp_path / 'file.c3d').read_bytes()
-    for length in (2, 512, 700, 1000):
-        (tmp_path / 'cut.c3d').write_bytes(content[:length])
-        with pytest.raises(BadInputError, match=r'C3D|no frames|does not tell'):
-            read_mocap(tmp_path / 'cut.c3d')
+        read_mocap(c3d_file(tmp_path / 'file.c3d', unit))

@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, mirrored_joint
 from openpose_ros_tools.mocap.files import MarkerRecording
 from openpose_ros_tools.mocap.joints import chosen_map, joints_of
-from openpose_ros_tools.mocap.marker_map import hip_centres, read_marker_map
+from openpose_ros_tools.mocap.marker_map import read_marker_map
 
 MAPS = ('joint_names', 'optitrack_baseline', 'optitrack_biomech', 'plug_in_gait')
 # Six joints that need nothing, so that a map of one more is enough for a person.
@@ -74,13 +74,6 @@ def test_missing_markers(tmp_path, rule, expected):
     np.testing.assert_allclose(joint(joints, 'nose'), expected, atol=1e-12)
 
 
-def test_hips_by_the_equations_of_harrington():
-    # upright, facing along y, 0.24 m wide and 0.18 m deep
-    left, right = hip_centres(*(np.array(STANDING[name]) for name in ('LASI', 'RASI')), np.array((0, -0.08, 1.0)))
-    np.testing.assert_allclose(right, [0.33 * 0.24 + 0.0073, 0.10 - 0.24 * 0.18 - 0.0099, 1 - 0.30 * 0.24 - 0.0109])
-    np.testing.assert_allclose(left, right * [-1, 1, 1])
-
-
 def test_plug_in_gait_by_hand():
     joints = joints_of(recording(STANDING), read_marker_map('plug_in_gait'))
     assert joints.subjects == ('subject',)
@@ -120,7 +113,7 @@ def test_subjects_by_prefix(prefixes, subjects):
 
 @pytest.mark.parametrize('prefix, subject, style', [
     ('', 'subject', str.upper), ('Ann:', 'Ann', str.title), ('Ann_', 'Ann', lambda joint: joint.replace('_', ' ')),
-    ('Skeleton 001:', 'Skeleton 001', str.upper), ('p0.', 'p0', lambda joint: joint.title().replace('_', '')),
+    ('p0.', 'p0', lambda joint: joint.title().replace('_', '')),
     # as OpenPose has them
     ('person 2 ', 'person 2',
      lambda joint: joint.replace('left', 'l').replace('right', 'r').title().replace('_', ''))])
@@ -144,18 +137,14 @@ def test_ones_own_map_knows_markers_by_their_names_alone(tmp_path):
     assert joints_of(recording(markers), marker_map(tmp_path, f'joints: {{{joints}}}')).subjects == ('subject',)
 
 
-def test_props_are_left_out(caplog):
-    markers = {**{f'Ann:{name}': point for name, point in STANDING.items()}, 'Dummy:LKNE': (0, 0, 0)}
+def test_props_and_subjects_without_positions_are_left_out(caplog):
+    markers = {f'{subject}:{name}': point if subject == 'Ann' else (np.nan,) * 3
+               for subject in ('Ann', 'Ben') for name, point in STANDING.items()}
+    markers['Dummy:LKNE'] = (0, 0, 0)
     with caplog.at_level(logging.WARNING):
         joints = joints_of(recording(markers), read_marker_map('plug_in_gait'))
     assert joints.subjects == ('Ann',)
     assert "Dummy has only 0 joints by the marker map 'plug_in_gait'" in caplog.text
-
-
-def test_a_subject_without_positions_is_left_out():
-    markers = {f'{subject}:{name}': point if subject == 'Ann' else (np.nan,) * 3
-               for subject in ('Ann', 'Ben') for name, point in STANDING.items()}
-    assert joints_of(recording(markers), read_marker_map('plug_in_gait')).subjects == ('Ann',)
 
 
 @pytest.mark.parametrize('name', MAPS)
@@ -183,21 +172,15 @@ def test_markers_that_no_map_knows_are_named(name, told):
 
 @pytest.mark.parametrize('text, told', [
     ('', 'expected keys with values, got None'),
-    ('[1, 2]', 'expected keys with values'),
     ('joints: {', 'can not be read'),
     ('joint: {nose: A}', 'unknown joint; allowed: description, joints'),
-    ('description: empty', 'joints: expected keys with values, got None'),
     ('joints: {knee: A}', 'joints: unknown knee; allowed: nose, neck'),
-    ('joints: {nose: 3}', 'nose: expected keys with values, got 3'),
     ('joints: {nose: []}', r'nose: markers = \[\], expected a name or a list of names'),
     ('joints: {nose: {markers: A, joints: B}}', 'got markers and joints'),
     ('joints: {nose: {markers: A, side: 1}}', 'unknown side; allowed: markers,'),
     ('joints: {neck: {joints: [left_hip]}, left_hip: A}', 'uses left_hip, which is not among the joints above'),
     ('joints: {nose: {markers: A, shift: {metres: 50, to: B}}}', r'shift by metres = 50, expected a number within -1'),
-    ('joints: {nose: {markers: A, shift: {metres: 0.1}}}', 'shift to = None, expected a name'),
-    ('joints: {nose: {first_of: A}}', "first_of = 'A', expected a list"),
     ('joints: {left_hip: {hip_centre: up, asis: [A, B], psis: [C]}}', 'expected hip_centre left or right'),
-    ('joints: {left_hip: {hip_centre: left, asis: [A], psis: [C]}}', 'expected hip_centre left or right'),
     ('joints: {left_hip: {hip_centre: left, asis: [A, B]}}', 'psis = None, expected a name'),
 ])
 def test_wrong_maps_are_refused(tmp_path, text, told):

@@ -29,10 +29,6 @@ def test_pairs(people, others, gate, expected):
     assert pair_people(*points, np.array(gate)) == expected
 
 
-def test_nobody_has_no_ids():
-    assert len(steady_ids(np.zeros(0), np.zeros(0, int), np.zeros((0, 3, 3)))) == 0
-
-
 def test_ids_that_stay_are_kept():
     times, ids, positions = crowd(20, np.linspace(0, 2, 20), np.linspace(3, 1, 20))
     np.testing.assert_array_equal(steady_ids(times, 7 + ids, positions), 7 + ids)

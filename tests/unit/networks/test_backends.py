@@ -39,8 +39,6 @@ class FakeBackend:
             return (self._spoil(reference['output_0'].astype(np.float32)),)
 
 
-# --- choice ---------------------------------------------------------------------------------------------------------
-
 def params(**values):
     return BackendParams(**{'compiled_cache': 'off', **values})
 
@@ -116,8 +114,6 @@ def test_demanded_backend_that_does_not_read_the_file(model, backend, text, tmp_
         create_backend(model, tmp_path / model.files[0].name, BackendParams(backend=backend))
 
 
-# --- GPUs: this machine may have none, and must say so --------------------------------------------------------------
-
 @pytest.mark.parametrize('device', ['cuda', 'tensorrt'])
 @pytest.mark.parametrize('name', ['openvino', 'onnxruntime', 'opencv_dnn'])
 def test_device_that_is_not_there_is_refused_not_replaced(name, device, tmp_path):
@@ -131,8 +127,6 @@ def test_device_that_is_not_there_is_refused_not_replaced(name, device, tmp_path
     with pytest.raises(ParameterError, match=f"'device' = '{device}'.*cpu"):
         create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(backend=name, device=device))
 
-
-# --- the real networks ----------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('name', NAMES)
 @pytest.mark.parametrize('content', [b'', b'not a graph at all', b'\x0a\xff\xff\xff\x7f' + bytes(1000)],

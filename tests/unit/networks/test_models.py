@@ -9,7 +9,7 @@ from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.model_registry import ALIASES, LANDMARK_MODELS, MOBILENET_THIN, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WeightsFile
-from openpose_ros_pkg.networks.models import file_fault, find_model, weights_path
+from openpose_ros_pkg.networks.models import find_model, weights_path
 
 CONTENT = b'weights'
 
@@ -85,20 +85,6 @@ def test_every_file_is_compared(tmp_path):
         weights_path(CAFFE, str(tmp_path))
     for text in ('net.caffemodel', digest('md5', b'other'), digest('md5')):
         assert text in str(caught.value)
-
-
-@pytest.mark.parametrize('expected, fault', [
-    (WeightsFile('f'), ''),
-    (WeightsFile('f', 7), ''),
-    (WeightsFile('f', 7, digest('sha256'), digest('md5')), ''),
-    (WeightsFile('f', 8), 'has 7 bytes, expected 8 bytes'),
-    (WeightsFile('f', md5='0' * 32), f'has 7 bytes and md5 {digest("md5")}, expected md5 {"0" * 32}'),
-    (WeightsFile('f', 7, '0' * 64),
-     f'has 7 bytes and sha256 {digest("sha256")}, expected 7 bytes and sha256 {"0" * 64}'),
-])
-def test_what_is_known_of_a_file_is_compared(tmp_path, expected, fault):
-    (tmp_path / 'f').write_bytes(CONTENT)
-    assert file_fault(tmp_path / 'f', expected) == fault
 
 
 # --- folders --------------------------------------------------------------------------------------------------------

@@ -1,5 +1,4 @@
 """Drawn people: colours, opacity, labels, borders."""
-
 import numpy as np
 import pytest
 
@@ -35,13 +34,6 @@ def test_without_people_it_is_a_copy_or_black(photo):
     np.testing.assert_array_equal(drawn, photo)
     assert not np.shares_memory(drawn, photo)
     assert not draw_people(photo, People2D.empty(COCO_18), DrawParams(disable_blending=True)).any()
-
-
-@pytest.mark.parametrize('joint', ['nose', 'left_wrist', 'right_ankle'])
-def test_joint_has_its_own_colour_at_its_place(joint):
-    image = np.zeros((270, 480, 3), np.uint8)
-    drawn = draw_people(image, people_of(only(**{joint: (200.0, 100.0)})), DrawParams(alpha_pose=1.0))
-    assert tuple(drawn[100, 200]) == COCO_18.colours[COCO_18.index[joint]][::-1]  # BGR
 
 
 def test_limb_has_the_colour_of_its_second_joint_and_needs_both():

@@ -36,7 +36,6 @@ def readable(path):
 
 # --- whole files
 
-
 def test_a_failed_write_names_the_file_leaves_the_old_one_and_nothing_else(tmp_path):
     path = tmp_path / 'a.json'
     write_whole(path, b'old')
@@ -58,7 +57,6 @@ def test_what_fails_when_the_disk_is_told_to_keep_it_is_seen(tmp_path, monkeypat
 
 
 # --- videos
-
 
 def test_no_frame_is_accepted_that_leaves_no_room_to_complete_the_video(tmp_path):
     video = VideoFile(tmp_path / 'v.avi', 30.0)

@@ -45,7 +45,6 @@ def assert_same(read, people, ids=True):
 
 # --- JSON
 
-
 def test_json_has_the_layout_of_openpose():
     assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'
     keypoints = np.full((1, 18, 3), np.nan, np.float32)
@@ -99,7 +98,6 @@ def test_json_of_another_layout_or_joint_set_is_refused():
 
 # --- keypoint files
 
-
 @pytest.mark.parametrize('people, file_format', [
     (People2D.empty(COCO_18), 'yml'), (People2D.empty(COCO_18), 'xml'), (some_people(), 'yml'), (some_people(), 'xml'),
     (some_people(), 'json'), (some_people(BODY_25, count=1), 'yaml')])
@@ -123,7 +121,6 @@ def test_what_is_no_keypoint_file_is_refused(tmp_path, text):
 
 
 # --- joint sets
-
 
 def test_joints_keep_their_names_in_another_joint_set():
     people = some_people()
@@ -150,7 +147,6 @@ def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, t
 
 
 # --- video
-
 
 def video_frames(path):
     capture = cv2.VideoCapture(str(path))
@@ -200,7 +196,6 @@ def test_video_that_can_not_be_begun_leaves_what_was_there(tmp_path):
 
 # --- all files of a frame
 
-
 def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
     params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i/deep'),
                         write_keypoint=str(tmp_path / 'k'), write_video=str(tmp_path / 'v.avi'))
@@ -222,10 +217,11 @@ def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
     assert (len(frames), rate) == (2, 10.0)
 
 
-def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path):
+@pytest.mark.parametrize('chosen, rate', [({}, 25.0), ({'write_video_fps': 5.0}, 5.0)])
+def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path, chosen, rate):
     params = SaveParams(write_json=str(tmp_path), write_images=str(tmp_path), write_images_format='jpg',
                         write_keypoint=str(tmp_path), write_keypoint_format='xml', write_joint_set='BODY_25',
-                        write_video=str(tmp_path / 'v.avi'))
+                        write_video=str(tmp_path / 'v.avi'), **chosen)
     writer = FrameWriter(params, scale=KeypointScaleParams(keypoint_scale=3), source_rate=25.0)
     people = some_people()
     writer.write('a', GREY, people)
@@ -235,16 +231,7 @@ def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path):
     assert read.skeleton is BODY_25
     np.testing.assert_allclose(read.xy[0, 0], people.xy[0, 0] / (63, 47), rtol=1e-6)
     assert_same(read_keypoint(tmp_path / 'a_pose.xml'), read, ids=False)
-    assert video_frames(tmp_path / 'v.avi')[1] == 25.0
-
-
-def test_a_rate_of_its_own_comes_before_that_of_the_source(tmp_path):
-    writer = FrameWriter(SaveParams(write_video=str(tmp_path / 'v.avi'), write_video_fps=5.0), source_rate=25.0)
-    writer.write('a', GREY, some_people())
-    writer.close()
-    assert video_frames(tmp_path / 'v.avi')[1] == 5.0
-    with pytest.raises(ParameterError, match='write_video_fps'):
-        SaveParams(write_video_fps=0.0)
+    assert video_frames(tmp_path / 'v.avi')[1] == rate
 
 
 @pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_keypoint', 'write_video'])
@@ -255,7 +242,6 @@ def test_a_place_that_can_not_be_written_is_an_error_at_start(tmp_path, key):
 
 
 # --- recorder
-
 
 class HeldWriter:
     """Writes nothing until it is let go."""

@@ -3,14 +3,7 @@ import re
 
 import pytest
 
-from openpose_ros_pkg.skeletons import (
-    BODY_25,
-    COCO_17,
-    COCO_18,
-    MPI_15,
-    Limb,
-    SkeletonModel,
-)
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15, Limb, SkeletonModel
 
 # OpenPose, src/openpose/pose/poseParameters.cpp and include/openpose/pose/poseParametersRender.hpp, in its own words:
 # POSE_*_BODY_PARTS, POSE_BODY_PART_PAIRS, POSE_MAP_INDEX.
@@ -55,8 +48,6 @@ def field_name(part):
     return {'head': 'head_top'}.get('_'.join(words).lower(), side + '_'.join(words).lower())
 
 
-# --- tables ---------------------------------------------------------------------------------------------------------
-
 @pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
 def test_joints_limbs_and_channels_are_the_published_ones(skeleton):
     table, index = PUBLISHED[skeleton.name], skeleton.index
@@ -81,8 +72,6 @@ def test_coco_17_is_the_data_sets_order_and_skeleton():
              for side in ('left', 'right')]
     assert list(COCO_17.joints) == ['nose', *sides]
 
-
-# --- faults ---------------------------------------------------------------------------------------------------------
 
 GREY = (9, 9, 9)
 

@@ -19,30 +19,24 @@ class Example(Parameters):
     fixed: int = parameter(7, 'Not to be changed.')
 
 
-def described(names=('threshold', 'number', 'offset', 'shown', 'mode')):
-    return LiveDescription(Example, names)
+LIVE = LiveDescription(Example, ('threshold', 'number', 'offset', 'shown', 'mode'))
 
 
 def test_limits_have_the_type_of_the_parameter():
-    live = described()
-    limits = {name: (live.min[name], live.defaults[name], live.max[name]) for name in live.defaults}
+    limits = {name: (LIVE.min[name], LIVE.defaults[name], LIVE.max[name]) for name in LIVE.defaults}
     assert limits == {'threshold': (0.0, 0.5, 1.0), 'number': (1, 3, 2**31 - 1),
                       'offset': (-float('inf'), 0.0, float('inf')), 'shown': (False, True, True),
                       'mode': ('', 'fast', '')}
     assert all(type(value) is type(values[1]) for values in limits.values() for value in values)
 
 
-def test_types_and_texts():
-    kinds = {entry['name']: (entry['type'], entry['description'])
-             for entry in described().config_description['parameters']}
-    assert kinds['threshold'] == ('double', 'A threshold. (float in 0 .. 1)')
-    assert [kinds[name][0] for name in ('number', 'shown', 'mode')] == ['int', 'bool', 'str']
-
-
-def test_choices_are_offered():
-    entries = {entry['name']: entry['edit_method'] for entry in described().config_description['parameters']}
-    assert entries['threshold'] == ''
-    offered = ast.literal_eval(entries['mode'])['enum']
+def test_types_texts_and_choices():
+    entries = {entry['name']: entry for entry in LIVE.config_description['parameters']}
+    assert entries['threshold']['description'] == 'A threshold. (float in 0 .. 1)'
+    assert [entries[name]['type'] for name in ('threshold', 'number', 'shown', 'mode')] == [
+        'double', 'int', 'bool', 'str']
+    assert entries['threshold']['edit_method'] == ''
+    offered = ast.literal_eval(entries['mode']['edit_method'])['enum']
     assert [(choice['name'], choice['value'], choice['type']) for choice in offered] == [
         ('fast', 'fast', 'str'), ('slow', 'slow', 'str')]
 

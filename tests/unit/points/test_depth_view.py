@@ -1,5 +1,4 @@
 """Depth for the detection of people in the image: the same view on a coarser grid."""
-
 import numpy as np
 import pytest
 

@@ -1,10 +1,9 @@
 """The tables in docs/*.md are those of the code."""
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from development.generated import _shown, table, with_tables
+from development.generated import table, with_tables
 
 ROOT = Path(__file__).parents[3]
 PAGES = sorted((ROOT / 'docs').glob('*.md'))
@@ -41,10 +40,3 @@ def test_an_unknown_table_is_an_error():
 def test_a_table_of_constants():
     lines = table('skeleton_extract_3d.track.constants.BirthConstants')
     assert lines[2] == '| `joint_sigma` | 0.3 [m] | Standard deviation per axis of the joints of a new track. |'
-
-
-@pytest.mark.parametrize('value, shown', [
-    (0.5, '0.5'), ((1.5, 40.0), '1.5, 40.0'), (np.array([[1, 2], [3, 4]]), '1 2; 3 4'),
-    ((('nose', 0.003), ('eye', 0.01)), 'nose 0.003; eye 0.01')])
-def test_values_of_constants(value, shown):
-    assert _shown(value) == shown

@@ -11,15 +11,11 @@ def speak(word, status):
     subprocess.run(['sh', '-c', f'echo {word}; exit {status}'], check=True)
 
 
-def test_output_of_a_step_goes_to_its_log(tmp_path, monkeypatch, capfd):
+def test_a_step_has_a_log_and_one_that_fails_shows_its_end_and_what_to_do(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(terminal, 'LOGS', tmp_path)
     terminal.step('[1/1] Words', 'words', 'none', speak, 'hello', 0)
     assert (tmp_path / 'setup_words.log').read_text() == 'hello\n'
     assert re.search(r'\[1/1\] Words\n(.|\n)* {6}done in \d+ s\n', capfd.readouterr().out)
-
-
-def test_a_step_that_fails_shows_the_end_of_its_log_and_what_to_do(tmp_path, monkeypatch):
-    monkeypatch.setattr(terminal, 'LOGS', tmp_path)
     with pytest.raises(SystemExit, match=r'(?s)\[1/1\] Words: FAILED with exit status 1.*    the-reason\n.*'
                                          r'What to do: think\.\nThen run the same command again'):
         terminal.step('[1/1] Words', 'words', 'think', speak, 'the-reason', 3)

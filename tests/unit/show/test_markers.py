@@ -1,4 +1,4 @@
-"""Markers: finite points only, inferred apart from measured ones, deletes for people who left, a lifetime that
+"""Markers: finite points only, inferred apart from measured ones, deletes for people who left, trails, a lifetime that
 outlasts the frame period."""
 import numpy as np
 import pytest
@@ -43,10 +43,10 @@ def of(markers, ns):
 
 def shown(persons, params):
     """The markers of the first frame."""
-    return PeopleMarkers(params).update(persons, 0.0)
+    return PeopleMarkers(params).update(persons, 0.0, 'camera')
 
 
-EVERYTHING = MarkerParams(label=True, sigma_spheres=True)
+EVERYTHING = MarkerParams(label=True, sigma_spheres=True, trail_seconds=2.0)
 
 
 @pytest.mark.parametrize('params', [MarkerParams(), EVERYTHING], ids=['defaults', 'everything'])
@@ -114,15 +114,40 @@ def test_spheres_of_sigma_in_sizes():
 
 def test_markers_of_people_who_left_are_deleted_once():
     tracker = PeopleMarkers(MarkerParams())
-    assert names(tracker.update(people({1: UPRIGHT, 2: UPRIGHT}), 0.0)) == [
+    assert names(tracker.update(people({1: UPRIGHT, 2: UPRIGHT}), 0.0, 'camera')) == [
         ('add', 'joints', 1), ('add', 'skeleton', 1), ('add', 'joints', 2), ('add', 'skeleton', 2)]
     # 1 leaves; of 2 one joint remains
-    assert names(tracker.update(people({2: {'nose': (0, 0, 1)}}), 0.1)) == [
+    assert names(tracker.update(people({2: {'nose': (0, 0, 1)}}), 0.1, 'camera')) == [
         ('delete', 'joints', 1), ('delete', 'skeleton', 1), ('delete', 'skeleton', 2), ('add', 'joints', 2)]
     # 2 is seen in the image, but has no position: no empty list, which RViz complains about
-    assert names(tracker.update(people({2: {}}), 0.2)) == [('delete', 'joints', 2)]
-    assert tracker.update(people({}), 0.3) == []
-    assert names(tracker.update(people({1: {'nose': (0, 0, 1)}}), 0.4)) == [('add', 'joints', 1)]
+    assert names(tracker.update(people({2: {}}), 0.2, 'camera')) == [('delete', 'joints', 2)]
+    assert tracker.update(people({}), 0.3, 'camera') == []
+    assert names(tracker.update(people({1: {'nose': (0, 0, 1)}}), 0.4, 'camera')) == [('add', 'joints', 1)]
+
+
+def path_of(tracker, x, stamp, frame_id='camera', person=1):
+    """Return the trail on the x axis after a frame with the person at x."""
+    moved = {joint: np.add(place, (x, 0, 0)) for joint, place in UPRIGHT.items()}
+    trail = [marker for marker in tracker.update(people({person: moved}), stamp, frame_id)
+             if (marker.action, marker.ns, marker.id) == ('add', 'trail', person)]
+    if not trail:
+        return []
+    points = trail[0].points
+    np.testing.assert_array_equal(points[1:-1:2], points[2::2])  # each line begins where the one before ends
+    return np.round([*points[::2, 0], points[-1, 0]], 4).tolist()
+
+
+@pytest.mark.parametrize('seconds, frames, expected', [
+    (0.0, [(0.0, 0.0), (0.1, 0.1)], []),
+    (0.5, [(0.25 * i, 0.125 * i) for i in range(8)], [1, 1.25, 1.5, 1.75]),
+    (1.0, [(0.0, 0.0), (0.25, 0.25), (0.75, 0.75)], [0, 0.25, 0.75]),
+    (5.0, [(0.0, 100.0), (0.5, 100.1), (7.0, 90.0), (7.5, 90.1)], [7, 7.5]),
+    (5.0, [(0.0, 100.0), (0.5, 100.1), (7.0, 100.2, 'map'), (7.5, 100.3, 'map')], [7, 7.5]),
+    (5.0, [(0.0, 0.0), (0.5, 0.1), (9.0, 0.2, 'camera', 2), (9.5, 0.3, 'camera', 2)], [9, 9.5]),
+], ids=['off', 'the last seconds', 'all of it', 'stamps jump back', 'another frame', 'another person'])
+def test_a_trail_is_the_path_of_one_person_in_the_last_seconds(seconds, frames, expected):
+    tracker = PeopleMarkers(MarkerParams(trail_seconds=seconds))
+    assert [path_of(tracker, *frame) for frame in frames][-1] == expected
 
 
 def test_one_colour_per_person():
@@ -150,15 +175,15 @@ def test_the_label_stands_above_the_head_in_any_frame(turn):
 @pytest.mark.parametrize('rate, expected', [(30, 0.15), (15, 0.2), (5, 0.6)])
 def test_the_lifetime_covers_three_frames(rate, expected):
     markers = PeopleMarkers(MarkerParams())
-    lifetimes = [markers.update(people({1: UPRIGHT}), 100.0 + i / rate)[0].lifetime for i in range(20)]
+    lifetimes = [markers.update(people({1: UPRIGHT}), 100.0 + i / rate, 'camera')[0].lifetime for i in range(20)]
     assert lifetimes[0] == 0.15 and lifetimes[-1] == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize('values', [{'joint_colour': 'red'}, {'joint_colour': '1 0 0'}, {'skeleton_colour': '0 0 2 1'},
                                     {'skeleton_colour': '0 0 nan 1'}, {'joint_inferred_colour': '1 1 1'},
                                     {'skeleton_inferred_colour': '1 1 1 -1'}, {'sigma_colour': ''},
-                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1}],
-                         ids=str)
+                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1},
+                                    {'trail_seconds': -1.0}, {'trail_seconds': 61.0}], ids=str)
 def test_bad_parameters_are_refused_by_name(values):
     (key, value), = values.items()
     with pytest.raises(ParameterError, match=f"parameter '{key}' = {value!r}"):

@@ -1,17 +1,13 @@
-"""Gestures of a simulated body: true ones, and motions that are like them; see also test_population."""
+"""Gestures of a simulated body: motions that are like one, hidden joints, both arms; true ones: test_population."""
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from animated_skeleton import (
-    ADULT,
-    CHILD,
     CROUCHING,
     HANGING,
-    KNEELING,
     LYING,
-    SITTING,
     STANDING,
     UP,
     Limb,
@@ -21,7 +17,6 @@ from animated_skeleton import (
     joints_of,
     swinging,
     then,
-    told,
     watch,
 )
 from openpose_ros_pkg.skeletons import COCO_18
@@ -32,81 +27,38 @@ RAISED = Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0))
 WAVE_IN, WAVE_OUT = Limb((0.4, 0.5, -0.5), (-0.35, 0.2, 1.0)), Limb((0.4, 0.5, -0.5), (0.6, 0.2, 1.0))
 BECKON_OPEN, BECKON_BENT = Limb((0.1, 0.6, -0.7), (0.0, 1.0, -0.1)), Limb((0.1, 0.6, -0.7), (0.0, -0.1, 1.0))
 POINTING = Limb((0.3, 1.0, -0.1), (0.25, 1.0, 0.05))
-SAYS_STOP = Limb((0.1, 1.0, -0.5), (0.0, 0.65, 0.75))
 CROSSED = Limb((0.25, 0.2, -1.0), (-1.0, 0.4, 0.05))
 PRAYING, TO_THE_SIDE = Limb((0.2, 0.3, -1.0), (-0.55, 0.6, 0.6)), Limb((1.0, 0.0, 0.0), (1.0, 0.05, 0.0))
 LOW_ASLANT, HIGH_ASLANT = Limb((0.2, 0.3, -0.8), (0.05, 0.2, 1.0)), Limb((0.6, 0.4, 0.1), (0.05, 0.2, 1.0))
 REACHES_DOWN = replace(CROUCHING, right=Limb((0.1, 0.75, -0.65), (0.0, 0.75, -0.65)), lean=60.0)
 
 
-def both(arm, pose=STANDING):
-    return replace(pose, left=arm, right=arm)
+def both(arm):
+    return replace(STANDING, left=arm, right=arm)
 
 
 def right(arm):
     return STANDING.with_arm('right', arm)
 
 
-def lifted(arm, pose=STANDING, at=0.5, until=2.5, side='right'):
-    """Return a motion: the arm hangs, goes to a place within 0.3 s, stays, and goes down again."""
-    up = pose.with_arm(side, arm)
-    return held((0, pose), (at, pose), (at + 0.3, up), (until, up), (until + 0.3, pose))
+def shown(pose, until=2.5):
+    """Return a motion: the arms hang, take a pose within 0.3 s, stay, and go down again."""
+    return held((0, STANDING), (0.5, STANDING), (0.8, pose), (until, pose), (until + 0.3, STANDING))
 
 
-def swung(arm, other, frequency, pose=STANDING, side='right'):
-    """Return a motion: the arm hangs, goes to a place within 0.3 s, and swings from 0.8 s on."""
-    first, second = pose.with_arm(side, arm), pose.with_arm(side, other)
-    return then((0, held((0, pose), (0.5, pose), (0.8, first))), (0.8, swinging(first, second, frequency, 0.8)))
-
-
-@pytest.mark.parametrize('name, arm, patience, side, rate, stature', [
-    ('raise_hand', RAISED, 0.3, 'left', 5, ADULT), ('raise_hand', RAISED, 0.3, 'right', 30, CHILD),
-    ('point', POINTING, 0.3, 'right', 5, CHILD), ('point', POINTING, 0.3, 'left', 10, ADULT),
-    ('stop', SAYS_STOP, 0.55, 'left', 10, CHILD), ('stop', SAYS_STOP, 0.55, 'right', 30, ADULT)])
-def test_held_arm(name, arm, patience, side, rate, stature):
-    signals = watch(lifted(arm, side=side), 4, rate, stature=stature)
-    stamps = [stamp for stamp, _ in told(signals, name)]
-    assert all_told(signals) == {name}
-    assert {arm for _, arm in told(signals, name)} == {side}
-    assert 0.6 <= stamps[0] <= 0.8 + patience + 1 / rate
-    assert 2.5 <= stamps[-1] + 1 / rate <= 2.8 + 0.21 + 1 / rate
-    assert len(stamps) == round((stamps[-1] - stamps[0]) * rate) + 1  # without a break
-
-
-@pytest.mark.parametrize('name, arms, frequency, pose, side, rate', [
-    ('wave', (WAVE_IN, WAVE_OUT), 1.2, SITTING, 'left', 5), ('wave', (WAVE_IN, WAVE_OUT), 2.0, SITTING, 'right', 30),
-    ('wave', (WAVE_IN, WAVE_OUT), 2.0, KNEELING, 'left', 10), ('wave', (WAVE_IN, WAVE_OUT), 1.2, KNEELING, 'right', 10),
-    ('beckon', (BECKON_OPEN, BECKON_BENT), 1.2, STANDING, 'left', 5),
-    ('beckon', (BECKON_OPEN, BECKON_BENT), 1.7, STANDING, 'right', 30)])
-def test_swung_arm_is_told_within_a_swing(name, arms, frequency, pose, side, rate):
-    signals = watch(swung(*arms, frequency, pose, side), 3.5, rate)
-    stamps = told(signals, name)
-    assert {arm for _, arm in stamps} == {side}
-    assert 0.8 < stamps[0][0] <= 0.8 + max(0.75 / frequency, 0.6)
-    assert len(stamps) >= 0.8 * (3.5 - stamps[0][0]) * rate
-    assert name == 'wave' or not told(signals, 'wave')
+def lifted(arm, until=2.5, side='right'):
+    return shown(STANDING.with_arm(side, arm), until)
 
 
 def test_both_arms_wave():
     signals = watch(swinging(both(WAVE_IN), both(WAVE_OUT), 1.7), 2)
-    assert {arm for _, arm in told(signals, 'wave')} == {'left', 'right'}
-
-
-@pytest.mark.parametrize('rate, stature', [(5, CHILD), (10, ADULT), (30, CHILD)])
-def test_crossed_arms(stature, rate):
-    crossed = both(CROSSED)
-    signals = watch(held((0, STANDING), (0.5, STANDING), (0.9, crossed), (2.5, crossed), (2.9, STANDING)), 4, rate,
-                    stature=stature)
-    stamps = told(signals, 'arms_crossed')
-    assert all_told(signals) == {'arms_crossed'} and {arm for _, arm in stamps} == {'both'}
-    assert 0.5 < stamps[0][0] <= 1.0 + 1 / rate and 2.5 <= stamps[-1][0] + 1 / rate <= 2.9 + 1 / rate
-    assert signals[int(2 * rate)][1].gesture('arms_crossed').confidence > 0.8
+    assert {(gesture.name, gesture.arm) for _, person in signals for gesture in person.gestures} == {
+        ('wave', 'left'), ('wave', 'right')}
 
 
 @pytest.mark.parametrize('motion, rate, absent', [
     (lifted(CROSSED), 10, ''), (lifted(PRAYING), 30, ''), (lifted(HANGING), 5, ''),
-    (held((0, STANDING), (0.5, STANDING), (0.8, both(PRAYING)), (2.5, both(PRAYING)), (2.8, STANDING)), 5, ''),
-    (held((0, STANDING), (0.5, STANDING), (0.8, both(TO_THE_SIDE)), (2.5, both(TO_THE_SIDE)), (2.8, STANDING)), 10, ''),
+    (shown(both(PRAYING)), 5, ''), (shown(both(TO_THE_SIDE)), 10, ''),
     (lifted(RAISED, until=0.9), 5, 'wave'), (lifted(RAISED, until=0.9), 30, 'wave'),
     (lifted(WAVE_OUT, until=1.5), 10, 'wave'),
     (held((0, right(WAVE_IN)), (1.5, right(WAVE_IN)), (1.9, right(WAVE_OUT))), 30, 'wave'),

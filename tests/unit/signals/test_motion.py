@@ -12,6 +12,7 @@ from animated_skeleton import (
     SITTING,
     SITTING_ON_FLOOR,
     STANDING,
+    TRUNK,
     UP,
     frames,
     held,
@@ -21,8 +22,6 @@ from animated_skeleton import (
 )
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.landmarks import Faces3D, Landmarks3D, Points3D
-
-TRUNK = ('neck', 'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 
 
 def walking(speed, seconds=3.0):

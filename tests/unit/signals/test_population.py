@@ -1,4 +1,4 @@
-"""Many simulated people: gestures are told of all of them, motions that are nearly gestures are not."""
+"""Many simulated people: each gesture is told of the right arm and alone, what is nearly a gesture is not."""
 import numpy as np
 import pytest
 
@@ -9,13 +9,24 @@ PEOPLE = 6
 PROMPT = {'point': 0.3, 'raise_hand': 0.3, 'arms_crossed': 0.3, 'stop': 0.45, 'wave': 1.1, 'beckon': 1.1}
 
 
+def moved_arm(motion):
+    """Return the arm whose upper part is elsewhere than at the start."""
+    begin, middle = motion(0.0), motion((BEGIN + END) / 2)
+    return max(('left', 'right'), key=lambda side: np.linalg.norm(
+        np.subtract(getattr(begin, side).upper, getattr(middle, side).upper)))
+
+
 @pytest.mark.parametrize('name', GESTURES)
 def test_gestures(name):
     random, shares = np.random.RandomState(7), []
     for _ in range(PEOPLE):
-        signals = told_of(gestures(name, random), random)
-        stamps = [stamp for stamp, person in signals if person.gesture(name)]
-        assert stamps and stamps[0] <= BEGIN + PROMPT[name] + np.diff([stamp for stamp, _ in signals]).max()
+        motion = gestures(name, random)
+        signals = told_of(motion, random)
+        told = [(stamp, gesture) for stamp, person in signals for gesture in person.gestures]
+        period = np.diff([stamp for stamp, _ in signals]).max()
+        assert told[0][0] <= BEGIN + PROMPT[name] + period and told[-1][0] <= END + 0.4
+        arm = 'both' if name == 'arms_crossed' else moved_arm(motion)
+        assert {(gesture.name, gesture.arm) for _, gesture in told} == {(name, arm)}
         shares += [person.gesture(name) is not None for stamp, person in signals if BEGIN + 0.8 < stamp < END]
     assert np.mean(shares) > 0.85
 

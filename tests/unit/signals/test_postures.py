@@ -63,15 +63,15 @@ def test_what_looks_like_another_posture(pose, posture):
     assert watch(held((0, pose)), 1)[-1][1].posture.name == posture
 
 
-def test_bending_down_and_up_again_is_standing():
-    signals = watch(held((0, STANDING), (1, STANDING), (1.5, BENT_OVER), (2.5, BENT_OVER), (3, STANDING)), 4)
-    assert names_after(signals) == {'standing'}
+STEP, OTHER = Limb((0, 0.45, -1), (0, 0.1, -1)), Limb((0, -0.3, -1), (0, -0.75, -0.8))
 
 
-def test_walking_is_standing():
-    step, other = Limb((0, 0.45, -1), (0, 0.1, -1)), Limb((0, -0.3, -1), (0, -0.75, -0.8))
-    walking = swinging(Pose(left_leg=step, right_leg=other), Pose(left_leg=other, right_leg=step), 1.0)
-    assert names_after(watch(walking, 3, 15)) == {'standing'}
+@pytest.mark.parametrize('motion', [
+    held((0, STANDING), (1, STANDING), (1.5, BENT_OVER), (2.5, BENT_OVER), (3, STANDING)),
+    swinging(Pose(left_leg=STEP, right_leg=OTHER), Pose(left_leg=OTHER, right_leg=STEP), 1.0)],
+    ids=['bends down and up again', 'walks'])
+def test_motions_that_are_standing(motion):
+    assert names_after(watch(motion, 4, 15)) == {'standing'}
 
 
 @pytest.mark.parametrize('pose, hidden', [

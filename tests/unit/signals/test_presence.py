@@ -8,10 +8,6 @@ from openpose_ros_signals.reader import SignalReader
 PLACES = {1: (0.0, 1.5), 2: (0.0, -1.5), 3: (0.0, 1.5)}
 
 
-def test_no_person():
-    assert SignalReader().present == ()
-
-
 @pytest.mark.parametrize('frames, there', [
     ([(5.0, [1]), (5.5, [1, 2]), (6.0, [2]), (6.5, [2])], [(1, 5.0, 5.5), (2, 5.5, 6.5)]),
     ([(5.0, [1, 2]), (5.9, []), (6.0, []), (6.1, [2])], [(2, 6.1, 6.1)]),
@@ -21,6 +17,7 @@ def test_no_person():
     ids=['missed for a second', 'missed for longer', 'comes anew', 'a new id of the same person', 'time jumps back'])
 def test_people_by_id_since_when_and_seen_last(frames, there):
     reader, random = SignalReader(), np.random.RandomState(0)
+    assert reader.present == ()
     for stamp, ids in frames:
         reader.update(people_of([Pose(place=PLACES[name]) for name in ids], ids, random), stamp, UP)
     assert [(present.signals.id, present.since, present.seen) for present in reader.present] == there

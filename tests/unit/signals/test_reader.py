@@ -4,12 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import LYING, STANDING, UP, Limb, held, joints_of, people_of, without
-from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from animated_skeleton import LYING, STANDING, TRUNK, UP, Limb, held, joints_of, people_of, without
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.reader import SignalReader
-from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 
-TRUNK = ('neck', 'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
 LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
 
@@ -25,11 +24,6 @@ def read(poses_at, ids_at, seconds=3.0, rate=10, up=UP, turn=None):
             people = replace(people, xyz=people.xyz @ turn.T)
         result[stamp] = reader.update(people, stamp, up)
     return result
-
-
-def test_no_person():
-    reader = SignalReader()
-    assert reader.update(People3D.empty(COCO_18), 0.0, UP) == ()
 
 
 def test_people_keep_their_order_and_their_ids():
@@ -118,39 +112,34 @@ def test_stamps_that_jump_back_begin_anew():
     assert person.posture.name == 'unknown' and person.walk is None
 
 
-def test_missing_joints_are_no_trouble():
+def test_missing_joints_and_people_are_no_trouble():
     reader, random = SignalReader(), np.random.RandomState(0)
     people = people_of([STANDING], [1], random)
     for joint in COCO_18.joints:
         reader.update(without(people, [joint]), 0.0, UP)
+    assert reader.update(People3D.empty(COCO_18), 0.05, UP) == ()
     person, = reader.update(without(people, COCO_18.joints), 0.1, UP)
     assert person.posture.name == 'unknown' and person.gestures == () and person.hidden_arms == ('left', 'right')
     assert person.body is None and person.head is None and np.isnan(person.place).all()
 
 
+def read_again(people):
+    """Return the signals of people who are the same in six frames."""
+    reader = SignalReader()
+    return [reader.update(people, number / 10, UP) for number in range(6)][-1]
+
+
 def test_joints_in_one_point_tell_nothing():
-    reader, people = SignalReader(), people_of([RAISED], [1], np.random.RandomState(0))
-    for number in range(6):
-        person, = reader.update(replace(people, xyz=np.ones_like(people.xyz)), number / 10, UP)
+    people = people_of([RAISED], [1], np.random.RandomState(0))
+    person, = read_again(replace(people, xyz=np.ones_like(people.xyz)))
     assert person.gestures == () and person.fall is None and person.body is None and person.head is None
 
 
-def test_unknown_errors_count_as_known_where_joints_are_measured():
-    reader, people = SignalReader(), people_of([RAISED], [1], np.random.RandomState(0))
-    people = replace(people, sigma=np.full(people.status.shape, np.nan))
-    for number in range(6):
-        person, = reader.update(people, number / 10, UP)
-    assert person.posture.name == 'standing' and person.gesture('raise_hand')
-
-
-def test_other_skeletons_are_read_by_the_names_of_their_joints():
-    from openpose_ros_pkg.skeletons import BODY_25
+@pytest.mark.parametrize('skeleton, sigma', [(BODY_25, 0.03), (COCO_18, np.nan)],
+                         ids=['another skeleton', 'unknown errors'])
+def test_joints_are_read_by_their_names_also_with_unknown_errors(skeleton, sigma):
     joints = dict(zip(COCO_18.joints, joints_of(RAISED)))
-    xyz = np.array([[joints.get(name, np.full(3, np.nan)) for name in BODY_25.joints]])
-    status = np.where(np.isfinite(xyz[..., 0]), 1, MISSING)
-    reader = SignalReader()
-    for number in range(6):
-        person, = reader.update(People3D(BODY_25, xyz, status, status, np.where(status, 0.03, np.nan), [1]),
-                                number / 10, UP)
+    xyz = np.array([[joints.get(name, np.full(3, np.nan)) for name in skeleton.joints]])
+    status = np.where(np.isfinite(xyz[..., 0]), MEASURED, MISSING)
+    person, = read_again(People3D(skeleton, xyz, status, status, np.where(status, sigma, np.nan), [1]))
     assert person.posture.name == 'standing' and person.gesture('raise_hand')
-    assert set(COCO_18.joints) <= set(MESSAGE_JOINTS)

@@ -23,12 +23,8 @@ def shown(*persons, stamp=0.0, **params):
             SignalMarkers(SignalMarkerParams(**params)).markers(persons, stamp, UP)}
 
 
-def test_no_person_no_markers():
-    assert SignalMarkers(SignalMarkerParams()).markers([], 0.0, UP) == []
-
-
-def test_a_hidden_person_has_none():
-    assert shown(PersonSignals(1, np.full(3, np.nan))) == {}
+def test_no_person_and_a_hidden_one_have_none():
+    assert shown() == shown(PersonSignals(1, np.full(3, np.nan))) == {}
 
 
 def test_text():
@@ -47,19 +43,12 @@ def test_text_is_over_the_person():
     assert height == pytest.approx(2.05 + 0.1, abs=1e-6)
 
 
-def test_facing_arrows_have_their_lengths():
-    ahead = Facing(np.array([0.0, 1.0, 0.0]), 0.1)
-    markers = shown(person(body=ahead, head=ahead), facing_length=0.6)
-    for name, length in (('body_facing', 0.6), ('head_facing', 0.3)):
-        np.testing.assert_allclose(np.diff(markers[name, 1].points, axis=0)[0], [0, length, 0], atol=1e-6)
-    assert {ns for ns, _ in shown(person(body=ahead), facing_length=0.0)} == {'signals'}
-
-
-def test_the_arrow_of_a_head_begins_at_the_face():
+def test_facing_arrows_have_their_lengths_and_that_of_a_head_begins_at_the_face():
     ahead, face = np.array([0.0, 1.0, 0.0]), np.array([0.4, 0.0, 0.3])
-    markers = shown(person(body=Facing(ahead, 0.1), head=Facing(ahead, 0.1, face)))
-    np.testing.assert_allclose(markers['body_facing', 1].points[0], [0, 0, 1.1], atol=1e-6)
-    np.testing.assert_allclose(markers['head_facing', 1].points[0], face, atol=1e-6)
+    markers = shown(person(body=Facing(ahead, 0.1), head=Facing(ahead, 0.1, face)), facing_length=0.6)
+    for name, begin, length in (('body_facing', (0, 0, 1.1), 0.6), ('head_facing', face, 0.3)):
+        np.testing.assert_allclose(markers[name, 1].points, [begin, begin + length * ahead], atol=1e-6)
+    assert {ns for ns, _ in shown(person(body=Facing(ahead, 0.1)), facing_length=0.0)} == {'signals'}
 
 
 def test_pointing_arrow_ends_where_it_meets_something():

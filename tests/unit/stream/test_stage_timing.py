@@ -1,5 +1,4 @@
 """Durations of stages over a sliding window."""
-
 import pytest
 
 from openpose_ros_pkg.stream.stage_timing import StageTiming

@@ -85,11 +85,6 @@ def test_a_region_beyond_the_sensor_is_refused(region):
         calibrated_camera(replace(PLAIN, region=region))
 
 
-def test_the_size_of_images_is_that_after_binning_and_the_region():
-    assert PLAIN.image_size == (640, 480)
-    assert FULL.image_size == (160, 120)
-
-
 @pytest.mark.parametrize('text, words', [
     ('', 'no calibration'), ('[1, 2', 'can not be read'), ('{"K": ', 'can not be read'),
     ('fps: 3', 'camera_matrix, K or'),

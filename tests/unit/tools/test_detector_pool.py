@@ -1,70 +1,20 @@
-"""Images have the same people in any number of processes."""
+"""Detectors in any number of processes; test_process_bag.py compares what they find."""
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import DetectorSettings
-from openpose_ros_pkg.errors import BadInputError, ModelError
+from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
+from openpose_ros_tools.parallel.detector_pool import DetectorPool
 
 DEFAULTS = build(DetectorSettings, {})
-REFUSED = 67
-
-
-class LevelDetector:
-    """Finds one person, at x = the depth, or else the grey level of the image."""
-
-    def detect(self, bgr, depth=None):
-        level = int(bgr[0, 0, 0])
-        if level == REFUSED:
-            raise BadInputError('not this one')
-        keypoints = np.full((1, 18, 3), 0.5, np.float32)
-        keypoints[..., 0] = level if depth is None else depth.depth[0, 0]
-        return People2D(COCO_18, keypoints, np.array([0.5]), np.array([-1]))
-
-
-def level_detector(_settings):
-    return LevelDetector()
 
 
 def broken(_settings):
     raise ModelError('weights are missing')
 
 
-def image(level):
-    return np.full((4, 6, 3), level, np.uint8)
-
-
-def levels(pool, wanted):
-    return [found.result(30).xy[0, 0, 0] for found in [pool.submit(image(level)) for level in wanted]]
-
-
-@pytest.mark.parametrize('jobs', [1, 2])
-def test_depth_comes_with_its_image(jobs):
-    with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
-        found = [pool.submit(image(9), DepthView(np.full((4, 6), metres, np.float32), 5.0)) for metres in (1.5, 2.5)]
-        assert [people.result(30).xy[0, 0, 0] for people in found] == [1.5, 2.5]
-
-
-@pytest.mark.parametrize('jobs', [1, 2])
-def test_every_image_has_its_result(jobs):
-    with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
-        assert levels(pool, []) == []
-        assert levels(pool, range(20)) == list(range(20))
-        assert pool.skeleton is COCO_18
-        with pytest.raises(BadInputError, match='not this one'):
-            pool.submit(image(REFUSED)).result(30)
-
-
 @pytest.mark.parametrize('jobs', [1, 2])
 def test_a_detector_that_can_not_be_made_says_why(jobs):
     with pytest.raises(ModelError, match='weights are missing'), DetectorPool(jobs, DEFAULTS, broken) as pool:
-        pool.submit(image(1)).result(30)
-
-
-def test_threads_are_shared_unless_they_are_named():
-    assert with_threads(DEFAULTS, 3).backend.threads == 3
-    assert with_threads(build(DetectorSettings, {'threads': 2}), 3).backend.threads == 2
+        pool.submit(np.zeros((4, 6, 3), np.uint8)).result(30)

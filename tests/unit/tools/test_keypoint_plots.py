@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from openpose_ros_pkg.errors import BadInputError
+from known_tables import known_table
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.plots import keypoint_plots
-from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, rates_over_time, save_figure
-from openpose_ros_tools.tables.keypoint_selection import description, ground_places, select, vertical_axis
+from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, save_figure
+from openpose_ros_tools.tables.keypoint_selection import ground_places, select, vertical_axis
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
@@ -25,33 +25,11 @@ def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
         frames: numbers of the frames with all people.
         up: direction in which heads are.
     """
-    rows = [(frame, person) for frame in frames for person in persons]
-    positions = np.full((len(rows), len(MESSAGE_JOINTS), dimensions), np.nan)
-    for row, (frame, person) in enumerate(rows):
-        for joint in COCO_18.joints:
-            place = np.array([0.1 * frame, 0.0, person + 2.0]) + HEIGHTS.get(joint, 0.0) * np.array(up)
-            positions[row, NUMBER[joint]] = place if dimensions == 3 else 100 * place[:2] / place[2]
-    known = np.isfinite(positions[..., 0])
-    numbers = np.array(rows, np.int64).reshape(-1, 2)
-    return KeypointTable(BEGIN + numbers[:, 0] * STEP, np.full(len(rows), 'camera'), numbers[:, 1], positions,
-                         np.where(known, 0.9, 0.0), np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
-
-
-def all_plots(selection):
-    ways = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
-    return [keypoint_plots.detections(selection), ways(selection), keypoint_plots.trajectory(selection, 'neck'),
-            keypoint_plots.visibility(selection, 0)]
-
-
-def test_empty_table_says_so():
-    with pytest.raises(BadInputError, match='no people'):
-        select(a_table([]))
-
-
-@pytest.mark.parametrize('frames, dimensions', [([0], 3), ([0, 1, 2, 30, 31], 2)])
-def test_plots_of_any_length(tmp_path, frames, dimensions):
-    for number, figure in enumerate(all_plots(select(a_table(frames, (0, 5), dimensions)))):
-        assert save_figure(figure, tmp_path / f'{number}.png').stat().st_size > 5000
+    frame, person = np.array([(frame, person) for frame in frames for person in persons], np.int64).T
+    heights = np.array([HEIGHTS.get(joint, 0.0) for joint in COCO_18.joints])
+    places = np.stack([0.1 * frame, 0.0 * frame, person + 2.0], axis=1)[:, np.newaxis] + heights[:, np.newaxis] * up
+    joints = places if dimensions == 3 else 100 * places[..., :2] / places[..., 2:]
+    return known_table(BEGIN + frame * STEP, person, joints, confidence=0.9)
 
 
 @pytest.mark.parametrize('kind', FORMATS)
@@ -62,6 +40,13 @@ def test_same_bytes_each_time(tmp_path, kind):
     first, again = (save_figure(keypoint_plots.image_paths(select(rows)), tmp_path / f'{name}.{kind}').read_bytes()
                     for name, rows in (('a', table), ('b', backwards)))
     assert first == again
+
+
+def test_a_single_frame_can_be_plotted(tmp_path):
+    selection = select(a_table([0], (0, 5)))
+    for figure in (keypoint_plots.detections(selection), keypoint_plots.top_view(selection),
+                   keypoint_plots.trajectory(selection, 'neck'), keypoint_plots.visibility(selection, 0)):
+        assert save_figure(figure, tmp_path / 'a.png').stat().st_size > 5000
 
 
 def test_people_joints_and_time_can_be_chosen():
@@ -124,18 +109,3 @@ def test_timeline_shows_each_status_when_it_was():
     expected = [to_rgb(STATUS_COLOURS[value]) for value in (MEASURED, INFERRED, MISSING, MEASURED)]
     assert middles == pytest.approx(np.array(expected))
     assert '50 / 25 / 25 %' in [text.get_text() for text in axes.texts]
-
-
-def test_rates():
-    middles, rates = rates_over_time(np.arange(0, 10, 0.1), (0.0, 10.0))
-    assert middles.tolist() == [0.5 + second for second in range(10)] and rates == pytest.approx(10.0, abs=1.0)
-    assert rates_over_time(np.zeros(1), (0.0, 0.0))[0].size == 0
-
-
-def test_description():
-    text = description('walk.csv', select(a_table([0, 1, 2, 10], (2, 3))))
-    assert text.startswith('walk.csv: keypoints in space [m], frame camera\n')
-    assert 'first frame: 2023-11-14 22:13:20.000 UTC' in text
-    assert 'frames: 4 (3.0 per second); people: 2; rows, one per person and frame: 8' in text
-    assert 'gaps without frames: 1, together 0.7 s; the longest: 0.30 to 1.00 s' in text
-    assert '     3       4       0.00       1.00    100.0 %      0.0 %      0.0 %' in text

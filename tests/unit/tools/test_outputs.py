@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools.outputs import PartFiles, delete_parts, output_file, output_folder
+from openpose_ros_tools.outputs import PartFiles, output_file, output_folder
 
 
 def everything(folder):
@@ -71,14 +71,6 @@ def test_unfinished_outputs_of_a_running_program_stay(tmp_path, name):
     assert (tmp_path / 'walk.csv').read_text() == 'rows'
 
 
-def test_the_parts_of_a_run_can_be_deleted_while_a_worker_of_it_goes_on(tmp_path):
-    with PartFiles() as other, pytest.raises(FileNotFoundError), PartFiles('0a1b2c3d') as parts:
-        other.file(tmp_path / 'a.bag').write_text('of another run')
-        parts.file(tmp_path / 'a.bag').write_text('of a task that was cancelled')
-        delete_parts(tmp_path / 'a.bag', '0a1b2c3d')
-    assert (tmp_path / 'a.bag').read_text() == 'of another run'
-
-
 def test_of_two_that_make_the_same_at_a_time_the_first_that_is_done_has_made_it(tmp_path):
     with pytest.raises(FileExistsError, match='another program'), PartFiles() as later:
         later.file(tmp_path / 'b.bag').write_text('is not moved either')
@@ -87,16 +79,6 @@ def test_of_two_that_make_the_same_at_a_time_the_first_that_is_done_has_made_it(
             earlier.file(tmp_path / 'a.bag').write_text('earlier')
     assert everything(tmp_path) == ['a.bag']
     assert (tmp_path / 'a.bag').read_text() == 'earlier'
-
-
-def test_files_of_an_earlier_run_go_when_the_new_ones_come(tmp_path):
-    for name in ('a_0.json', 'a_1.json', 'b_1.json'):
-        (tmp_path / name).write_text('older')
-    with PartFiles() as parts:
-        (parts.folder(tmp_path, is_of_a) / 'a_0.json').write_text('new')
-        assert (tmp_path / 'a_1.json').exists()
-    assert everything(tmp_path) == ['a_0.json', 'b_1.json']
-    assert (tmp_path / 'a_0.json').read_text() == 'new'
 
 
 def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
@@ -110,30 +92,8 @@ def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
     assert path.read_text() == 'second'
 
 
-# ---- folders: new, in place of an older one, and not at all after an error
-
-
-def write(path, text='new', overwrite=False):
-    with output_folder(path, overwrite, ('own',)) as part:
-        (part / 'own').mkdir()
-        (part / 'own' / 'file').write_text(text)
-        assert not (path / 'own' / 'file').exists() or (path / 'own' / 'file').read_text() != text
-
-
-def test_an_older_one_is_replaced_only_when_asked_for(tmp_path):
-    write(tmp_path / 'out', 'old')
-    with pytest.raises(ParameterError, match='is there already'):
-        write(tmp_path / 'out')
-    assert (tmp_path / 'out' / 'own' / 'file').read_text() == 'old'
-    write(tmp_path / 'out', overwrite=True)
-    assert (tmp_path / 'out' / 'own' / 'file').read_text() == 'new'
-    assert [path.name for path in tmp_path.iterdir()] == ['out']
-
-
-def test_what_is_foreign_is_never_replaced(tmp_path):
+def test_folders_with_other_things_are_never_replaced(tmp_path):
     (tmp_path / 'thesis.tex').write_text('years of work')
-    with pytest.raises(ParameterError, match='thesis'):
-        write(tmp_path, overwrite=True)
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(ParameterError, match='is a file'):
-        write(tmp_path / 'file', overwrite=True)
+    for path, told in ((tmp_path, 'thesis'), (tmp_path / 'thesis.tex', 'is a file')):
+        with pytest.raises(ParameterError, match=told), output_folder(path, True, ('own',)):
+            pass

@@ -17,6 +17,14 @@ from openpose_ros_tools.parallel.processes import ProcessLostError, ProcessPool,
 TIMEOUT = 60.0  # [s] of what takes a second, as a loaded machine starts processes slowly
 
 
+def comes(condition):
+    """Return whether something comes true in time."""
+    deadline = time.monotonic() + TIMEOUT
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return condition()
+
+
 def work(task):
     """Do what the task says, by its file where it tells of tries before."""
     verb, path = task
@@ -53,18 +61,13 @@ def test_every_task_has_one_outcome(tmp_path):
 
 
 def test_what_ends_every_process_is_given_up_and_the_others_are_done(tmp_path):
-    outcomes, tries = run(tmp_path, ['die', 'work', 'break'], workers=1)
-    assert isinstance(outcomes['die'], ProcessLostError) and tries['die'] == 3
+    outcomes, tries = run(tmp_path, ['die', 'return a lock', 'work', 'break'], workers=1)
+    assert isinstance(outcomes['die'], ProcessLostError) and tries['die'] == 3 and tries['return a lock'] == 1
+    with pytest.raises(RuntimeError, match='can not be sent'):
+        raise outcomes['return a lock']
     assert outcomes['work'] == 'did work'
     with pytest.raises(RuntimeError, match='ValueError'):
         raise outcomes['break']
-
-
-def test_a_result_that_can_not_be_sent_is_an_error_and_the_process_lives_on(tmp_path):
-    outcomes, tries = run(tmp_path, ['return a lock', 'work'], workers=1)
-    with pytest.raises(RuntimeError, match='can not be sent'):
-        raise outcomes['return a lock']
-    assert outcomes['work'] == 'did work' and tries['return a lock'] == 1
 
 
 def test_closing_ends_the_processes(tmp_path):
@@ -72,12 +75,9 @@ def test_closing_ends_the_processes(tmp_path):
     waiting = tmp_path / 'wait'
     with closing(run_in_processes(work, tasks, 1)) as outcomes:
         assert next(outcomes) == ('work', 'did work')
-        deadline = time.monotonic() + TIMEOUT
-        while not (waiting.exists() and waiting.read_text()) and time.monotonic() < deadline:
-            time.sleep(0.01)
+        assert comes(lambda: waiting.exists() and waiting.read_text())
     assert not (tmp_path / 'more').exists()
-    with pytest.raises(ProcessLookupError):
-        os.kill(int((tmp_path / 'wait').read_text()), 0)
+    assert not lives(int(waiting.read_text()))
 
 
 def process_id(_content):
@@ -108,17 +108,8 @@ def test_processes_end_with_their_parent(end):
     parent = subprocess.run([sys.executable, '-c', code], env=environment, stdout=subprocess.PIPE, check=False)
     assert parent.returncode == (-signal.SIGKILL if end == 'kill' else 0)
     pids = [int(pid) for pid in parent.stdout.split()]
-    deadline = time.monotonic() + TIMEOUT
-    while any(lives(pid) for pid in pids) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert pids and not any(lives(pid) for pid in pids)
+    assert pids and comes(lambda: not any(lives(pid) for pid in pids))
 
 
 def lives(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
+    return Path(f'/proc/{pid}').exists()

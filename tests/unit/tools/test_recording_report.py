@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from animated_skeleton import ADULT, LYING, SITTING, STANDING, Limb, frames, held, swinging, then
-from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from animated_skeleton import ADULT, SITTING, STANDING, Limb, frames, held, swinging, then
+from known_tables import known_table
 from openpose_ros_signals.records import Gesture, Hit, PersonSignals, Pointing, Posture
 from openpose_ros_tools.plots.keypoint_plots import top_view
 from openpose_ros_tools.plots.plotting import figure_content
@@ -17,9 +17,7 @@ from openpose_ros_tools.plots.signal_plots import signals
 from openpose_ros_tools.report.crops import choose_crops, cut
 from openpose_ros_tools.report.page import RecordingFacts, ReportFacts, TopicFacts, empty_frames, page
 from openpose_ros_tools.tables.keypoint_selection import select
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from openpose_ros_tools.tables.signal_timeline import GESTURE, POSTURE, SignalTimeline, timeline_of
-from skeleton_extract_3d.people import MISSING
 
 RATE = 10
 WAVE_IN, WAVE_OUT = Limb((0.4, 0.5, -0.5), (-0.35, 0.2, 1.0)), Limb((0.4, 0.5, -0.5), (0.6, 0.2, 1.0))
@@ -27,33 +25,19 @@ AFTER_WAVE = 4.0
 MOTION = then((0.0, held((0.0, STANDING))),
               (2.0, swinging(STANDING.with_arm('right', WAVE_IN), STANDING.with_arm('right', WAVE_OUT), 1.5, 2.0)),
               (AFTER_WAVE, held((AFTER_WAVE, STANDING), (6.0, STANDING), (6.5, SITTING), (9.0, SITTING))))
-FALL = then((0.0, held((0.0, STANDING), (1.5, STANDING), (2.1, LYING), (5.0, LYING))))
 RECORDING = RecordingFacts('walk.bag', 2500000, '10.0 s', 9.0, (TopicFacts('/people', 'some/Type', 90, 10.0),))
 
 
 def table_of(motion, seconds, number=1, offset=10.0):
     """Return the table of a person with this id that moves like this, from 10 s on."""
-    columns = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
-    found = list(frames(motion, seconds, RATE))
-    shape = (len(found), len(MESSAGE_JOINTS))
-    positions, sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
-    confidence, status = np.zeros(shape), np.full(shape, MISSING)
-    for row, (_, people) in enumerate(found):
-        positions[row, columns], sigma[row, columns] = people.xyz[0], people.sigma[0]
-        confidence[row, columns], status[row, columns] = people.confidence[0], people.status[0]
-    stamps = np.array([round(1e9 * (stamp + offset)) for stamp, _ in found])
-    return KeypointTable(stamps, np.full(len(found), 'room'), np.full(len(found), number), positions, confidence,
-                         status, sigma)
+    stamps, people = zip(*frames(motion, seconds, RATE))
+    return known_table([round(1e9 * (stamp + offset)) for stamp in stamps], np.full(len(stamps), number),
+                       np.concatenate([one.xyz for one in people]))
 
 
 def image_table(joints, people, stamps):
     """Return a table in the image of joints (R, 18, 3)."""
-    columns = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
-    positions = np.full((len(joints), len(MESSAGE_JOINTS), 2), np.nan)
-    confidence = np.zeros(positions.shape[:2])
-    positions[:, columns], confidence[:, columns] = joints[..., :2], joints[..., 2]
-    return KeypointTable(stamps, np.full(len(joints), 'camera'), people, positions, confidence,
-                         np.isfinite(positions[..., 0]), np.full(confidence.shape, np.nan))
+    return known_table(stamps, people, joints[..., :2], confidence=0.9)
 
 
 def facts_of(table, stamps=None):
@@ -105,12 +89,6 @@ def test_spans_of_a_simulated_person_have_its_times():
     assert gesture.end - 10 == pytest.approx(AFTER_WAVE, abs=0.5)
 
 
-def test_a_fall_is_told_once():
-    (person, fall), = timeline_of(table_of(FALL, 5.0), (0, 0, 2)).falls
-    assert person == 1
-    assert fall.stamp - 10 == pytest.approx(2.0, abs=0.3)
-
-
 def test_a_gap_begins_a_new_span():
     timeline = SignalTimeline()
     for stamp in (0.0, 0.1, 5.0, 5.1):
@@ -128,13 +106,6 @@ def test_numbers_of_a_person():
 def test_walking_is_told_in_seconds():
     walking = then((0.0, held((0.0, STANDING), (2.0, STANDING), (6.0, replace(STANDING, place=(4.0, 0.0))))))
     assert float(people_of(facts_of(table_of(walking, 8.0)))[0][-1]) == pytest.approx(4.0, abs=0.6)
-
-
-def test_frames_without_people_are_counted():
-    table = table_of(MOTION, 1.0)
-    stamps = np.append(table.stamps, table.stamps[-1] + np.arange(1, 6) * 10 ** 8)
-    assert empty_frames(select(table, stamps)) == 5
-    assert empty_frames(select(table)) is None
 
 
 def test_the_page_is_whole_and_shows_the_numbers():
@@ -158,13 +129,6 @@ def test_nothing_in_a_recording_becomes_html():
         timeline=timeline, notes=(bad,), recording=RecordingFacts(bad, 1, bad, 1.0, (TopicFacts(bad, bad, 1, 1.0),))))
     assert '<script' not in text
     assert Checker(text).text.count(bad) == 10
-
-
-def test_a_page_without_people_says_so():
-    checked = Checker(page(ReportFacts(RECORDING, frames=7, empty=7, notes=('No people were found.',))))
-    assert '7 frames, 7 of them without people · 0 people' in checked.text
-    assert 'No people were found.' in checked.text
-    assert 'Gestures' not in checked.text
 
 
 def test_crops_show_people_where_they_are_largest():

@@ -29,13 +29,6 @@ def known(*parts):
     return np.array(parts, bool)
 
 
-def test_no_people():
-    assert appearance.clothes_pixels(np.zeros((0, 18, 2))).shape == (0, 18, 2)
-    clothes = appearance.mean_colours(picture(), np.zeros((0, 18, 2)), np.zeros((0, 18), bool))
-    assert clothes.colours.shape == (0, 2, 3) and clothes.weights.shape == (0, 2)
-    assert appearance.colour_distances(Clothes.unknown(2), Clothes.unknown(0)).shape == (2, 0)
-
-
 def test_the_pixels_show_shirt_and_trousers():
     frame = render(pinhole(480, 270), [Person(1, 0.1, 2.6, standing(), shirt=(200, 20, 20), trousers=(20, 200, 20)),
                                        Person(2, -1.0, 2.6, standing(), shirt=(20, 20, 200), trousers=(90, 90, 90))],
@@ -56,14 +49,6 @@ def test_colours_are_cielab(bgr):
     lab, weight = colours(picture(bgr), [[[3.0, 4.0], [5.4, 8.6]]], known([True, True]))
     np.testing.assert_allclose(lab[0], LAB[bgr], atol=0.1)
     assert weight.tolist() == [1]
-
-
-def test_the_difference_is_the_mean_of_the_parts_that_are_known_of_both():
-    first, second = np.zeros((1, 2, 3)), np.zeros((3, 2, 3))
-    second[:, 0], second[:, 1] = (3, 4, 0), (0, 0, 20)
-    distances = appearance.colour_distances(
-        Clothes(first, known([True, True])), Clothes(second, known([True, True], [True, False], [False, True])))
-    np.testing.assert_allclose(distances, [[12.5, 5, 20]])
 
 
 def test_the_colour_of_a_person_who_is_watched_is_the_mean_and_follows_the_light():

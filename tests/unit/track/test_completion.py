@@ -53,12 +53,6 @@ def off(one, xyz):
 
 # --- joints ---------------------------------------------------------------------------------------------------------
 
-def test_no_people():
-    none = np.zeros((0, 18), bool)
-    after = complete(Completion(tracks(), none, none, np.zeros((0, 18))), FrameView(room(), CAMERA, 1.0, DT), 5.0)
-    assert after.placed.shape == (0, 18) and len(after.tracks) == 0
-
-
 def test_of_a_new_person_with_shoulders_only_the_rest_is_where_bodies_have_it():
     trusted = only('left_shoulder', 'right_shoulder')
     one = tracks(person(), has=trusted)

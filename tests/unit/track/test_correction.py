@@ -1,12 +1,10 @@
 """A person comes back in sight: joints that the frame does not place come along with those that it does."""
-
 import numpy as np
 import pytest
 
 from estimating import tracks_of
 from skeleton_extract_3d.body.body import HEAD
 from skeleton_extract_3d.track.correction import come_along
-from skeleton_extract_3d.track.tracks import Tracks
 
 STEP = np.array([0.8, 0.0, -0.3])
 HEAD_SEEN = np.isin(np.arange(18), HEAD)[None]
@@ -29,6 +27,8 @@ def test_whose_body_comes_along(unseen, seen, moves):
     np.testing.assert_allclose(after.position, expected, atol=1e-12)
 
 
-def test_no_people():
-    none = Tracks.none()
-    assert len(come_along(none.joints, none, np.zeros((0, 18), bool), 1.0).position) == 0
+def test_in_another_frame_people_and_their_directions_turn():
+    quarter, before = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), tracks()
+    after = before.transformed(quarter, np.array([0, 0, 1.0]))
+    np.testing.assert_allclose(after.joints.position, before.joints.position @ quarter.T + [0, 0, 1])
+    np.testing.assert_allclose([after.left[0], after.down[0]], [[0, 0, -1], [0, 1, 0]])

@@ -1,5 +1,4 @@
 """Hidden feet and a known floor: standing people have them on it, no foot is below, and measured joints stay."""
-
 import numpy as np
 import pytest
 

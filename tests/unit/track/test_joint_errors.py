@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from estimating import tracks_of
 from simulated_errors import SETTLED, ErringCamera, looking_at_the_middle, standing, striding
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.settings import SmoothingParams
@@ -45,9 +46,8 @@ def test_any_rate(people, rate, correlation):
 
 
 def test_joints_that_are_not_measured_are_known_as_the_filter_says():
-    xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 18, 3)) + np.array([0, 0, 3])
-    tracks = Tracks.begun(np.arange(1), 1.0, xyz, np.array([[1.0, 0, 0]]), np.array([1.7]))
-    missing = np.full((1, 18, 3, 3), np.nan)
-    innovations, errors = joint_errors(tracks, tracks.joints, (xyz * np.nan, missing), np.zeros((1, 18), bool), 1.1)
-    assert innovations[0] == 0
+    tracks = tracks_of(np.random.default_rng(0).uniform(-0.5, 0.5, (1, 18, 3)) + np.array([0, 0, 3]), 1.0)
+    missing = np.full((1, 18, 3), np.nan), np.full((1, 18, 3, 3), np.nan)
+    tracks, none = replace(tracks, errors=tracks.errors + 1), np.zeros((1, 18), bool)
+    errors = joint_errors(tracks, tracks.joints, missing, none, 1.1)[1]
     np.testing.assert_allclose(errors, tracks.joints.sigmas() ** 2)

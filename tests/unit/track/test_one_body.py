@@ -69,13 +69,6 @@ def test_a_person_in_the_place_of_another_for_too_long_goes(other):
     assert left([body(), other], [9.9, 9.99 - LONGEST], 10.0)[0] == [0]
 
 
-def test_a_person_who_was_elsewhere_before_is_remembered():
-    for since, remembered in ((2.5, [1]), (1.5, [])):
-        tracks = tracks_of([body(), body(0.1)], alone=np.array([9.0, since]), born=np.arange(2.0))
-        completion = Completion(tracks, *np.ones((3, 2, 18), bool))
-        assert separate(completion, Numbered(range(2)), 10.0)[2].ids.tolist() == remembered
-
-
 def test_hidden_people_are_not_in_the_place_of_visible_ones():
     seen = Completion(tracks_of([body()]), *np.ones((3, 1, 18), bool))
     none = Completion(Tracks.none(), *np.ones((3, 0, 18), bool))
@@ -83,8 +76,6 @@ def test_hidden_people_are_not_in_the_place_of_visible_ones():
     assert apart(hidden, seen).ids.tolist() == [1]
     assert apart(hidden, none) is hidden and len(apart(Tracks.none(), seen)) == 0
 
-
-# --- with the estimator ----------------------------------------------------------------------------------------------
 
 def in_halves(people, joints):
     """Return each person as two: one with these joints, one with the others."""

@@ -78,14 +78,11 @@ def test_a_child_in_the_same_clothes_is_another_person():
     assert story.sees(((-0.9, 2.6, 0.6), RED)) == [2]
 
 
-def test_after_the_timeout_each_person_is_new():
-    story = Story()
+@pytest.mark.parametrize('params, away', [({}, 10.5), ({'return_timeout': 3.0}, 3.5), ({'use_clothes': False}, 3.0)])
+def test_after_the_timeout_or_without_colours_a_person_who_was_away_is_new(params, away):
+    story = Story(**params)
     assert story.sees((LEFT, RED)) == [1]
-    story.sees_no_person_for(10.5)
-    assert story.sees((LEFT, RED)) == [2]
-    story = Story(return_timeout=3.0)
-    assert story.sees((LEFT, RED)) == [1]
-    story.sees_no_person_for(3.5)
+    story.sees_no_person_for(away)
     assert story.sees((LEFT, RED)) == [2]
 
 
@@ -96,16 +93,12 @@ def test_of_two_in_the_same_clothes_no_person_is_guessed():
     assert story.sees(((0.05, 2.6), RED)) == [3]
 
 
-def test_a_person_does_not_jump_to_another_place():
-    story = Story()
-    far = (1.4, 4.2)
-    assert story.sees(((-1.1, 2.6), RED)) == [1]
-    story.sees_no_person_for(0.3)
-    assert story.sees((far, RED)) == [2]
+@pytest.mark.parametrize('away, expected', [(0.3, [2]), (4.0, [1])])
+def test_a_person_does_not_jump_to_another_place(away, expected):
     story = Story()
     assert story.sees(((-1.1, 2.6), RED)) == [1]
-    story.sees_no_person_for(4.0)
-    assert story.sees((far, RED)) == [1]
+    story.sees_no_person_for(away)
+    assert story.sees(((1.4, 4.2), RED)) == expected
 
 
 def test_a_person_who_comes_without_clothes_in_view_waits_a_moment_for_the_id():
@@ -129,13 +122,6 @@ def test_where_a_person_left_stays_where_it_is_in_the_room_when_the_camera_moves
     story.pose = turned(1.0)
     story.sees_no_person_for(0.1)
     assert story.estimator._memory.gone.root.position[0, 0] == pytest.approx(gone - (1.0, 0.0, 0.0), abs=1e-6)
-
-
-def test_without_colours_each_person_who_was_away_for_long_is_new():
-    story = Story(use_clothes=False)
-    assert story.sees((LEFT, RED)) == [1]
-    story.sees_no_person_for(3.0)
-    assert story.sees((LEFT, RED)) == [2]
 
 
 def test_few_are_remembered():

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <stdexcept>
 
+#include <ros/master.h>
 #include <tf2/exceptions.h>
 
 #include "common/organized_cloud.h"
@@ -15,6 +17,27 @@ namespace
 
 // An input without a message for this long is silent, in wall time; the log says so again after the latter [s].
 constexpr double PATIENCE = 5.0, LOG_PERIOD = 60.0;
+// Part of the names of this project's results, which take the place of no camera.
+const std::string RESULTS = "/openpose_ros/";
+
+/// Return why no message of a kind comes, and which other topics of that kind there are.
+std::string whySilent(const ros::Subscriber& input, const std::string& kind,
+                      const ros::master::V_TopicInfo& published)
+{
+  std::string why = "no node publishes it", others;
+  for (const ros::master::TopicInfo& topic : published)
+  {
+    if (topic.name == input.getTopic())
+      why = topic.datatype == kind ? "published by a node that can not be reached: check ROS_IP and ROS_HOSTNAME" :
+                                     "published as " + topic.datatype + ", but read as " + kind;
+    else if (topic.datatype == kind && topic.name.find(RESULTS) == std::string::npos)
+      others += (others.empty() ? "" : ", ") + topic.name;
+  }
+  if (input.getNumPublishers() > 0)
+    why = "published by " + std::to_string(input.getNumPublishers()) + " nodes, which send nothing";
+  return why + (others.empty() ? "; no other topic of type " + kind + " is published" :
+                                 "; other topics of type " + kind + ": " + others);
+}
 
 }  // namespace
 
@@ -100,18 +123,22 @@ double StreamNodelet::now()
 
 std::string StreamNodelet::silentInputs()
 {
-  std::lock_guard<std::mutex> lock(inputs_mutex_);
-  std::string text;
-  for (const Input& input : inputs_)
+  std::vector<Input> silent;
   {
-    if (now() - *input.arrival < PATIENCE)
-      continue;
-    const uint32_t publishers = input.subscriber.getNumPublishers();
-    text += (text.empty() ? "" : "; ") + ("no message on " + input.subscriber.getTopic() + ": ") +
-            (publishers == 0 ? "no node publishes it as " + input.kind + ", or none that can be reached" :
-                               "published by " + std::to_string(publishers) + " nodes, which send nothing");
+    std::lock_guard<std::mutex> lock(inputs_mutex_);
+    std::copy_if(inputs_.begin(), inputs_.end(), std::back_inserter(silent),
+                 [](const Input& input) { return now() - *input.arrival >= PATIENCE; });
   }
-  if (!text.empty() && now() - told_ >= LOG_PERIOD)
+  if (silent.empty())
+    return "";
+  const bool tell = now() - told_ >= LOG_PERIOD;
+  if (tell)
+    ros::master::getTopics(published_);  // asks the master
+  std::string text;
+  for (const Input& input : silent)
+    text += (text.empty() ? "" : "; ") + ("no message on " + input.subscriber.getTopic() + ": ") +
+            whySilent(input.subscriber, input.kind, published_);
+  if (tell)
   {
     ROS_WARN_NAMED(getName(), "%s: %s", getName().c_str(), text.c_str());
     told_ = now();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <nodelet_topic_tools/nodelet_lazy.h>
+#include <ros/master.h>
 #include <std_srvs/SetBool.h>
 
 #include "common/health.h"
@@ -85,7 +86,8 @@ private:
   std::atomic<bool> enabled_{ true };
   std::mutex inputs_mutex_;
   std::vector<Input> inputs_;
-  double told_ = -std::numeric_limits<double>::infinity();  ///< when the log said that inputs are silent [s]
+  ros::master::V_TopicInfo published_;  ///< when the log said that inputs are silent
+  double told_ = -std::numeric_limits<double>::infinity();  ///< the time of that [s]
   std::unique_ptr<Health> health_;
   std::shared_ptr<MasterWatch> master_watch_;
   ros::ServiceServer enable_service_;

@@ -21,6 +21,9 @@ class LiftingParams(Parameters):
         'robust', "'robust': all joints of a person together, from the surfaces around them, the lengths of bones and "
                   "the frame before. 'mean3x3': each joint at the mean of the points around its pixel, as the original "
                   'does.', choices=('robust', 'mean3x3'))
+    surface_offsets: str = parameter(
+        'anatomical', "With 'robust', where a measured joint is put: 'anatomical' inside the body, as deep under the "
+                      "surface as joints lie; 'none' on the surface.", choices=('anatomical', 'none'))
     window: int = parameter(
         3, "With 'mean3x3': side of the square of points around a keypoint that are summarised; larger bridges larger "
            'holes but mixes in the background.', unit='px', choices=tuple(range(1, 32, 2)))
@@ -38,10 +41,11 @@ class LiftingMethod(Protocol):
 
 def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants = METHOD) -> LiftingMethod:
     """Return the chosen lifting method; see `OcclusionParams.occlusion`."""
-    robust = RobustLifting(method)
+    on_skin = params.lifting == 'robust' and params.surface_offsets == 'none'
+    robust = RobustLifting(method, on_skin)
     if params.lifting == 'mean3x3':
         return WindowMean(robust, params.window, params.statistic, occlusion)
-    return robust if occlusion else NearestSurface(robust, method)
+    return robust if occlusion else NearestSurface(robust, method, on_skin)
 
 
 class WindowMean:
@@ -64,16 +68,17 @@ class WindowMean:
 
 
 class NearestSurface:
-    """Another method, but each joint with a keypoint is under the nearest surface in its window."""
+    """Another method, but each joint with a keypoint is on or under the nearest surface in its window."""
 
-    def __init__(self, inner: LiftingMethod, method: MethodConstants = METHOD) -> None:
-        self._inner, self._method = inner, method
+    def __init__(self, inner: LiftingMethod, method: MethodConstants = METHOD, on_skin: bool = False) -> None:
+        self._inner, self._method, self._on_skin = inner, method, on_skin
 
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `LiftingMethod`."""
         lifted = self._inner.lift(observed, points, expected)
-        body, surface = self._method.body, surfaces.foreground(observed.samples, self._method.windows)
-        depth = surface + body.surface_offsets * (lifted.stature / body.adult_stature)[:, None]
+        body, depth = self._method.body, surfaces.foreground(observed.samples, self._method.windows)
+        if not self._on_skin:
+            depth = depth + body.surface_offsets * (lifted.stature / body.adult_stature)[:, None]
         measured = np.isfinite(depth) & observed.known
         xyz = np.where(measured[..., None], observed.rays * depth[..., None], lifted.xyz)
         return lifted._replace(xyz=xyz, measured=measured)

@@ -14,10 +14,14 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 
 
 class RobustLifting:
-    """All joints of a person together: by the surfaces, the lengths of bones and the expectation."""
+    """All joints of a person together: by the surfaces, the lengths of bones and the expectation.
 
-    def __init__(self, method: MethodConstants = METHOD) -> None:
-        self._method = method
+    Args:
+        on_skin: put measured joints on the surface in front of them.
+    """
+
+    def __init__(self, method: MethodConstants = METHOD, on_skin: bool = False) -> None:
+        self._method, self._on_skin = method, on_skin
 
     @np.errstate(invalid='ignore')  # samples, and expected depths, are NaN where missing
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
@@ -51,6 +55,8 @@ class RobustLifting:
         xyz, measured, plausible = method.compiled.measure(
             (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.own,
             ownership.foreign, bones.lengths[:, :8])
+        if self._on_skin:
+            xyz = xyz - observed.rays * np.where(measured, offsets, 0.0)[..., None]
         return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
 
 

@@ -49,7 +49,7 @@ class Visualization:
                                                     faces: (self._faces,)})
         params = settings.markers
         introduce(demand.inputs, markers=f'spheres of {params.joint_scale:g} m, limbs of {params.skeleton_scale:g} m, '
-                                         f'lifetime {params.lifetime:g} s')
+                                         f'trails of {params.trail_seconds:g} s, lifetime {params.lifetime:g} s')
 
     def _input(self, topic: str, kind: Type[Any], process: Callable[[Any], None]) -> InputSubscriber:
         """Return an input, silent without `hands` or `face`, whose messages are processed in a thread of its own."""
@@ -63,7 +63,7 @@ class Visualization:
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         people = convert.people_from_array(message)
-        for marker in self._markers.update(people, message.header.stamp.to_sec()):
+        for marker in self._markers.update(people, message.header.stamp.to_sec(), message.header.frame_id):
             publisher = self._limbs if marker.ns in LIMB_NAMESPACES else self._joints
             publisher.publish(convert.marker_to_message(marker, message.header))
         self._health.frame_done(message.header.stamp)

@@ -1,7 +1,7 @@
-"""RViz markers of people: spheres at the joints, lines for the limbs, ids, and spheres of uncertainty."""
+"""RViz markers of people: spheres at the joints, lines for the limbs, ids, spheres of uncertainty, and trails."""
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
-from typing import Deque, List, Optional, Set, Tuple
+from typing import Deque, Dict, List, Optional, Set, Tuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.show.trails import Trails
 
 Rgba = Tuple[float, float, float, float]
 
@@ -58,6 +59,10 @@ class MarkerParams(Parameters):
                'around each joint that has one.')
     sigma_colour: str = parameter(
         '1 1 0 0.25', 'Colour of the uncertainty spheres: red, green, blue, opacity, each 0 .. 1.')
+    trail_seconds: float = parameter(
+        0.0, "Show each person's path over this time in the person's own colour: the path of the point midway between "
+             'the hips or, without hips, the shoulders. 0: off.', unit='s', minimum=0.0, maximum=60.0)
+    trail_scale: float = parameter(0.02, 'Width of the trails.', unit='m', minimum=0.001, maximum=1.0)
     hand_scale: float = parameter(0.006, 'Width of the fingers and of the lines of faces.', unit='m', minimum=0.001,
                                   maximum=1.0)
     head_arrow: float = parameter(
@@ -139,12 +144,30 @@ class Markers:
 
 
 class PeopleMarkers(Markers):
-    """Makes the markers of people: ns 'joints', 'skeleton', both with '_inferred', and optional 'label' and 'sigma'."""
+    """Makes the markers of people: ns joints, skeleton, both with _inferred; optional: label, sigma, trail."""
 
-    def update(self, people: People3D, stamp: float) -> List[MarkerSpec]:
+    def __init__(self, params: MarkerParams) -> None:
+        super().__init__(params)
+        self._trails = Trails()
+
+    def update(self, people: People3D, stamp: float, frame_id: str) -> List[MarkerSpec]:
         """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
-        return self._replaced([marker for row in range(len(people))
-                               for marker in _PersonMarkers(people, row, self._params).all()], stamp)
+        markers = [marker for row in range(len(people)) for marker in _PersonMarkers(people, row, self._params).all()]
+        paths = self._trails.extended(_places(people), stamp, frame_id, self._params.trail_seconds)
+        return self._replaced(markers + _trail_markers(paths, self._params.trail_scale), stamp)
+
+
+def _places(people: People3D) -> Dict[int, np.ndarray]:
+    """Return the middle of the hips, or of the shoulders, of each person with one of them, (3,) [m] by id."""
+    middles = {person: (_middle(people.skeleton, xyz, _HIPS), _middle(people.skeleton, xyz, _SHOULDERS))
+               for person, xyz in zip(people.ids.tolist(), people.xyz)}
+    places = {person: shoulders if hips is None else hips for person, (hips, shoulders) in middles.items()}
+    return {person: place for person, place in places.items() if place is not None}
+
+
+def _trail_markers(paths: Dict[int, np.ndarray], width: float) -> List[MarkerSpec]:
+    return [MarkerSpec('trail', person, 'add', 'line_list', np.repeat(path, 2, axis=0)[1:-1], width,
+                       (*person_rgb(person), 1.0)) for person, path in paths.items()]
 
 
 class _PersonMarkers:

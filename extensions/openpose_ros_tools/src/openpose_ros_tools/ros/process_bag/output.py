@@ -92,7 +92,8 @@ class PeopleWriter:
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), time)
         if self._markers is not None:
-            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec()):
+            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec(),
+                                               header.frame_id):
                 topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 

@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+"""Parameters and flags of the nodes: what wins, and what a node says that refuses to start with wrong ones or weights.
+
+All cases of the parameters and the flags are in tests/unit/params.
+"""
+import itertools
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from harness import node, publisher
+from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.models import find_weights
+from session import PATIENCE, Diagnostics, await_true
+
+CLIENT = 'openpose_ros_node_firephinx'
+WEIGHTS = 'mobilenet_thin/graph_opt.pb'
+# The master keeps the parameters of a node that has ended.
+NUMBERS = itertools.count()
+
+
+def ended(executable, *arguments, name=None, **environment):
+    """Start a node, which has to end by itself; return its exit status and what it says."""
+    name = name or f'refused_{next(NUMBERS)}'
+    done = subprocess.run(['rosrun', 'openpose_ros_pkg', executable, f'__name:={name}', *arguments],
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=PATIENCE, check=False, env={**os.environ, **environment})
+    return done.returncode, done.stdout
+
+
+class ParametersTest(unittest.TestCase):
+
+    def assert_refused(self, executable, argument, *words, **environment):
+        """Start the node with an argument; it has to end with all the words."""
+        status, text = ended(executable, argument, **environment)
+        self.assertEqual(status, 1, text)
+        for word in words:
+            self.assertIn(word, text)
+        self.assertNotIn('Traceback', text)
+
+    def test_flags_win_over_the_parameter_server(self):
+        """Remappings and names of roslaunch pass through; flags of the original without effect are told."""
+        rospy.set_param('/flagged', {'camera_topic': '/of_the_server', 'alpha_pose': 0.3, 'image_transport': 'raw'})
+        arguments = ('--camera_topic=camera', 'camera:=renamed', '--net_input_width', '656', '-alpha_pose', '1',
+                     '--disable_blending', '--nodisplay')
+        with node(CLIENT, *arguments, name='flagged'):
+            publisher('/renamed', Image)
+            self.assertEqual(rospy.get_param('/flagged'), {
+                'camera_topic': 'camera', 'alpha_pose': 1.0, 'image_transport': 'raw', 'disable_blending': True,
+                'display': False})
+
+    def test_wrong_flags_are_refused_and_help_is_given_without_a_master(self):
+        no_master = {'ROS_MASTER_URI': 'http://localhost:9'}
+        self.assert_refused(CLIENT, '--camera_topics=/x', "unknown flag '--camera_topics'", "'--camera_topic'?",
+                            '--help', 'openpose_ros_node: ', **no_master)
+        status, text = ended(CLIENT, '--help', **no_master)
+        self.assertEqual(status, 0, text)
+        for word in ('The client node', '--NAME=VALUE', 'camera_topic: "/usb_cam/image_raw"'):
+            self.assertIn(word, text)
+
+    def test_the_parameter_server_never_gets_a_flag_that_is_not_allowed(self):
+        self.assertEqual(ended(CLIENT, '--alpha_pose=1.5', name='spared')[0], 1)
+        self.assertFalse(rospy.has_param('/spared'))
+
+    def test_each_node_names_key_value_and_what_is_allowed(self):
+        for executable, argument, *words in (
+                ('openpose_ros_node', '_net_input_hight:=256',
+                 "unknown parameter 'net_input_hight' = 256", "did you mean 'net_input_height'?", 'allowed:'),
+                ('openpose_ros_node_3d', '_backend:=abacus', "'backend' = 'abacus'", "'opencv_dnn'"),
+                (CLIENT, '_service_timeout:=0.0', "'service_timeout' = 0.0", 'float in 0.1 .. 600 [s]'),
+                ('camera_node', '_source:=/no/such/folder', "'source' = '/no/such/folder'")):
+            self.assert_refused(executable, argument, 'FATAL', *words)
+
+    def test_what_an_earlier_start_left(self):
+        """The next start says how to delete it."""
+        ended('camera_node', '_rate:=-1.0', name='twice')
+        status, text = ended('camera_node', name='twice')
+        self.assertEqual(status, 1, text)
+        self.assertIn("parameter 'rate' = ", text)
+        self.assertIn('rosparam delete /twice/rate', text)
+
+    def test_weights(self):
+        """Missing or damaged: the text names the file and how to get it."""
+        with tempfile.TemporaryDirectory() as folder:
+            self.assert_refused(
+                'openpose_ros_node', f'_model_folder:={folder}', 'weights of mobilenet_thin not found',
+                f'{folder}/{WEIGHTS}', './run model get mobilenet_thin', 'without network',
+                f'copy graph_opt.pb from there to {folder}/mobilenet_thin')
+            damaged = Path(folder) / WEIGHTS
+            damaged.parent.mkdir()
+            damaged.write_bytes(b'no network')
+            self.assert_refused('openpose_ros_node', f'_model_folder:={folder}', 'damaged', str(damaged), '10 bytes',
+                                'sha256', './run model get')
+
+    def test_networks_that_are_missing_beside_others(self):
+        """The node finds people without them, and says so in /diagnostics as long as it lives; optional: no warning."""
+        for name, models, level, words in (
+                ('without_thunder', (MOBILENET_THIN, MOVENET_MULTIPOSE), 'OK', ()),
+                ('alone', (MOBILENET_THIN,), 'WARN',
+                 ('is missing, so people are found less accurately, by mobilenet_thin',))):
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                for model in models:
+                    (Path(folder) / model.name).symlink_to(find_weights(model))
+                with node('openpose_ros_node', f'_model_folder:={folder}', name=name):
+                    diagnostics = Diagnostics()
+                    text = await_true(lambda name=name, diagnostics=diagnostics: diagnostics.value(
+                        name, 'movenet_thunder'), 'the entry')
+                    self.assertIn('is not installed, so people are found less accurately', text)
+                    self.assertIn('./run model get movenet_thunder', text)
+                    diagnostics.await_text(name, *words)
+                    self.assertEqual(diagnostics.reports(name)[-1].level, level)
+
+
+if __name__ == '__main__':
+    rospy.init_node('check_parameters')
+    rostest.rosrun('openpose_ros_pkg', 'parameters', ParametersTest, sys.argv)
