@@ -53,12 +53,17 @@ class PartFiles:
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
-        """Return a new folder; what it holds will be moved into the folder `path`, beside what that has already.
+        """Return a new folder; its files will be moved into the folder `path`, beside the files that it has already.
 
         Args:
-            is_own: tells by its name whether something there is of this output; older ones are deleted.
+            is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
         part = self._part(path, lambda: bool(files_of(path, is_own)), lambda: _merge(part, path, is_own))
+        return self._made(part)
+
+    def new_folder(self, path: Path) -> Path:
+        """Return a new folder that will take the place of the folder `path`."""
+        part = self._part(path, lambda: path.is_dir() and any(path.iterdir()), lambda: _exchange(part, path))
         return self._made(part)
 
     def scratch_folder(self, path: Path) -> Path:
@@ -207,11 +212,11 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
     with _told(path), PartFiles() as parts:
-        yield parts.folder(path.resolve(), own.__contains__)
+        yield parts.new_folder(path.resolve())
 
 
 def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
-    """Return what a folder holds with names of an output, by name; nothing where the folder is not there.
+    """Return the files of a folder with names of an output, by name; none where the folder is not there.
 
     Raises:
         ParameterError: it is no folder.
@@ -257,13 +262,27 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
-    new = {item.name for item in part.iterdir()}
+    new = {file.name for file in part.iterdir()}
     path.mkdir(parents=True, exist_ok=True)
-    for older in files_of(path, is_own):
-        if older.name not in new or older.is_dir():
-            _delete(older)
     for name in new:
         (part / name).replace(path / name)
+    for file in files_of(path, is_own):
+        if file.name not in new:
+            file.unlink()
+
+
+def _exchange(part: Path, path: Path) -> None:
+    """Put a folder in the place of another one, which is back there if that fails."""
+    old = part.with_suffix('.old')
+    if path.exists():
+        path.replace(old)
+    try:
+        part.replace(path)
+    except BaseException:
+        if old.exists():
+            old.replace(path)
+        raise
+    _delete(old)
 
 
 def _delete(path: Path) -> None:
