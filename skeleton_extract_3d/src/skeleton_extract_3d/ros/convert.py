@@ -117,7 +117,7 @@ def velocities_to_messages(people: People3D) -> List[PersonVelocity_3d]:
 
 
 def people_to_array(people: People3D, header: Header) -> PersonDetection_3dArray:
-    """Return the message of one frame: positions and velocities of everybody."""
+    """Return the message of one frame: positions and velocities of all people."""
     return PersonDetection_3dArray(header=header, pose_model=people.skeleton.name,
                                    persons=people_to_messages(people, header),
                                    velocities=velocities_to_messages(people))

@@ -139,7 +139,7 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> Recorded:
     """Return the people of all cameras that publish them, of some time [s] from the first message on.
 
     Raises:
-        BadInputError: there is no master, or nobody was seen.
+        BadInputError: there is no master, or no person was seen.
     """
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give bags')
