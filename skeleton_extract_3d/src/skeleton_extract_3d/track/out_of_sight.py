@@ -13,6 +13,8 @@ from skeleton_extract_3d.track.tracks import Tracks
 
 def walk_on(tracks: Tracks, view: FrameView, constants: TrackConstants = METHOD.track) -> Tracks:
     """Return the tracks without a detection, moved on as a whole; those that would become visible stay."""
+    if not len(tracks):
+        return tracks
     unseen, rest = constants.out_of_sight, constants.completion
     velocity = tracks.root.velocity * np.exp(-view.elapsed / unseen.walking_time)
     speed = np.linalg.norm(velocity, axis=2, keepdims=True)
@@ -34,6 +36,8 @@ def walk_on(tracks: Tracks, view: FrameView, constants: TrackConstants = METHOD.
 def hidden_and_there(tracks: Tracks, view: FrameView, constants: OutOfSightConstants = METHOD.track.out_of_sight
                      ) -> np.ndarray:
     """Return which tracks without a detection are in the image and not in free view, (N,) bool."""
+    if not len(tracks):
+        return np.zeros(0, bool)
     uv, points = _pixels(tracks, view), view.points
     with np.errstate(invalid='ignore'):
         inside = ((uv > -0.5) & (uv < np.array([points.width, points.height]) - 0.5)).all(axis=2) & tracks.has

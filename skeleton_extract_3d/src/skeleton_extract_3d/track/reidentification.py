@@ -51,14 +51,15 @@ class Reidentification:
         The former track of a reidentified person stays, see `without`.
         """
         method = self._method
-        new = _born(people, self._params.birth_joints, method)
-        absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
-        rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
-                         method)
-        unclear = rows == UNCLEAR
-        waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
-        if waiting is not None and stamp - waiting < method.track.returning.patience:
-            new, rows = new[~unclear], rows[~unclear]
+        new, waiting = _born(people, self._params.birth_joints, method), None
+        if len(new):
+            absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
+            rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
+                             method)
+            unclear = rows == UNCLEAR
+            waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
+            if waiting is not None and stamp - waiting < method.track.returning.patience:
+                new, rows = new[~unclear], rows[~unclear]
         if len(new):
             given = self._named(people.observed.people_2d.ids, new, absent, rows)
             row = people.row.copy()

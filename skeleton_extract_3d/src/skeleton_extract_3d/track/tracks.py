@@ -31,10 +31,14 @@ class Rows:
 
     def select(self: Record, rows: np.ndarray) -> Record:
         """Return some of the tracks, by indices (N,) or a mask (T,), in the order of these."""
+        if rows.all() if rows.dtype == bool else np.array_equal(rows, np.arange(len(self))):
+            return self  # mostly all are
         return replace(self, **{field.name: _selected(getattr(self, field.name), rows) for field in fields(self)})
 
     def joined(self: Record, others: Record) -> Record:
         """Return these tracks and then others; values for all tracks are those of these."""
+        if not len(others):
+            return self
         return replace(self, **{field.name: _joined(getattr(self, field.name), getattr(others, field.name))
                                 for field in fields(self)})
 
