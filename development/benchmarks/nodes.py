@@ -19,8 +19,9 @@ from openpose_ros_msgs.msg import Timing
 from chain_runs import open_sequence
 from common import DEMO, elapsed
 from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_tools.ros import images_to_bag

@@ -21,8 +21,8 @@ import numpy as np
 
 from common import Parser, elapsed
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
-from openpose_ros_pkg.detect.recipes import FASTER, Recipe
+from openpose_ros_pkg.detect.detector import Detector, Networks, create_detector
+from openpose_ros_pkg.detect.recipes import FASTER, DetectorSettings, Recipe
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in

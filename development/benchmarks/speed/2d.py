@@ -19,7 +19,8 @@ import pandas as pd
 
 from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.command_line import run_command
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import Detector, create_detector
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 

@@ -19,7 +19,8 @@ from common import DEMO, Parser
 from nodes import NAMESPACE, make_bag
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.ros.process_bag.job import BagJob, CameraTopics
 from openpose_ros_tools.ros.process_bag.work import process

@@ -25,7 +25,8 @@ import numpy as np
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import Detector, create_detector
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector

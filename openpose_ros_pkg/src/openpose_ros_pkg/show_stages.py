@@ -20,7 +20,8 @@ import numpy as np
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.views import averaged_fields, decode_views
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet

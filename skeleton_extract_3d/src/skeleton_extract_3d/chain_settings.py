@@ -2,9 +2,10 @@
 from dataclasses import dataclass
 from typing import Any, Mapping
 
-from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams

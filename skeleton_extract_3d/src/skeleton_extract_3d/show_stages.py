@@ -7,8 +7,8 @@ import numpy as np
 from openpose_ros_pkg import show_stages
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.command_line import DONE, run_command, setting_values
-from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import openpose_ros_pkg.detect.detector
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
-from openpose_ros_pkg.detect.recipes import FASTER, MODES
+from openpose_ros_pkg.detect.detector import Detector, Networks, create_detector
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorSettings
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MOVENET_MULTIPOSE, MOVENET_THUNDER

@@ -7,9 +7,10 @@ import pytest
 from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
 
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import Detector, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER

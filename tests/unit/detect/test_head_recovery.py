@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
+from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.head_recovery import heads
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18

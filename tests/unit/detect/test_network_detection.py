@@ -2,10 +2,10 @@
 import pytest
 
 from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
+from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import DetectorParams
+from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from stand_in_networks import MovenetNetwork, Together, chart, person_at

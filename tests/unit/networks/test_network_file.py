@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import tiny_networks
-from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.models import find_model, weights_path

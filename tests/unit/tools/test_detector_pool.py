@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.detector import DetectorSettings
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.parallel.detector_pool import DetectorPool

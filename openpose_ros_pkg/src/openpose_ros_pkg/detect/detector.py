@@ -9,9 +9,7 @@ from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops,
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
-from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
-from openpose_ros_pkg.detect.recipes import DetectorSettings as DetectorSettings
-from openpose_ros_pkg.detect.recipes import LiveDetectorSettings as LiveDetectorSettings
+from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, Recipe, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote

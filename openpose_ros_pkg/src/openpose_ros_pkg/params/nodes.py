@@ -4,9 +4,8 @@ from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.detector import LiveDetectorSettings
 from openpose_ros_pkg.detect.following import FollowingParams
-from openpose_ros_pkg.detect.recipes import EnsembleParams
+from openpose_ros_pkg.detect.recipes import EnsembleParams, LiveDetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams

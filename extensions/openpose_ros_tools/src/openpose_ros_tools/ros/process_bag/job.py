@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 from openpose_ros_fusion.rig import Rig, rig_text
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import Detector, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.params import LandmarkParams
