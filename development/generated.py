@@ -1,5 +1,4 @@
-"""Files that are written from the code: config/*.yaml, the tables of docs/*.md, and those of joints.h."""
-import dataclasses
+"""Files that are written from the code: config/*.yaml, the tables of joints.h, and development/notes/faults.md."""
 import importlib
 import re
 import sys
@@ -7,16 +6,22 @@ import textwrap
 from typing import Any, Iterable, List, Sequence, Tuple
 
 from development import PACKAGES, PYTHON_SOURCES, ROOT
-from development.terminal import die, say
+from development.terminal import say
 
-TABLE = re.compile(r'^<!-- table: (?P<name>[\w.:, ]+) -->\n.*?^<!-- end of table -->$', re.MULTILINE | re.DOTALL)
+FAULTS = ROOT / 'development/notes/faults.md'
+FAULTS_HEAD = """# Faults that are injected
+
+Written by `./run docs` from the cases of `tests/faults`; [reliability](../../docs/reliability.md) says what the suite
+checks. A node is `CHAIN/NODE` of `tests/faults/rig.py`; what comes of a fault is a counter and text of `/diagnostics`.
+
+"""
 JOINTS_H = ROOT / 'openpose_ros_msgs/include/openpose_ros_msgs/joints.h'
 CONFIG_MODULES = ('openpose_ros_pkg.params.nodes', 'skeleton_extract_3d.node_params', 'openpose_ros_fusion.node_params',
                   'openpose_ros_signals.node_params', 'openpose_ros_bridges.node_params')
 
 
 def write_config(_arguments: Sequence[str] = ()) -> None:
-    _find_packages()
+    find_packages()
     from openpose_ros_pkg.params.parameters import to_yaml
     for package, name, kind in _config_files():
         path = PACKAGES[package] / 'config' / name
@@ -53,78 +58,19 @@ def _skeleton_tables(model: Any) -> str:
 
 
 def write_docs(_arguments: Sequence[str] = ()) -> None:
-    """Write the tables of docs/*.md again from the classes that they name."""
-    _find_packages()
-    for path in sorted((ROOT / 'docs').glob('*.md')):
-        text = path.read_text()
-        written = with_tables(text)
-        if written != text:
-            path.write_text(written)
-            say(str(path))
+    """Write the table of what the fault suite injects, again from its cases."""
+    find_packages()
+    FAULTS.parent.mkdir(exist_ok=True)
+    FAULTS.write_text(faults_page())
+    say(str(FAULTS))
 
 
-def with_tables(text: str) -> str:
-    """Return a page with each table between its markers as the code has it.
-
-    `<!-- table: module.Class -->` shows the constants or parameters of a class, `<!-- table: config:FILE.yaml -->` all
-    parameters of the node that loads this file, `<!-- table: faults -->` what tests/faults injects;
-    `<!-- end of table -->` ends each.
-    """
-    return TABLE.sub(lambda match: '\n'.join([f"<!-- table: {match['name']} -->", *table(match['name']),
-                                              '<!-- end of table -->']), text)
-
-
-def table(name: str) -> List[str]:
-    """Return the lines of a table."""
-    if name.startswith('config:'):
-        files = {file: kind for _, file, kind in _config_files()}
-        if name[7:] not in files:
-            die(f'there is no {name}; one of: {", ".join(files)}')
-        return _parameter_table(files[name[7:]])
-    if name == 'faults':
-        from faults import fault
-        return _rows(('area', 'fault', 'node', 'what comes of it'), fault.table())
-    module, _, class_name = name.rpartition('.')
-    kind = getattr(importlib.import_module(module), class_name)
-    is_constants = all('source' in field.metadata for field in dataclasses.fields(kind))
-    return _constant_table(kind) if is_constants else _parameter_table(kind)
-
-
-def _parameter_table(kind: Any) -> List[str]:
-    from openpose_ros_pkg.params.parameters import describe, parameter_fields
-    return _rows(('name', 'default', 'allowed', 'what it does'), (
-        (f'`{field.name}`', f'`{field.default!r}`', describe(field), field.metadata['doc'])
-        for field in parameter_fields(kind)))
-
-
-def _constant_table(kind: Any) -> List[str]:
-    from openpose_ros_pkg.params.constants import DEFAULT_SOURCE
-    rows = []
-    sources = {DEFAULT_SOURCE: '', 'chosen': ''}
-    for field in dataclasses.fields(kind):
-        meta = field.metadata
-        value = getattr(kind(), field.name)
-        source = sources.get(meta['source'], f" Source: {meta['source']}.")
-        sources.setdefault(meta['source'], f' Source: as `{field.name}`.')
-        rows.append((f'`{field.name}`', _shown(value) + (f" [{meta['unit']}]" if meta['unit'] else ''),
-                     meta['doc'] + source))
-    return _rows(('constant', 'value', 'what it does'), rows)
-
-
-def _shown(value: Any) -> str:
-    """Return numbers as readers want them: no brackets, a semicolon between the rows of a matrix."""
-    value = value.tolist() if hasattr(value, 'tolist') else value
-    if not isinstance(value, (list, tuple)):
-        return str(value)
-    if any(isinstance(row, (list, tuple)) for row in value):
-        return '; '.join(' '.join(map(str, row)) for row in value)
-    return ', '.join(map(str, value))
-
-
-def _rows(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> List[str]:
-    lines = [titles, ['---'] * len(titles), *rows]
-    escaped = [[re.sub(r'([|<])', r'\\\1', cell) for cell in line] for line in lines]
-    return [f"| {' | '.join(line)} |" for line in escaped]
+def faults_page() -> str:
+    """Return the page that lists what tests/faults injects, and what comes of it."""
+    from faults import fault
+    lines = [('area', 'fault', 'node', 'what comes of it'), ['---'] * 4, *fault.table()]
+    rows = (' | '.join(re.sub(r'([|<])', r'\\\1', cell) for cell in line) for line in lines)
+    return FAULTS_HEAD + ''.join(f'| {row} |\n' for row in rows)
 
 
 def _config_files() -> List[Tuple[str, str, Any]]:
@@ -134,6 +80,6 @@ def _config_files() -> List[Tuple[str, str, Any]]:
             for module in modules for name, kind in module.CONFIG_FILES.items()]
 
 
-def _find_packages() -> None:
+def find_packages() -> None:
     sys.path[:0] = [str(path) for path in [*PYTHON_SOURCES, ROOT / 'tests',
                                            ROOT / 'devel/lib/python3/dist-packages']]

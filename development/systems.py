@@ -1,7 +1,7 @@
 """What each operating system gives by apt; systems.ini has the names. The rest: locks/requirements*.in.
 
 The dependencies of the packages are read from their package.xml files.
-docs/support.md says on which of the systems what was run.
+docs/install.md says on which of the systems what was run.
 """
 import configparser
 import shlex

@@ -11,7 +11,7 @@ from openpose_ros_pkg.networks.model_types import InputRecipe, WeightsFile
 from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.skeletons import BODY_25, Limb
 
-DOCS = Path(__file__).parents[3] / 'docs' / 'models.md'
+DOCS = Path(__file__).parents[3] / 'docs' / 'networks.md'
 LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
 ARMS = {
     'joints': ['neck', 'right_shoulder', 'right_wrist', 'left_shoulder', 'left_wrist'],

@@ -1,4 +1,4 @@
-"""Networks that users describe in a YAML file; docs/models.md shows the format."""
+"""Networks that users describe in a YAML file; docs/networks.md shows the format."""
 import difflib
 import re
 from dataclasses import replace

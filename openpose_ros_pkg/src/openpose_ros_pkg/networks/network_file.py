@@ -63,4 +63,4 @@ def _unknown(path: Path, inputs: List[Shape], outputs: Dict[str, Shape]) -> Mode
         f"{path} does not tell what network it is: inputs {', '.join(map(told, inputs))}, outputs "
         f"{', '.join(f'{name} {told(shape)}' for name, shape in outputs.items())}; expected an image (1, 3, H, W), and "
         '(1, 56, N) or (1, N, 57) of YOLO-pose with one class and 17 joints, or dets and keypoints of RTMO. Describe '
-        'any other network in a .yaml file: docs/models.md, "A network of your own"')
+        'any other network in a .yaml file: docs/networks.md, "A network of your own"')

@@ -6,7 +6,7 @@ Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with con
 steady motion.
 
 **Errors of estimates** repeat from frame to frame for an unknown time, which innovations z - x tell, see
-docs/method_3d.md#sigma. With their mean square s, the variance p_0 after the frame before, the covariance c of the
+docs/method.md#sigma. With their mean square s, the variance p_0 after the frame before, the covariance c of the
 errors of x and z, and the share u = s / (p_0 + r):
 
     u >= 1    no error repeats: c = 0; joints moved otherwise than expected since: p = s - r, but not more than the

@@ -1,6 +1,6 @@
 """Keypoints as CSV: columns, writer and reader. One row per person and frame, or per joint in the long form.
 
-Columns are named as `rostopic echo -p` names the fields of the per-person messages; see docs/csv_columns.md.
+Columns are named as `rostopic echo -p` names the fields of the per-person messages; see docs/recordings.md.
 """
 import csv
 import logging

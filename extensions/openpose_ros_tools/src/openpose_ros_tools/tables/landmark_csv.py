@@ -1,4 +1,4 @@
-"""Hands and faces as CSV, in the long form: one row per frame, hand or face, and point. See docs/csv_columns.md."""
+"""Hands and faces as CSV, in the long form: one row per frame, hand or face, and point. See docs/recordings.md."""
 import csv
 from typing import List, NamedTuple, Sequence, TextIO, Tuple
 

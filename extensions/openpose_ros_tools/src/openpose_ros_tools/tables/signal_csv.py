@@ -1,4 +1,4 @@
-"""Signals as CSV: one row per frame, person and gesture. See docs/csv_columns.md."""
+"""Signals as CSV: one row per frame, person and gesture. See docs/recordings.md."""
 import csv
 from typing import Iterator, List, Optional, Sequence, TextIO, Union
 

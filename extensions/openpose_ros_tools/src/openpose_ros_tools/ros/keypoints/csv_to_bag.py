@@ -4,7 +4,7 @@
     rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag --frame-id kinect2_rgb_optical_frame
 
 The file holds the columns of the original project, the extended ones, or those of `rostopic echo -p`;
-docs/csv_columns.md says what they mean. The topics are those of the nodes: detected_poses_keypoints_3d and
+docs/recordings.md says what they mean. The topics are those of the nodes: detected_poses_keypoints_3d and
 detected_poses_3d under openpose_ros/skeleton_3d with joints in space, detected_poses_keypoints and detected_poses under
 openpose_ros otherwise. %time becomes the time in the bag.
 
