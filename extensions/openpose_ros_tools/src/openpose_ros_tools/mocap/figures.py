@@ -59,7 +59,6 @@ def _figures(table: pd.DataFrame) -> Figures:
     for distance, key in zip(PCK_DISTANCES, PCK_KEYS):
         right = int((answered.error <= distance).sum())
         figures[key] = _share(right, len(table))
-        figures[f'{key}_of_found_people'] = _share(right, int(table.found.sum()))
         figures[f'{key}_of_answered'] = _share(right, len(answered))
     for name, status in _KINDS:
         part = answered.error[answered.status == status]

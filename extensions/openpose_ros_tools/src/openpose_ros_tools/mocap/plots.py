@@ -1,5 +1,5 @@
-"""Plots of a comparison with motion capture."""
-from typing import Any, Dict, List, Optional, Sequence
+"""Stick figures of a comparison with motion capture."""
+from typing import Any, List, Optional, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -7,16 +7,7 @@ from matplotlib.lines import Line2D
 
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.mocap.evaluation import Comparison
-from openpose_ros_tools.plots.plotting import (
-    HELP_COLOUR,
-    STATUS_COLOURS,
-    STATUS_NAMES,
-    label_rows,
-    legend_above,
-    new_figure,
-    person_colours,
-    tidy_axes,
-)
+from openpose_ros_tools.plots.plotting import HELP_COLOUR, new_figure, person_colours
 from openpose_ros_tools.tables.keypoint_selection import upright_axis
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
@@ -27,32 +18,6 @@ _THIN, _THICK = 1.3, 2.0
 _MOMENTS, _MARGIN = 6, 0.1
 # Direction from which stick figures are seen: angle to the side, angle above [degrees].
 _VIEW = (20.0, 14.0)
-
-
-def error_per_joint(comparison: Comparison) -> Figure:
-    """Draw median (bar) and 90th percentile (line) of the errors of each joint, measured and inferred apart."""
-    figure = new_figure(9, 0.34 * len(comparison.joints) + 1.6)
-    axes = figure.add_subplot(1, 1, 1)
-    table, places = comparison.table().dropna(subset=['error']), np.arange(len(comparison.joints))
-    handles: List[Any] = []
-    for status, shift in ((MEASURED, -0.19), (INFERRED, 0.19)):
-        errors = 1e3 * table.error[table.status == status]
-        if not len(errors):
-            continue
-        by_joint, at = errors.groupby(table.joint.astype(str)), places + shift
-        # one by one, as versions of pandas differ in the order of several at a time
-        median, high = (by_joint.quantile(share).reindex(list(comparison.joints)) for share in (0.5, 0.9))
-        handles.append(axes.barh(at, median.fillna(0), 0.34, color=STATUS_COLOURS[status],
-                                 label=f'{STATUS_NAMES[status]}: median'))
-        axes.hlines(at, median, high, color=STATUS_COLOURS[status], linewidth=1.6)
-        axes.plot(high, at, '|', color=STATUS_COLOURS[status], markersize=7, markeredgewidth=1.6)
-    handles.append(Line2D([], [], color=HELP_COLOUR, marker='|', markersize=7, linewidth=1.6,
-                          label='up to the 90th percentile'))
-    axes.set_xlim(left=0)
-    tidy_axes(axes, 'distance from the reference [mm]', grid='x')
-    label_rows(axes, comparison.joints)
-    legend_above(axes, handles)
-    return figure
 
 
 def stick_figures(comparison: Comparison) -> Figure:
@@ -93,12 +58,9 @@ def stick_figures(comparison: Comparison) -> Figure:
     return figure
 
 
-def all_figures(comparison: Comparison) -> Dict[str, Figure]:
-    """Return the plots by caption, in the order of the report."""
-    figures = {'Error per joint': error_per_joint(comparison)}
-    if any({start, end} <= set(comparison.joints) for start, end in COCO_18.drawn_limbs):
-        figures['Stick figures: estimate over reference'] = stick_figures(comparison)
-    return figures
+def has_limbs(comparison: Comparison) -> bool:
+    """Return whether stick figures have a line."""
+    return any({start, end} <= set(comparison.joints) for start, end in COCO_18.drawn_limbs)
 
 
 def _people(comparison: Comparison) -> List[int]:

@@ -14,7 +14,8 @@ from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
-from openpose_ros_tools.mocap.plots import all_figures
+from openpose_ros_tools.mocap.plots import has_limbs, stick_figures
+from openpose_ros_tools.mocap.study import study
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, figure_content, joint_title
 
@@ -23,7 +24,7 @@ _HTML, _FACTS, _TABLE = 'mocap_report.html', 'mocap_facts.txt', 'mocap_table.txt
 FILES = ('report.html', 'summary.json', 'errors.csv')
 """Files of a report."""
 # Version of the layout of summary.json, for programs that read it.
-_LAYOUT = 1
+_LAYOUT = 2
 # Which way offset and transform go.
 _CLOCK_MEANING = 'time of the reference minus time of the estimate'
 _TRANSFORM_MEANING = 'x_reference = R x_estimate + t'
@@ -54,7 +55,7 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]
         'alignment': {
             'median_residual_mm': number_or_none(1e3 * alignment.residual), 'scale': number_or_none(alignment.scale),
             'joint_samples': alignment.samples, 'best_other_solution': number_or_none(alignment.rival)},
-        **summarize(comparison)}
+        **summarize(comparison), 'study': study(comparison, alignment.rotation)}
 
 
 def table(values: Figures) -> str:
@@ -77,9 +78,9 @@ def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
     folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
         part = parts.folder(folder, FILES.__contains__)
-        plots = [(caption, base64.b64encode(figure_content(figure, 'png')).decode())
-                 for caption, figure in all_figures(comparison).items()]
-        page = _template(_HTML).render(values=values, facts=facts(values), plots=plots, pck=PCK_KEYS)
+        picture = figure_content(stick_figures(comparison), 'png') if has_limbs(comparison) else b''
+        page = _template(_HTML).render(values=values, facts=facts(values), pck=PCK_KEYS,
+                                       picture=base64.b64encode(picture).decode())
         (part / 'report.html').write_text(page, encoding='utf-8')
         _error_table(comparison).to_csv(part / 'errors.csv', index=False, float_format='%.5f')
         (part / 'summary.json').write_text(json.dumps(values, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
