@@ -4,6 +4,7 @@ A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.
 camera.yaml and sequence.yaml.
 """
 import csv
+import itertools
 import json
 import subprocess
 import sys
@@ -146,15 +147,16 @@ class Run:
 
 
 def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.ndarray] = None,
-              work: Callable[[], float] = lambda: 0.0) -> Run:
+              work: Callable[[], float] = lambda: 0.0, limit: Optional[int] = None) -> Run:
     """Find the people in each image and in space.
 
     Args:
         floors: (F, 4) the floor in each frame; None: it is not known.
         work: returns the work of the networks so far.
+        limit: number of frames; None: all.
     """
     run = Run()
-    for number, frame in enumerate(sequence):
+    for number, frame in enumerate(itertools.islice(sequence, limit)):
         done, began = work(), time.perf_counter()
         prepared = chain.prepare(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(frame.depth, sequence.camera),
                                        floor=None if floors is None else floors[number], source=number))
@@ -189,10 +191,11 @@ class Finder:
         self._networks = CountedNetworks(detector.backend, detector.detector.model_folder)
         self._detector = Detector(detector, self._networks, self._following)
 
-    def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None) -> Run:
+    def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
         """Return what a chain that has seen nothing before finds; see `run_chain`."""
         detection = NetworkDetection(self._detector, self._settings.tracking, self._following, self._pace)
-        return run_chain(sequence, PeopleChain(detection, self._settings.estimator), floors, self._networks.done)
+        return run_chain(sequence, PeopleChain(detection, self._settings.estimator), floors, self._networks.done,
+                         limit)
 
 
 def write_csv(path: Path, frames: Frames) -> None:

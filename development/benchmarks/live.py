@@ -25,6 +25,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 import nodes
 from common import Parser, markdown, run_live
 from crowd import make_crowd
+from results.machine import Unit
 from session import Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
@@ -88,7 +89,7 @@ def figures_of(seen: nodes.Watched, stages: Sequence[str]) -> Dict[str, object]:
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
     rospy.init_node('live', disable_signals=True)
-    unit, rows = nodes.Unit(), []
+    unit, rows = Unit(), []
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
         people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}

@@ -1,9 +1,8 @@
-"""Running nodes: a camera driver that plays sequences, watched results, networks alone, the unit of time."""
+"""Running nodes: a camera driver that plays sequences, watched results, networks alone."""
 import argparse
 import contextlib
 import io
 import itertools
-import statistics
 import subprocess
 import time
 import xmlrpc.client
@@ -17,11 +16,10 @@ import rospy
 from openpose_ros_msgs.msg import Timing
 
 from chain_runs import open_sequence
-from common import DEMO, elapsed
+from common import elapsed
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_tools.ros import images_to_bag
@@ -32,7 +30,6 @@ NAMESPACE = '/kinect2/qhd'
 TOPICS = {'depth_image': 'image_color camera_info image_depth_rect', 'point_cloud': 'image_color points'}
 PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
 START_TIMEOUT = 240.0
-_PASSES = 15
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -137,20 +134,6 @@ def watch_nodes(session: Session, command: List[str], topics: Mapping[str, type]
               for name in ('arrivals', 'latencies', 'people'))
     return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages},
                    parameters)
-
-
-class Unit:
-    """T: one pass of mobilenet_thin at 656 x 368 in f32 on two threads, to compare machines by."""
-
-    def __init__(self) -> None:
-        self._detector = create_detector(build(DetectorSettings, {
-            'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368, 'threads': 2}))
-        self._frame = self._detector.prepare(open_sequence(DEMO).frame(0).bgr)
-        self.milliseconds()
-
-    def milliseconds(self) -> float:
-        """Return the median of some passes [ms]; nothing else should be at work."""
-        return statistics.median(1e3 * self._detector.compute(self._frame).network_seconds for _ in range(_PASSES))
 
 
 def networks_alone(values: Mapping[str, Any], sequence: Path, stamps: Sequence[float]) -> float:

@@ -22,7 +22,8 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from chain_runs import Frames, evaluate, name_of, open_sequence, write_csv
 from common import Parser, markdown, new_path, run_live
-from nodes import PEOPLE_3D, TOPICS, Unit, make_bag, median_and_95, played_stamps, start_camera
+from nodes import PEOPLE_3D, TOPICS, make_bag, median_and_95, played_stamps, start_camera
+from results.machine import Unit
 from session import Session, wait_for
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array

@@ -25,7 +25,8 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from common import Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import PEOPLE_3D, TOPICS, Unit, by_node, make_bag, median_and_95, start_camera, watch_nodes
+from nodes import PEOPLE_3D, TOPICS, by_node, make_bag, median_and_95, start_camera, watch_nodes
+from results.machine import Unit
 from session import Session
 
 # One process, or a service and an extractor for each camera: arguments of cameras.launch.

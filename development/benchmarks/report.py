@@ -1,0 +1,96 @@
+#!/usr/bin/python3
+"""Measure what docs/results.md shows, and write it: figures as docs/results/SECTION.json, the page, and its plots.
+
+Scenes: those of --scenes FOLDER; else development/benchmark_data/rendered/report where at least 40 are there; else the
+small ones that are part of this repository. Sections of other data need --data NAME=FOLDER and are left as they are
+without it. Scenes that were counted with the same code and settings are not counted again, unless --again.
+
+Sections of time (speed, latency, live) should run alone, on a machine that does nothing else.
+
+    ./run bench report                             # all sections that have their data
+    ./run bench report accuracy errors --scenes FOLDER
+    ./run bench report mvor --data mvor=FOLDER
+    ./run bench report page                        # docs/results.md and figures in pages, of what was measured before
+"""
+import argparse
+import importlib
+import sys
+import time
+from pathlib import Path
+from typing import Any, Dict, List, Sequence
+
+import results
+from common import ROOT, Parser
+from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
+from results import machine, page
+
+SCENES = ROOT / 'development/benchmark_data/scenes'
+RENDERED, ENOUGH = ROOT / 'development/benchmark_data/rendered/report', 40
+# In the order of the page; each is a module of sections/.
+SECTIONS = ('accuracy',)
+# Those of time, which other processes would disturb.
+TIMED = ('speed', 'latency', 'live')
+
+
+def scenes(folder: Path) -> List[Path]:
+    """Return the scenes of a folder."""
+    return sorted(path.parent for path in folder.glob('*/gt.json'))
+
+
+def default_scenes() -> List[Path]:
+    """Return the rendered scenes where there are enough of them, else those of the repository."""
+    rendered = scenes(RENDERED)
+    return rendered if len(rendered) >= ENOUGH else scenes(SCENES)
+
+
+def data_sets(parser: argparse.ArgumentParser, texts: Sequence[str]) -> Dict[str, Path]:
+    """Return the folders of --data by name."""
+    pairs = [text.partition('=') for text in texts]
+    if not all(name and path for name, _, path in pairs):
+        parser.error('--data needs NAME=FOLDER')
+    return {name: Path(path) for name, _, path in pairs}
+
+
+def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
+    """Measure a section and write it; return whether its data were there."""
+    module: Any = importlib.import_module(f'sections.{name}')
+    began = time.monotonic()
+    before = unit.milliseconds()
+    try:
+        section = module.measure(options)
+    except results.NeedsDataError as error:
+        print(f'{name}: not measured; it needs {error}', flush=True)
+        return False
+    title = (module.__doc__ or name).splitlines()[0].rstrip('.')
+    path = results.write(name, title, section, machine.made(min(before, unit.milliseconds())))
+    print(f'{title}\n\n{section}\n{path.relative_to(ROOT)}, after {time.monotonic() - began:.0f} s\n', flush=True)
+    return True
+
+
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
+    parser = Parser(__doc__)
+    parser.add_argument('sections', nargs='*', metavar='SECTION', help=', '.join((*SECTIONS, 'page')))
+    parser.add_argument('--scenes', type=Path, help='folder of scene folders')
+    parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
+    parser.add_argument('--quick', action='store_true', help='a few frames of everything')
+    parser.add_argument('--again', action='store_true', help='count again what was counted before')
+    add_settings(parser, 'of the chain, for trials')
+    arguments = parser.parse_args()
+    wanted = arguments.sections or list(SECTIONS)
+    for name in set(wanted) - {*SECTIONS, 'page'}:
+        parser.error(f'there is no section {name}; one of: {", ".join(SECTIONS)}')
+    options = results.Options(scenes(arguments.scenes) if arguments.scenes else default_scenes(), arguments.quick,
+                              arguments.again, data_sets(parser, arguments.data),
+                              setting_values(parser, arguments.settings))
+    if not options.scenes:
+        parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')
+    unit = machine.Unit()
+    for name in (name for name in SECTIONS if name in wanted):
+        measure(name, options, unit)
+    page.write(SECTIONS)
+    return DONE
+
+
+if __name__ == '__main__':
+    sys.exit(run_command('bench', main))

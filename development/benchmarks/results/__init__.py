@@ -1,0 +1,115 @@
+"""Sections of the report: measured by modules of `sections`, kept as JSON, shown in docs/results.md.
+
+A section module has a docstring, whose first line is the title, and `measure(options) -> Section`.
+"""
+import json
+import re
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Sequence
+
+from common import ROOT, markdown
+from scoring.figures import Figure
+
+FOLDER, IMAGES = ROOT / 'docs/results', ROOT / 'docs/images'
+NAME = re.compile(r'[a-z][a-z0-9_]*')
+
+
+class NeedsDataError(Exception):
+    """A section needs a folder that is not given; the text says which, for --data."""
+
+
+class Table(NamedTuple):
+    """A table; the first row has the names of the columns. Cells may be figures, which are shown with interval."""
+
+    title: str
+    rows: Sequence[Sequence[Any]]
+
+
+class Picture(NamedTuple):
+    """An image file in docs/images, named results_*, and the text below it."""
+
+    file: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a report is made of.
+
+    Attributes:
+        scenes: folders of rendered scenes.
+        quick: a few frames of everything, to see that it works.
+        again: also what was counted before is measured again.
+        data: folders of other data sets by name.
+        settings: parameters of the chain, for trials.
+    """
+
+    scenes: Sequence[Path] = ()
+    quick: bool = False
+    again: bool = False
+    data: Dict[str, Path] = field(default_factory=dict)
+    settings: Dict[str, Any] = field(default_factory=dict)
+
+    def folder(self, name: str) -> Path:
+        """Return the folder of a data set; NeedsDataError: it is not given."""
+        if name not in self.data:
+            raise NeedsDataError(f'--data {name}=FOLDER')
+        return self.data[name]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the results.
+
+    Attributes:
+        text: in Markdown, before the tables: what was measured on what, and what it says.
+        figures: by name, to be quoted by pages as SECTION.NAME.
+    """
+
+    text: str
+    figures: Dict[str, Figure] = field(default_factory=dict)
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
+
+    def __str__(self) -> str:
+        return '\n'.join([self.text, *(f'\n{table.title}\n\n{markdown(cells(table.rows))}' for table in self.tables)])
+
+
+def cells(rows: Sequence[Sequence[Any]]) -> List[List[str]]:
+    """Return the rows of a table as text; a figure with its interval."""
+    return [[cell.interval if isinstance(cell, Figure) else '-' if cell is None else str(cell) for cell in row]
+            for row in rows]
+
+
+def write(name: str, title: str, section: Section, made: Dict[str, Any]) -> Path:
+    """Write a section as JSON; return the file.
+
+    Args:
+        made: commit, processor, T and date.
+
+    Raises:
+        ValueError: a name can not be quoted.
+    """
+    for each in (name, *section.figures):
+        if not NAME.fullmatch(each):
+            raise ValueError(f'{each}: a name has small letters, digits and _')
+    path = FOLDER / f'{name}.json'
+    path.parent.mkdir(exist_ok=True)
+    content = {**asdict(section), 'title': title, 'made': made,
+               'figures': {key: rounded(figure) for key, figure in section.figures.items()},
+               'tables': [{'title': table.title, 'rows': cells(table.rows)} for table in section.tables],
+               'pictures': [picture._asdict() for picture in section.pictures]}
+    path.write_text(json.dumps(content, indent=1, ensure_ascii=False) + '\n')
+    return path
+
+
+def rounded(figure: Figure) -> Dict[str, Any]:
+    """Return a figure for JSON, with one digit more than is shown."""
+    return {key: round(value, figure.digits + 1) if isinstance(value, float) else value
+            for key, value in figure._asdict().items()}
+
+
+def read() -> Dict[str, Dict[str, Any]]:
+    """Return what there is of each section, by name."""
+    return {path.stem: json.loads(path.read_text()) for path in sorted(FOLDER.glob('*.json'))}

@@ -1,0 +1,106 @@
+"""Counts of many scenes: side by side in processes, kept in build/report for the same code, settings and scene."""
+import hashlib
+import json
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+
+import chain_runs
+from common import ROOT
+from openpose_ros_pkg.params.parameters import build
+from results import Options
+from scoring.counts import Counts, load
+from scoring.people import score_people
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain_settings import ChainSettings
+
+KEPT = ROOT / 'build/report'
+# Frames of a scene, and scenes, of --quick.
+QUICK_FRAMES, QUICK_SCENES = 8, 2
+# Files that decide what is found and how it is counted.
+_SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'development/benchmarks/scoring')
+
+
+class Job(NamedTuple):
+    """A scene for the chain.
+
+    Attributes:
+        settings: parameters of the chain, as JSON.
+        exact: the true pixels are given instead of those that networks find.
+    """
+
+    folder: Path
+    settings: str
+    exact: bool
+    limit: Optional[int]
+    path: Path
+
+
+def count(options: Options, settings: Dict[str, Any], exact: bool = False, every: int = 1) -> List[Counts]:
+    """Run the chain on scenes and return their counts; a scene that was counted before is read.
+
+    Args:
+        settings: parameters of the chain.
+        exact: give the true pixels instead of those that networks find.
+        every: take every so many-th scene, for slow settings.
+    """
+    values = json.dumps({**settings, **options.settings}, sort_keys=True)
+    limit = QUICK_FRAMES if options.quick else None
+    folders = list(options.scenes)[:QUICK_SCENES] if options.quick else list(options.scenes)[::every]
+    jobs = [_job(folder, values, exact, limit) for folder in folders]
+    missing = [job for job in jobs if options.again or not job.path.is_file()]
+    cores = min(len(os.sched_getaffinity(0)), len(missing))
+    if cores > 1:
+        # a process with the networks of one thread each: decoding and lifting of one scene fill the waits of another
+        with ProcessPoolExecutor(cores, multiprocessing.get_context('spawn')) as pool:
+            for number, _ in enumerate(pool.map(_run, missing), 1):
+                print(f'{number} of {len(missing)} scenes', flush=True)
+    else:
+        for job in missing:
+            _run(job)
+    return [load(job.path) for job in jobs]
+
+
+def _job(folder: Path, settings: str, exact: bool, limit: Optional[int]) -> Job:
+    truth = (folder / 'gt.json').stat()
+    key = hashlib.sha1(repr((code_digest(), str(folder.resolve()), truth.st_size, truth.st_mtime_ns, settings, exact,
+                             limit)).encode()).hexdigest()
+    return Job(folder, settings, exact, limit, KEPT / f'{folder.name}_{key[:16]}.npz')
+
+
+@lru_cache(maxsize=1)
+def code_digest() -> str:
+    """Return a digest of the sources that decide what is counted."""
+    digest = hashlib.sha1()  # noqa: S324 - a name, no secret
+    for path in sorted(path for folder in _SOURCES for path in (ROOT / folder).rglob('*')
+                       if path.suffix in ('.py', '.cpp', '.hpp', '.h')):
+        digest.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _finder(settings: str) -> chain_runs.Finder:
+    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}))
+
+
+def _run(job: Job) -> None:
+    sequence = chain_runs.open_sequence(job.folder)
+    if job.exact:
+        chosen = build(ChainSettings, json.loads(job.settings))
+        detection = chain_runs.known_people(chain_runs.exact_people(job.folder), chosen.tracking)
+        run = chain_runs.run_chain(sequence, PeopleChain(detection, chosen.estimator), limit=job.limit)
+    else:
+        run = _finder(job.settings).run(sequence, limit=job.limit)
+    score_people(job.folder, run.frames, job.limit).save(job.path)
+
+
+def rows_of(groups: Dict[str, Sequence[Counts]], statistics: Dict[str, Any], names: Dict[str, str], first: str
+            ) -> List[List[Any]]:
+    """Return the rows of a table of figures: one for each group of scenes, one column for each name with its title."""
+    from scoring.figures import figures
+    chosen = {name: statistics[name] for name in names}
+    return [[first, 'scenes', *names.values()],
+            *([title, len(counts), *figures(counts, chosen).values()] for title, counts in groups.items())]

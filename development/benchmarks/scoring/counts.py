@@ -1,0 +1,69 @@
+"""Counts of a scene: sums and rows, which add up over scenes and are kept in files."""
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Callable, Dict, List, Sequence
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Counts:
+    """What was counted in a scene.
+
+    Attributes:
+        scene: name.
+        tags: what the scene is: 'kind' and 'sensor'.
+        sums: numbers that add up, by name.
+        rows: tables by name, each a structured array (N,) with one row per joint, hand point, ray ...
+    """
+
+    scene: str
+    tags: Dict[str, str]
+    sums: Dict[str, float]
+    rows: Dict[str, np.ndarray]
+
+    def where(self, table: str, wanted: Callable[[np.ndarray], np.ndarray]) -> 'Counts':
+        """Return the counts with some rows of a table; `wanted` takes the table and returns a mask (N,)."""
+        return replace(self, rows={**self.rows, table: self.rows[table][wanted(self.rows[table])]})
+
+    def save(self, path: Path) -> None:
+        """Write the counts as .npz."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        head = json.dumps({'scene': self.scene, 'tags': self.tags, 'sums': self.sums})
+        partial = path.with_suffix('.partial.npz')
+        np.savez_compressed(str(partial), head=np.array(head), **self.rows)
+        partial.replace(path)
+
+
+def load(path: Path) -> Counts:
+    """Read counts that were saved."""
+    with np.load(str(path)) as file:
+        return Counts(**json.loads(str(file['head'])), rows={name: file[name] for name in file.files if name != 'head'})
+
+
+def tags_of(folder: Path) -> Dict[str, str]:
+    """Return kind and sensor of a scene by its meta.json."""
+    path = folder / 'meta.json'
+    meta = json.loads(path.read_text()) if path.is_file() else {}
+    sensor = meta.get('sensor', 'kinect2')
+    return {'kind': str(meta.get('kind', meta.get('scenario', folder.name))),
+            'sensor': str(sensor.get('name', 'unknown') if isinstance(sensor, dict) else sensor)}
+
+
+def by_tag(counts: Sequence[Counts], tag: str) -> Dict[str, List[Counts]]:
+    """Return the scenes by what a tag says of them."""
+    return {value: [each for each in counts if each.tags.get(tag) == value]
+            for value in sorted({each.tags[tag] for each in counts if tag in each.tags})}
+
+
+def by_bin(counts: Sequence[Counts], table: str, column: str, edges: Sequence[float]) -> Dict[str, List[Counts]]:
+    """Return the scenes with the rows of a table whose column lies in each interval [edge, next edge)."""
+    return {f'{low:g}-{high:g}': [each.where(table, lambda rows, low=low, high=high: (
+        (rows[column] >= low) & (rows[column] < high))) for each in counts] for low, high in zip(edges, edges[1:])}
+
+
+def by_name(counts: Sequence[Counts], table: str, column: str, names: Sequence[str]) -> Dict[str, List[Counts]]:
+    """Return the scenes with the rows of a table whose column, an index, is that of each name."""
+    return {name: [each.where(table, lambda rows, number=number: rows[column] == number) for each in counts]
+            for number, name in enumerate(names)}

@@ -1,0 +1,156 @@
+"""Figures from pooled counts, with 95 % intervals by bootstrap over scenes.
+
+A statistic returns one value for each row of weights (B, S): how often each of S scenes is drawn. The first row is all
+ones and gives the figure; the others, drawn with replacement by a fixed seed, give its interval by percentiles (Efron
+1979). Figures of two runs on the same scenes share the draws, so the interval of their difference is paired.
+"""
+from dataclasses import dataclass
+from typing import Callable, Dict, Mapping, NamedTuple, Optional, Sequence
+
+import numpy as np
+
+from .counts import Counts
+
+RESAMPLES, SEED, LEVEL = 2000, 0, 0.95
+# Quantiles of resamples are taken among this many values at most, equally many rows between them.
+_RANKS = 2000
+
+
+class Figure(NamedTuple):
+    """A figure with its interval; None: there is nothing to tell it from.
+
+    Attributes:
+        n: what it was counted in: joints, people, frames; scenes: drawn for the interval.
+        digits: after the point, where it is shown.
+    """
+
+    value: Optional[float]
+    low: Optional[float] = None
+    high: Optional[float] = None
+    n: int = 0
+    unit: str = ''
+    digits: int = 3
+    text: str = ''
+    scenes: int = 0
+
+    def __str__(self) -> str:
+        return '-' if self.value is None else f'{self.value:.{self.digits}f}'
+
+    @property
+    def interval(self) -> str:
+        """Value and interval as text."""
+        return str(self) if self.low is None or self.high is None else (
+            f'{self} ({self.low:.{self.digits}f} to {self.high:.{self.digits}f})')
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """The sum of `top` over scenes by that of `bottom`; without it the sum itself."""
+
+    text: str
+    top: Callable[[Counts], float]
+    bottom: Optional[Callable[[Counts], float]] = None
+    unit: str = ''
+    digits: int = 3
+    factor: float = 1.0
+
+    def values(self, counts: Sequence[Counts], weights: np.ndarray) -> np.ndarray:
+        top = self.factor * (weights @ np.array([self.top(each) for each in counts], np.float64))
+        if self.bottom is None:
+            return top
+        bottom = weights @ np.array([self.bottom(each) for each in counts], np.float64)
+        return np.divide(top, bottom, out=np.full(len(top), np.nan), where=bottom > 0)
+
+    def size(self, counts: Sequence[Counts]) -> int:
+        return int(sum((self.bottom or self.top)(each) for each in counts))
+
+
+@dataclass(frozen=True)
+class Quantile:
+    """A quantile of the values of all scenes."""
+
+    text: str
+    of: Callable[[Counts], np.ndarray]
+    share: float = 0.5
+    unit: str = ''
+    digits: int = 1
+    factor: float = 1.0
+
+    def values(self, counts: Sequence[Counts], weights: np.ndarray) -> np.ndarray:
+        parts = [np.asarray(self.of(each), np.float64) for each in counts]
+        values = np.concatenate(parts) if parts else np.zeros(0)
+        if not len(values):
+            return np.full(len(weights), np.nan)
+        order, ranks = np.argsort(values, kind='stable'), min(len(values), _RANKS)
+        scene = np.repeat(np.arange(len(parts)), [len(part) for part in parts])[order]
+        rank = np.arange(len(values)) * ranks // len(values)
+        there = np.zeros((len(parts), ranks))
+        np.add.at(there, (scene, rank), 1)
+        below = np.cumsum(weights @ there, axis=1)
+        middle = np.searchsorted(rank, np.arange(ranks)) + (np.bincount(rank) - 1) // 2
+        found = (below < self.share * below[:, -1:]).sum(axis=1).clip(0, ranks - 1)
+        result = np.where(below[:, -1] > 0, values[order][middle[found]], np.nan)
+        result[0] = np.quantile(values, self.share)
+        return self.factor * result
+
+    def size(self, counts: Sequence[Counts]) -> int:
+        return sum(len(self.of(each)) for each in counts)
+
+
+@dataclass(frozen=True)
+class Average:
+    """The mean of some ratios, of those that there are."""
+
+    text: str
+    parts: Sequence[Ratio]
+    unit: str = ''
+    digits: int = 3
+
+    def values(self, counts: Sequence[Counts], weights: np.ndarray) -> np.ndarray:
+        parts = np.array([part.values(counts, weights) for part in self.parts])
+        there = np.isfinite(parts)
+        return np.divide(np.where(there, parts, 0).sum(axis=0), there.sum(axis=0),
+                         out=np.full(len(weights), np.nan), where=there.any(axis=0))
+
+    def size(self, counts: Sequence[Counts]) -> int:
+        return sum(part.size(counts) for part in self.parts)
+
+
+def draws(scenes: int, resamples: int = RESAMPLES) -> np.ndarray:
+    """Return how often each scene counts, (1 + resamples, scenes): once, then as drawn."""
+    random = np.random.RandomState(SEED)
+    drawn = random.multinomial(scenes, np.full(scenes, 1 / max(scenes, 1)), resamples) if scenes else (
+        np.zeros((resamples, 0)))
+    return np.concatenate([np.ones((1, scenes)), drawn])
+
+
+def figures(counts: Sequence[Counts], statistics: Mapping[str, object], resamples: int = RESAMPLES
+            ) -> Dict[str, Figure]:
+    """Return the figures of pooled scenes by name, with intervals where there are at least two scenes."""
+    weights = draws(len(counts), resamples)
+    return {name: _figure(each, each.values(counts, weights), each.size(counts), len(counts))
+            for name, each in statistics.items()}
+
+
+def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object],
+                resamples: int = RESAMPLES) -> Dict[str, Figure]:
+    """Return how the figures change from one run to another on the same scenes, with paired intervals.
+
+    Raises:
+        ValueError: the scenes differ.
+    """
+    if [each.scene for each in before] != [each.scene for each in after]:
+        raise ValueError('a paired difference needs the same scenes in the same order')
+    weights = draws(len(before), resamples)
+    return {name: _figure(each, each.values(after, weights) - each.values(before, weights), each.size(before),
+                          len(before)) for name, each in statistics.items()}
+
+
+def _figure(statistic: object, values: np.ndarray, size: int, scenes: int) -> Figure:
+    if not np.isfinite(values[0]):
+        return Figure(None, None, None, size, statistic.unit, statistic.digits, statistic.text, scenes)
+    low, high = (None, None)
+    drawn = values[1:][np.isfinite(values[1:])]
+    if scenes > 1 and len(drawn):
+        low, high = (float(each) for each in np.quantile(drawn, ((1 - LEVEL) / 2, (1 + LEVEL) / 2)))
+    return Figure(float(values[0]), low, high, size, statistic.unit, statistic.digits, statistic.text, scenes)
