@@ -1,5 +1,5 @@
 """What `./run docs` writes is what the code says."""
-from development.generated import FAULTS, find_packages, faults_page
+from development.generated import FAULTS, faults_page, find_packages
 
 
 def test_the_table_of_faults_is_that_of_the_cases():
