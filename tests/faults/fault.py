@@ -1,4 +1,4 @@
-"""What a case of the fault suite is. Needs no ROS, as the table of docs/reliability.md is printed from the cases."""
+"""What a case of the fault suite is. Needs no ROS: development/notes/faults.md is written from the cases."""
 import importlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,5 +46,5 @@ def all_cases() -> Dict[str, List[Case]]:
 
 
 def table() -> List[Tuple[str, str, str, str]]:
-    """Return the rows of the table in docs/reliability.md: area, what is wrong, node, outcome."""
+    """Return the rows of the table in development/notes/faults.md: area, what is wrong, node, outcome."""
     return [(area, case.title, case.node, case.outcome) for area, cases in all_cases().items() for case in cases]

@@ -116,7 +116,7 @@ def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, env
     check_space(checkout / 'devel', environment)
     check_installed_files(checkout / 'install', environment)
     names = {path.stem for path in (ROOT / 'examples').glob('*.cpp')} - {'reader'}
-    compiled = build_examples('ten_things.md', names, checkout / 'devel', environment, tmp_path / 'user')
+    compiled = build_examples('signals.md', names, checkout / 'devel', environment, tmp_path / 'user')
     shell(f'source {checkout}/devel/setup.bash; rostest openpose_ros_signals ten_things.test compiled:={compiled}',
           tmp_path, environment)
 
@@ -130,7 +130,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_space(tmp_path / 'elsewhere/space', environment)
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
-    build_examples('from_cpp.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
+    build_examples('ros_api.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
 
 
 @pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The programs in examples/ do what docs/ten_things.md says, on messages that a test makes by hand."""
+"""The programs in examples/ do what docs/signals.md says of them, on messages that a test makes by hand."""
 import subprocess
 import sys
 import threading
@@ -130,7 +130,7 @@ class TenThingsTest(unittest.TestCase):
             child.wait(PATIENCE)
 
     def test_the_page_names_all_programs(self):
-        page = (ROOT / 'docs' / 'ten_things.md').read_text()
+        page = (ROOT / 'docs' / 'signals.md').read_text()
         self.assertEqual({name for name in PROGRAMS if f'(../examples/{name}.py)' in page}, set(PROGRAMS))
         self.assertEqual(len(self.children), 10)
 

@@ -1,4 +1,4 @@
-"""The commands of the page `validate_on_a_database.md` do what the page says."""
+"""The commands of docs/recordings.md that compare with motion capture do what the page says."""
 import json
 import re
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 
-PAGE = Path(__file__).resolve().parents[3] / 'docs' / 'validate_on_a_database.md'
+PAGE = Path(__file__).resolve().parents[3] / 'docs' / 'recordings.md'
 TIMEOUT = 300.0  # [s] several times what all commands take
 
 

@@ -16,7 +16,7 @@ _TRIM_PERIOD = 60.0
 def keep_large_blocks() -> None:
     """Let all threads share one arena that reuses large blocks, instead of mapping each message's memory anew.
 
-    Source: docs/decisions.md, "Memory of large messages".
+    Source: development/notes/trials.md, "Memory of large messages".
     """
     mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
     if mallopt is None:

@@ -24,8 +24,8 @@ struct BoneShape
   float core, margin;  // of an adult [m]
 };
 
-// Joints lie 3 to 12 cm under the skin of a dressed adult, see under_skin in docs/method.md. The core is about that
-// deep; the margin holds flesh, clothes and hair.
+// Joints lie 3 to 12 cm under the skin of a dressed adult, see under_skin in skeleton_extract_3d/body/body.py. The core
+// is about that deep; the margin holds flesh, clothes and hair.
 constexpr BoneShape SHAPES[] = {
   { NECK, MID_HIP, 0.11f, 0.14f },
   { RIGHT_SHOULDER, LEFT_SHOULDER, 0.08f, 0.12f },
@@ -51,7 +51,7 @@ constexpr BoneShape SHAPES[] = {
 struct BoneLength
 {
   Joint start, end;
-  float length;  // of an adult of 1.70 m [m]: sized_bones in docs/method.md
+  float length;  // of an adult of 1.70 m [m]: sized_bones in skeleton_extract_3d/body/body.py
 };
 
 constexpr BoneLength LENGTHS[] = {

@@ -233,7 +233,7 @@ def _box(width: float, height: float) -> Tuple[int, int]:
 
 # MoveNet finds large people well, six at most; mobilenet_thin finds small people and crowds. Each finds people that the
 # other misses, and where both see a joint its place is surer. Crop refinement improves accuracy most for its time; the
-# mirror image and other sizes come next. Average precision and time of each: docs/accuracy_and_speed.md.
+# mirror image and other sizes come next. Accuracy and time of each: docs/results.md.
 MODES: Dict[str, Recipe] = {
     'fast': Recipe((_movenet(384),), (THUNDER_CROP,)),
     'balanced': Recipe((_thin(1.0), _movenet(512)), (THUNDER_CROP,)),

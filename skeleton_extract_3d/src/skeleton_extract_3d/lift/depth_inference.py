@@ -1,7 +1,7 @@
 """The depths of all joints of a person at once: the evidence of surfaces for each, and the lengths of bones between.
 
 Pictorial structures (Felzenszwalb and Huttenlocher, IJCV 2005), with the depth along each keypoint's ray in place of a
-place in the image; see docs/method.md, step 6. Costs are -2 log likelihood. The min-marginal of a candidate is the
+place in the image; see docs/method.md, section 3. Costs are -2 log likelihood. The min-marginal of a candidate is the
 cost of the cheapest depths of all joints that go through it.
 
 Thirteen places of a person: shoulders and hips, elbows and knees, wrists and ankles (each left arm, right arm, left

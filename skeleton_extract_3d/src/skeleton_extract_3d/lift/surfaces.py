@@ -1,7 +1,7 @@
 """Depth evidence: surfaces in windows around the keypoints, and the likelihood of depths given them.
 
 A window holds the surface of a visible joint, a surface in front of a hidden one, or one behind where the keypoint lies
-beside the body; see docs/method.md, steps 1, 2 and 5.
+beside the body; see docs/method.md, sections 2 and 3.
 """
 from typing import Tuple
 
