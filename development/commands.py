@@ -54,6 +54,7 @@ def bench(arguments: Sequence[str]) -> NoReturn:
     folder = ROOT / 'development/benchmarks'
     programs = {path.relative_to(folder).with_suffix('').parts: path for path in sorted(folder.rglob('*.py'))
                 if path.read_text().startswith('#!')}
+    programs[('accuracy',)] = programs['accuracy', '3d']
     words = next((words for words in programs if words == tuple(arguments[:len(words)])), None)
     if words is None:
         die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(map(' '.join, programs)))

@@ -1,18 +1,15 @@
-"""The chain over RGB-D sequences with known joints, without ROS: the truth, counted networks, runs, their CSV.
+"""The chain over RGB-D sequences with known joints, without ROS: the truth, counted networks, runs.
 
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
 """
-import csv
 import itertools
 import json
-import subprocess
-import sys
 import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -39,7 +36,6 @@ VISIBLE = 2
 WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2}
 # Stamp of the first frame of a sequence [s]; one of 0 means that there is none.
 BEGIN = 1.0
-PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
 # Stamp [s] and people of each frame.
 Frames = List[Tuple[float, People3D]]
@@ -196,23 +192,3 @@ class Finder:
         detection = NetworkDetection(self._detector, self._settings.tracking, self._following, self._pace)
         return run_chain(sequence, PeopleChain(detection, self._settings.estimator), floors, self._networks.done,
                          limit)
-
-
-def write_csv(path: Path, frames: Frames) -> None:
-    """Write one row per person and frame, with the columns that `rostopic echo -p` makes of the per-person message."""
-    with path.open('x', newline='') as handle:
-        writer = csv.writer(handle)
-        writer.writerow(['%time', 'field.header.stamp', 'field.num_people_detected', 'field.person_ID',
-                         *(f'field.{joint}.{part}' for joint in COCO_18.joints for part in PART_FIELDS)])
-        for seconds, people in frames:
-            stamp = round(seconds * 1e9)
-            values = np.concatenate([people.xyz, people.confidence[..., None], people.status[..., None],
-                                     people.sigma[..., None]], axis=2)
-            for person, row in zip(people.ids.tolist(), values):
-                writer.writerow([stamp, stamp, len(people), person, *row.ravel().tolist()])
-
-
-def evaluate(script: Path, pairs: Iterable[Tuple[Path, Path]], *options: str) -> int:
-    """Let a script score pairs of sequence folder and CSV; return its exit status."""
-    sys.stdout.flush()
-    return subprocess.call([sys.executable, str(script), *(str(path) for pair in pairs for path in pair), *options])

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 # The sequence that is part of this repository.
 DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
+# Small rendered scenes with known joints that are part of it.
+SCENES = ROOT / 'development/benchmark_data/scenes'
 
 
 class Parser(argparse.ArgumentParser):

@@ -20,11 +20,10 @@ from pathlib import Path
 from typing import Any, Dict, List, Sequence
 
 import results
-from common import ROOT, Parser
+from common import ROOT, SCENES, Parser
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from results import machine, page
 
-SCENES = ROOT / 'development/benchmark_data/scenes'
 RENDERED, ENOUGH = ROOT / 'development/benchmark_data/rendered/report', 40
 # In the order of the page; each is a module of sections/.
 SECTIONS = ('accuracy',)

@@ -1,17 +1,19 @@
 #!/usr/bin/python3
 """Measure the 3D chain, without ROS, on RGB-D sequences with known joints (see chain_runs.py).
 
-Writes the joints of each sequence as the CSV that `rostopic echo -p` makes of the per-person 3D message; the script of
---evaluate scores them. --lag: the delays with and without smoothing against the truth. --budget: people are followed,
-and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels; work
-counts pixels, not time. With --set following=always alone, every search_period-th image is searched in full.
+Prints the figures of each sequence, and of all with their 95 % intervals by bootstrap over sequences (scoring/).
+Without sequences: the small ones of this repository. --out writes the joints as the CSV that `rostopic echo -p` makes
+of the per-person 3D message. --lag: the delays with and without smoothing against the truth. --budget: people are
+followed, and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368
+pixels; work counts pixels, not time. With --set following=always alone, every search_period-th image is searched in
+full.
 
-    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --evaluate evaluate.py --lag
+    ./run bench accuracy                                     # the same as accuracy 3d
+    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --set mode=balanced --lag
     ./run bench accuracy 3d SEQUENCE --exact-2d --out FOLDER
-    ./run bench accuracy 3d SEQUENCE --evaluate evaluate.py --set lifting=mean3x3 --set tracking=false   # the original
+    ./run bench accuracy 3d SEQUENCE --set lifting=mean3x3 --set tracking=false   # the original
 """
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, List, Sequence, Tuple
@@ -20,11 +22,14 @@ import numpy as np
 import pandas as pd
 
 import chain_runs
-from common import Parser, new_path
+from common import SCENES, Parser, new_path
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.alignment.people import pair_people
+from scoring.csv_people import write_csv
+from scoring.people import score_people
+from scoring.tables import table_of_scenes
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import MEASURED
@@ -134,31 +139,30 @@ def report_lag(folders: Sequence[Path], runs: Sequence[chain_runs.Run], settings
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
+    parser.add_argument('sequences', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     add_settings(parser, 'of the chain')
     parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     parser.add_argument('--lag', action='store_true', help='print the delay of the smoothed joints')
-    parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
-    parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
+    parser.add_argument('--out', type=new_path, help='folder for CSV files')
     arguments = parser.parse_args()
+    arguments.sequences = arguments.sequences or sorted(path.parent for path in SCENES.glob('*/gt.json'))
     folders, settings = arguments.sequences, build(ChainSettings, setting_values(parser, arguments.settings))
-    with tempfile.TemporaryDirectory() as temporary:
-        out = arguments.out or Path(temporary)
-        out.mkdir(parents=True, exist_ok=True)
-        runs = run_all(arguments, settings)
-        tables = [out / f'{chain_runs.name_of(folder)}.csv' for folder in folders]
-        for path, run in zip(tables, runs):
-            chain_runs.write_csv(path, run.frames)
-        detecting, estimating = 1e3 * np.median([times for run in runs for times in run.times], axis=0)
-        print(f'median ms per frame: 2D {detecting:.1f}, 3D {estimating:.2f}')
-        print(report_warnings(folders, runs))
-        if not arguments.exact_2d:
-            print(report_2d(folders, runs))
-        if arguments.lag:
-            print(report_lag(folders, runs, settings))
-        return chain_runs.evaluate(arguments.evaluate, zip(folders, tables)) if arguments.evaluate else 0
+    runs = run_all(arguments, settings)
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        for folder, run in zip(folders, runs):
+            write_csv(arguments.out / f'{chain_runs.name_of(folder)}.csv', run.frames)
+    detecting, estimating = 1e3 * np.median([times for run in runs for times in run.times], axis=0)
+    print(f'median ms per frame: 2D {detecting:.1f}, 3D {estimating:.2f}')
+    print(report_warnings(folders, runs))
+    if not arguments.exact_2d:
+        print(report_2d(folders, runs))
+    if arguments.lag:
+        print(report_lag(folders, runs, settings))
+    print(table_of_scenes([score_people(folder, run.frames) for folder, run in zip(folders, runs)]))
+    return 0
 
 
 if __name__ == '__main__':

@@ -5,10 +5,10 @@ A camera driver plays one sequence after the other into the launched chain, each
 with stamps of the moment of publishing. The first one is played before, under another frame_id, until results come. At
 another rate than that of the recording, everything moves faster or slower.
 
-The 3D messages are written as CSV with the times of the sequence, as by `accuracy 3d`, and scored by the script of
---evaluate. A frame without a result counts as one in which no person was found.
+The 3D messages are scored as those of `accuracy 3d`, with the times of the sequence; --out writes them as CSV. A frame
+without a result counts as one in which no person was found.
 
-    ./run bench accuracy live SEQUENCE ... --evaluate evaluate.py --rate 30 --points point_cloud target_rate:=30
+    ./run bench accuracy live SEQUENCE ... --rate 30 --points point_cloud target_rate:=30
 """
 import argparse
 import subprocess
@@ -20,10 +20,13 @@ from typing import Dict, List, Tuple
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from chain_runs import Frames, evaluate, name_of, open_sequence, write_csv
+from chain_runs import Frames, name_of, open_sequence
 from common import Parser, markdown, new_path, run_live
 from nodes import PEOPLE_3D, TOPICS, make_bag, median_and_95, played_stamps, start_camera
 from results.machine import Unit
+from scoring.csv_people import write_csv
+from scoring.people import score_people
+from scoring.tables import table_of_scenes
 from session import Session, wait_for
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array
@@ -41,8 +44,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--points', choices=TOPICS, default='depth_image', help='(default %(default)s)')
-    parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
-    parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
+    parser.add_argument('--out', type=new_path, help='folder for CSV files')
     return parser.parse_live()
 
 
@@ -94,8 +96,7 @@ class Player:
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Play everything, print the tables."""
-    out, pairs = arguments.out or folder, []
-    out.mkdir(parents=True, exist_ok=True)
+    counts = []
     rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'latency median / 95 % [ms]']]
     rospy.init_node('accuracy_live', disable_signals=True)
     unit = Unit()
@@ -103,16 +104,16 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Li
     player.lead_in(arguments.sequences[0])
     for sequence in arguments.sequences:
         frames, row = player.play(sequence)
-        path = out / f'{name_of(sequence)}.csv'
-        write_csv(path, frames)
         rows.append(row)
-        pairs.append((sequence, path))
+        counts.append(score_people(sequence, frames))
+        if arguments.out:
+            arguments.out.mkdir(parents=True, exist_ok=True)
+            write_csv(arguments.out / f'{name_of(sequence)}.csv', frames)
     session.stop(player.nodes)
     log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
     print(f'{markdown(rows)}\nT: {before:.0f} - {unit.milliseconds():.0f} ms',
           *(line for line in log if 'networks may take' in line or 'WARN' in line or 'ERROR' in line), sep='\n')
-    if arguments.evaluate:
-        evaluate(arguments.evaluate, pairs)
+    print(table_of_scenes(counts))
     return []
 
 

@@ -5,36 +5,33 @@ Time: simulated people before simulated cameras, median and 99th percentile, and
 
 Accuracy (--stage): a folder with one sequence per camera (cam0, cam1, ...; see chain_runs.py) of the same instants,
 with T_world_camera in each meta.json. The chain runs on each camera, mode balanced, then the fusion, once for each case
-of the table. The script of --evaluate scores a CSV file in the frame of the world against the folder and writes its
-figures as JSON. Coverage: share of visible joints whose error in space is within 1 and 2 sigma; 0.61 and 0.993 of a
-normal distribution are.
+of the table. Coverage: share of visible joints whose error in space is within 1 and 2 sigma; 0.61 and 0.993 of a normal
+distribution are.
 
 Sigma (--sigma): the same shares for simulated people who walk, seen by 1 to 3 cameras of 5 to 60 Hz whose errors are as
 large as they say: independent from frame to frame, or fading within half a second (1 / e).
 
     ./run bench cameras fusion --cameras 4 --people 2
     ./run bench cameras fusion --sigma
-    ./run bench cameras fusion --stage STAGE --evaluate evaluate_world.py
+    ./run bench cameras fusion --stage STAGE
 """
 import itertools
-import json
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from time import thread_time
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from chain_runs import VISIBLE, Finder, Frames, camera_poses, open_sequence, read_truth, write_csv
+from chain_runs import Finder, Frames, camera_poses, open_sequence
 from common import Parser, elapsed, markdown
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
-from openpose_ros_tools.alignment.people import pair_people
+from scoring.figures import figures
+from scoring.world import STATISTICS, score_world
 from simulated_errors import cameras as erring_cameras
 from simulated_errors import fusion_shares, striding
 from simulated_rig import around, walking
@@ -43,8 +40,6 @@ from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 
-# Maximum median distance of a fused person from the true one [m].
-SAME_PERSON = 0.6
 # Rate of the simulated cameras [Hz], timed updates, and those before them.
 RATE, UPDATES, WARM_UP = 30.0, 300, 30
 # Sigma: rates of the cameras [Hz], length [s], error of the joints per axis [m], time in which errors fade [s].
@@ -129,43 +124,19 @@ def _sighting(camera: Recorded, frame: int, case: Case, number: int) -> Sighting
     return from_space(camera.name, stamp, people, pose)
 
 
-def coverage(stage: Path, fused: Frames) -> Tuple[float, float]:
-    """Return the share of visible joints whose error is within 1 and 2 sigma."""
-    truth, order = read_truth(stage, 'gt_world.json')
-    ratios: List[np.ndarray] = [np.zeros(0)]
-    for (_, people), frame in zip(fused, truth['frames']):
-        joints = np.array([person['xyz'] for person in frame['people']])[:, order]
-        labels = np.array([list(person['vis'].values()) for person in frame['people']])[..., order]
-        for row, other in pair_people(people.xyz, joints, SAME_PERSON):
-            seen = (labels[other] == VISIBLE).any(axis=0) & np.isfinite(people.sigma[row])
-            error = np.linalg.norm(people.xyz[row] - joints[other], axis=1)
-            ratios.append((error / people.sigma[row])[seen])
-    ratio = np.concatenate(ratios)
-    return float((ratio <= 1).mean()), float((ratio <= 2).mean())
-
-
-def score(stage: Path, fused: Frames, script: Path) -> Dict:
-    """Return the figures of a script about the fused people."""
-    with tempfile.TemporaryDirectory() as folder:
-        people, figures = Path(folder) / 'people.csv', Path(folder) / 'figures.json'
-        write_csv(people, fused)
-        subprocess.run([sys.executable, script, stage, people, '--json', figures], check=True,
-                       stdout=subprocess.DEVNULL)
-        return json.loads(figures.read_text())
-
-
-def accuracy(stage: Path, recorded: Sequence[Recorded], script: Path) -> str:
+def accuracy(stage: Path, recorded: Sequence[Recorded]) -> List[Sequence[object]]:
     """Return the table of all cases."""
-    rows: List[Sequence[object]] = [('case', 'median mm', 'mean mm', 'PCK@100', 'of one camera', 'recall', 'precision',
-                                     'switches', 'within 1, 2 sigma', 'ms')]
+    rows: List[Sequence[object]] = [('case', 'median mm', 'mean mm', 'within 100 mm', 'of one camera', 'recall',
+                                     'precision', 'switches', 'within 1, 2 sigma', 'ms')]
     for case in cases(len(recorded), len(recorded[0].frames)):
         fused, times = fuse(recorded, case)
-        found = score(stage, fused, script)
-        visible, inside = found['visible'], coverage(stage, fused)
-        rows.append((case.title, visible['median_mm'], visible['mean_mm'], visible['pck100'],
-                     found['by_cameras']['1']['pck100'], found['person_recall'], found['person_precision'],
-                     found['id_switches'], f'{inside[0]:.2f}, {inside[1]:.2f}', f'{np.median(times):.2f}'))
-    return markdown(rows)
+        counts = score_world(stage, fused)
+        found = figures([counts], STATISTICS)
+        alone = figures([counts.where('joints', lambda joints: joints['cameras'] == 1)], STATISTICS)
+        rows.append((case.title, found['visible_median'], found['visible_mean'], found['visible_100'],
+                     alone['visible_100'], found['persons_recall'], found['persons_precision'], found['switches'],
+                     f"{found['within_1_sigma']}, {found['within_2_sigma']}", f'{np.median(times):.2f}'))
+    return rows
 
 
 def sigma() -> str:
@@ -200,14 +171,11 @@ def main() -> int:
     parser.add_argument('--cameras', type=int, default=3, help='number of simulated cameras (default: 3)')
     parser.add_argument('--people', type=int, default=5, help='number of simulated people (default: 5)')
     parser.add_argument('--stage', type=Path, help='folder with the sequences of cameras and gt_world.json')
-    parser.add_argument('--evaluate', type=Path, help='script that scores a CSV file against the folder')
     parser.add_argument('--sigma', action='store_true', help='check sigma on simulated people, at all rates')
     arguments = parser.parse_args()
-    if arguments.stage and not arguments.evaluate:
-        parser.error('--stage needs --evaluate')
     sys.stdout.write(sigma() if arguments.sigma else speed(arguments.cameras, arguments.people))
     if arguments.stage:
-        sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate))
+        sys.stdout.write(markdown(accuracy(arguments.stage, record(arguments.stage))))
     return 0
 
 

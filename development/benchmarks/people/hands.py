@@ -2,22 +2,20 @@
 """Measure hands and faces in images and in space, without ROS, on RGB-D sequences with known hands (see chain_runs.py).
 
 Prints how many hands and faces were found, and the least time of a pass of each network, as a share of one pass of
-mobilenet_thin over 656 x 368. The script of --evaluate scores the hands of one sequence. Where gt.json has faces, the
-directions of heads are compared with those of their true points; where it has hands, the points within 2 sigma are
-counted.
+mobilenet_thin over 656 x 368. Where gt.json has hands, they are scored (scoring/hands.py), and
+the points within 2 sigma are counted; where it has faces, the directions of heads are compared with those of their true
+points.
 
-    ./run bench people hands SEQUENCE --evaluate evaluate_hands.py
+    ./run bench people hands SEQUENCE
 """
-import csv
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any, Dict, List, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from chain_runs import BEGIN, CountedNetwork, evaluate, open_sequence, read_truth
+from chain_runs import BEGIN, CountedNetwork, open_sequence, read_truth
 from common import Parser, elapsed
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import create_detector
@@ -25,12 +23,13 @@ from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND
 from openpose_ros_pkg.landmarks.params import LandmarkParams
-from openpose_ros_pkg.landmarks.records import HAND_POINTS
 from openpose_ros_pkg.networks.backends import Backend, create_backend
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
+from scoring.figures import figures
+from scoring.hands import STATISTICS, Hand, score_hands
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
@@ -58,17 +57,15 @@ def find(folder: Path, settings: ChainSettings, networks: Dict[Model, CountedNet
         frame.depth, sequence.camera))).landmarks) for frame in sequence]
 
 
-def write_csv(path: Path, frames: Found) -> None:
-    """Write one row per hand in space."""
-    with path.open('w', newline='') as handle:
-        writer = csv.writer(handle)
-        writer.writerow(['stamp', 'side', *(f'{axis}{k}' for k in range(HAND_POINTS) for axis in 'uvxyz')])
-        for stamp, (found, lifted) in frames:
-            names = list(zip(found.hands.people.tolist(), found.hands.left.tolist()))
-            for row, name in enumerate(zip(lifted.hands.people.tolist(), lifted.hands.left.tolist())):
-                points = np.concatenate([found.hands.keypoints[names.index(name), :, :2],
-                                         lifted.hands.points.xyz[row]], axis=1)
-                writer.writerow([round(stamp * 1e9), 'left' if name[1] else 'right', *points.ravel().tolist()])
+def hands_of(frames: Found) -> List[Tuple[float, List[Hand]]]:
+    """Return the hands in space of each frame, as they are scored."""
+    hands = []
+    for stamp, (found, lifted) in frames:
+        in_image, in_space = (list(zip(each.people.tolist(), each.left.tolist()))
+                              for each in (found.hands, lifted.hands))
+        hands.append((stamp, [Hand(name[1], found.hands.keypoints[in_image.index(name), :, :2], xyz)
+                              for name, xyz in zip(in_space, lifted.hands.points.xyz)]))
+    return hands
 
 
 def compared(folder: Path, frames: Found) -> str:
@@ -130,23 +127,22 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     add_settings(parser, 'of the chain')
-    parser.add_argument('--evaluate', type=Path, help='script that scores a sequence folder and a CSV')
     arguments = parser.parse_args()
-    settings, frames = build(ChainSettings, setting_values(parser, arguments.settings)), []
+    settings = build(ChainSettings, setting_values(parser, arguments.settings))
+    frames: Found = []
+    counts = []
     unit, *both = (create_backend(model, weights_path(model, settings.detector.detector.model_folder),
                                   settings.detector.backend) for model in (MOBILENET_THIN, HAND.model, FACE.model))
     networks = {kind.model: CountedNetwork(network) for kind, network in zip((HAND, FACE), both)}
     for folder in arguments.sequences:
         found = find(folder, settings, networks)
         sys.stdout.write(compared(folder, found))
+        counts.append(score_hands(folder, hands_of(found)))
         frames += found
     sys.stdout.write(report(frames, networks, unit))
-    if not arguments.evaluate:
-        return 0
-    with tempfile.TemporaryDirectory() as temporary:
-        path = Path(temporary) / 'hands.csv'
-        write_csv(path, frames)
-        return evaluate(arguments.evaluate, [(arguments.sequences[0], path)])
+    for figure in figures(counts, STATISTICS).values():
+        print(f'{figure.text}: {figure.interval} {figure.unit}, n {figure.n}')
+    return 0
 
 
 if __name__ == '__main__':

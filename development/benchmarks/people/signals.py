@@ -1,15 +1,13 @@
 #!/usr/bin/python3
 """Measure postures, gestures, pointing and falls of people, on RGB-D sequences with known joints, without ROS.
 
-Where gt.json labels gestures, these are scored by the script of --evaluate, and the latency of each, the pointing rays
-and what they hit are printed. Without labels, gestures are compared with those of the true joints, within half a
-second; postures and places on the floor are compared frame by frame. --step 2 omits every other frame after detection.
+Where gt.json labels gestures, these are scored (scoring/signals.py), and the latency of each, the pointing rays and
+what they hit are printed. Without labels, gestures are compared with those of the true joints, within half a second;
+postures and places on the floor are compared frame by frame. --step 2 omits every other frame after detection.
 
-    ./run bench people signals signals floor wave turn group --evaluate evaluate_signals.py --step 2
+    ./run bench people signals signals floor wave turn group --step 2
 """
-import csv
 import sys
-import tempfile
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +16,7 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from chain_runs import Finder, Frames, camera_poses, evaluate, open_sequence, read_truth
+from chain_runs import Finder, Frames, camera_poses, open_sequence, read_truth
 from common import Parser, elapsed, markdown
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
@@ -29,15 +27,16 @@ from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import UNKNOWN, PersonSignals, Target
 from openpose_ros_tools.alignment.people import pair_people
+from scoring.figures import figures
+from scoring.signals import STATISTICS, Person, Told, score_signals
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.transform import transform_people
 
 LABELS = {'standing': 'stand', 'sitting': 'sit'}
-COLUMNS = ('stamp', 'id', 'x', 'y', 'z', 'label', 'arm', 'ox', 'oy', 'oz', 'dx', 'dy', 'dz')
-# Frames this near to a change of a label do not count; gestures of true joints this near are the same [s].
-MARGIN, NEAR = 0.2, 0.5
+# Gestures of true joints this near are the same [s].
+NEAR = 0.5
 # Maximum median distance of the joints of a person; of a hit from the middle of its target [m].
 SAME_PERSON, AT_TARGET = 0.3, 0.25
 # Pixels between the points of the cloud that rays may meet.
@@ -100,21 +99,21 @@ def clouds(sequence: Sequence) -> List[Surroundings]:
         frame.depth, source.camera).depths(columns, rows).reshape(-1, 1)) for frame in source]
 
 
-def write_labels(path: Path, frames: Frames, signals: Signals) -> None:
-    """Write the labels as the script that scores them reads them."""
-    people_at = dict(frames)
-    with path.open('w', newline='') as handle:
-        writer = csv.DictWriter(handle, COLUMNS)
-        writer.writeheader()
-        for stamp, persons in signals:
-            necks = dict(zip(people_at[stamp].ids.tolist(), people_at[stamp].xyz[:, COCO_18.index['neck']]))
-            for person in persons:
-                row = {'stamp': round(stamp * 1e9), 'id': person.id, **dict(zip('xyz', necks[person.id]))}
-                writer.writerow(dict(row, label=LABELS.get(person.posture.name, '')))
-                for gesture in person.gestures:
-                    ray = gesture.pointing
-                    writer.writerow(dict(row, label=gesture.name, arm=gesture.arm.replace('both', ''),
-                                         **(dict(zip(COLUMNS[7:], (*ray.origin, *ray.direction))) if ray else {})))
+def labelled(frames: Frames, signals: Signals) -> List[Tuple[float, List[Person]]]:
+    """Return the labels of people, as they are scored."""
+    people_at, labels = dict(frames), []
+    for stamp, persons in signals:
+        necks = dict(zip(people_at[stamp].ids.tolist(), people_at[stamp].xyz[:, COCO_18.index['neck']]))
+        labels.append((stamp, [Person(necks[person.id], _labels_of(person)) for person in persons]))
+    return labels
+
+
+def _labels_of(person: PersonSignals) -> Dict[str, Told]:
+    labels = {LABELS[person.posture.name]: Told()} if person.posture.name in LABELS else {}
+    for gesture in person.gestures:
+        ray = (gesture.pointing.origin, gesture.pointing.direction) if gesture.pointing else ()
+        labels[gesture.name] = Told(gesture.arm.replace('both', ''), *ray)
+    return labels
 
 
 def label_rows(sequence: Sequence, signals: Signals) -> Tuple[List[List[object]], List[float]]:
@@ -222,14 +221,11 @@ def print_floor(sequence: Sequence) -> None:
             ('off by', away, 'm'), ('floor by the body', heights, 'm'), ('turned by', turned, 'deg')) if errors))
 
 
-def print_labelled(sequence: Sequence, signals: Signals, script: Optional[Path]) -> None:
+def print_labelled(sequence: Sequence, signals: Signals) -> None:
     """Print scores of labels, latencies, and how right the rays are."""
-    if script:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / 'labels.csv'
-            write_labels(path, sequence.found, signals)
-            if evaluate(script, [(sequence.folder, path)], '--margin', str(MARGIN)):
-                raise SystemExit(f'{script} has failed')
+    counts = score_signals(sequence.folder, labelled(sequence.found, signals))
+    for figure in figures([counts], STATISTICS).values():
+        print(f'{figure.text}: {figure} {figure.unit}, n {figure.n}')
     rows, errors = label_rows(sequence, signals)
     print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *rows]))
     answered = np.array(errors)[np.isfinite(errors)]
@@ -240,13 +236,13 @@ def print_labelled(sequence: Sequence, signals: Signals, script: Optional[Path])
           'frames; points of the cloud at the target:', hits(sequence, clouds(sequence)), 'frames')
 
 
-def report(sequence: Sequence, script: Optional[Path]) -> Tuple[float, float, float]:
+def report(sequence: Sequence) -> Tuple[float, float, float]:
     """Print the signals of a sequence; return its length [s], number of false gestures, time per person [ms]."""
     took, signals = elapsed(lambda: sequence.read(sequence.found))
     print(f'\n{sequence.folder}')
     false = 0
     if 'targets' in sequence.truth:
-        print_labelled(sequence, signals, script)
+        print_labelled(sequence, signals)
     else:
         false = print_gestures(sequence, signals)
     print_postures(sequence, signals)
@@ -261,12 +257,11 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     add_settings(parser, 'of the chain')
-    parser.add_argument('--evaluate', type=Path, help='script that scores labels')
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')
     arguments = parser.parse_args()
     finder = Finder(build(ChainSettings, setting_values(parser, arguments.settings)))
     sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
-    seconds, false, cost = np.array([report(sequence, arguments.evaluate) for sequence in sequences]).T
+    seconds, false, cost = np.array([report(sequence) for sequence in sequences]).T
     print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} '
           f'per minute\n{np.median(cost):.2f} ms per person and frame')
     return 0

@@ -6,7 +6,7 @@ import os
 from concurrent.futures import ProcessPoolExecutor
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional
 
 import chain_runs
 from common import ROOT
@@ -66,7 +66,7 @@ def count(options: Options, settings: Dict[str, Any], exact: bool = False, every
 
 def _job(folder: Path, settings: str, exact: bool, limit: Optional[int]) -> Job:
     truth = (folder / 'gt.json').stat()
-    key = hashlib.sha1(repr((code_digest(), str(folder.resolve()), truth.st_size, truth.st_mtime_ns, settings, exact,
+    key = hashlib.sha256(repr((code_digest(), str(folder.resolve()), truth.st_size, truth.st_mtime_ns, settings, exact,
                              limit)).encode()).hexdigest()
     return Job(folder, settings, exact, limit, KEPT / f'{folder.name}_{key[:16]}.npz')
 
@@ -74,7 +74,7 @@ def _job(folder: Path, settings: str, exact: bool, limit: Optional[int]) -> Job:
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """Return a digest of the sources that decide what is counted."""
-    digest = hashlib.sha1()  # noqa: S324 - a name, no secret
+    digest = hashlib.sha256()
     for path in sorted(path for folder in _SOURCES for path in (ROOT / folder).rglob('*')
                        if path.suffix in ('.py', '.cpp', '.hpp', '.h')):
         digest.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
@@ -95,12 +95,3 @@ def _run(job: Job) -> None:
     else:
         run = _finder(job.settings).run(sequence, limit=job.limit)
     score_people(job.folder, run.frames, job.limit).save(job.path)
-
-
-def rows_of(groups: Dict[str, Sequence[Counts]], statistics: Dict[str, Any], names: Dict[str, str], first: str
-            ) -> List[List[Any]]:
-    """Return the rows of a table of figures: one for each group of scenes, one column for each name with its title."""
-    from scoring.figures import figures
-    chosen = {name: statistics[name] for name in names}
-    return [[first, 'scenes', *names.values()],
-            *([title, len(counts), *figures(counts, chosen).values()] for title, counts in groups.items())]

@@ -7,10 +7,10 @@ from common import ROOT, markdown
 PATH = ROOT / 'docs/results.md'
 HEAD = '''# Results
 
-This page is for readers who want to know how accurate and how fast the packages are, and how sure that is. It is written by
-`./run bench report`; each section says by which commit, on which processor and when it was measured. Figures are followed by
-their 95 % interval, by bootstrap over scenes: `0.961 (0.949 to 0.972)`. **T** is the time of one pass of the network mobilenet_thin at
-656 x 368 in f32 on two threads: divide times by it to compare machines.
+This page is for readers who want to know how accurate and how fast the packages are, and how sure that is. It is
+written by `./run bench report`; each section says by which commit, on which processor and when it was measured. Figures
+are followed by their 95 % interval, by bootstrap over scenes: `0.961 (0.949 to 0.972)`. **T** is the time of a pass of
+the network mobilenet_thin at 656 x 368 in f32 on two threads: divide times by it to compare machines.
 '''
 
 
@@ -25,9 +25,10 @@ def _section(name: str, section: Dict[str, Any]) -> List[str]:
     parts = [f"## {section['title']}\n", f"{section['text']}\n"]
     for table in section['tables']:
         parts += [*([f"**{table['title']}**\n"] if table['title'] else []), markdown(table['rows'])]
-    parts += [f"![{picture['text']}](images/{picture['file']})\n\n{picture['text']}\n" for picture in section['pictures']]
-    return [*parts, f"`./run bench report {name}`: commit {made['commit']}, {made['processor']}, T = {made['T_ms']} ms, "
-                    f"{made['date']}\n"]
+    parts += [f"![{picture['text']}](images/{picture['file']})\n\n{picture['text']}\n"
+              for picture in section['pictures']]
+    return [*parts, f"`./run bench report {name}`: commit {made['commit']}, {made['processor']}, "
+                    f"T = {made['T_ms']} ms, {made['date']}\n"]
 
 
 def write(order: Sequence[str]) -> None:

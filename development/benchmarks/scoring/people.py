@@ -1,9 +1,9 @@
 """People in the frame of a camera against the true joints of a scene.
 
-People of a frame are paired with true ones by the median distance of the joints that are visible in truth, of all joints
-where fewer than three are, at most `GATE` apart. Labels of true joints: 2 visible; hidden by 1 the own body, 3 another
-person, 4 furniture; 0 outside the image, which does not count. A share counts all joints of its kind, those without a
-position as wrong.
+People of a frame are paired with true ones by the median distance of the joints that are visible in truth, of all
+joints where fewer than three are, at most `GATE` apart. Labels of true joints: 2 visible; hidden by 1 the own body, 3
+another person, 4 furniture; 0 outside the image, which does not count. A share counts all joints of its kind, those
+without a position as wrong.
 """
 import json
 from pathlib import Path
@@ -140,7 +140,7 @@ class History:
             self._paths.setdefault(true, {})[number] = off
 
     def sums(self) -> Dict[str, float]:
-        """Return the switches, and the pairs that remain where each true person is given one id (IDF1, Ristani 2016)."""
+        """Return the switches, and the pairs that remain where each true person is given one id (Ristani 2016)."""
         trues, names = ({key: row for row, key in enumerate(sorted({pair[side] for pair in self._together}))}
                         for side in (0, 1))
         frames = np.zeros((len(trues), len(names)))

@@ -2,10 +2,11 @@
 from typing import Any, Dict
 
 from results import Options, Section, Table
-from results.counting import count, rows_of
+from results.counting import count
 from scoring.counts import by_tag
 from scoring.figures import figures
 from scoring.people import STATISTICS, TABLE
+from scoring.tables import rows_of
 
 # What each row runs: parameters of the chain, true pixels, one of so many scenes.
 ROWS: Dict[str, Dict[str, Any]] = {
@@ -27,6 +28,6 @@ def measure(options: Options) -> Section:
               *([Table('By kind of scene, balanced', rows_of(kinds, STATISTICS, TABLE, 'kind'))]
                 if len(kinds) > 1 else [])]
     frames = int(sum(each.sums['frames'] for each in whole))
-    return Section(f'{len(whole)} scenes with {frames} frames: errors are distances from the true joint inside the body. '
+    return Section(f'{len(whole)} scenes with {frames} frames. Errors are distances from the true joint in the body. '
                    'Shares count all joints of their kind, those that are not given as wrong. Lies: hidden joints that '
                    'are called MEASURED and are wrong by more than 150 mm.', found, tables)

@@ -1,0 +1,123 @@
+"""Gestures, postures and pointing against the labels of a scene.
+
+People are paired by their necks. A label counts in each frame that holds it in truth or in what was found, without
+frames near a change of that label of that person. Pointing: the angle at the origin of the ray between its direction
+and the true target; frames of true pointing without a ray count as wrong.
+"""
+import json
+from pathlib import Path
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from .counts import Counts, tags_of
+from .figures import Average, Quantile, Ratio
+
+LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'sit', 'stand')
+# Maximum distance of necks [m]; frames this near to a change of a label do not count for it [s].
+GATE, MARGIN = 0.6, 0.2
+# One row for each frame of true pointing: angle to the target [deg], NaN without a ray.
+RAY = np.dtype([('angle', 'f8')])
+
+
+class Told(NamedTuple):
+    """A label of a person: its arm, 'left', 'right' or '', and for pointing origin and direction (3,) of the ray."""
+
+    arm: str = ''
+    origin: Any = None
+    direction: Any = None
+
+
+class Person(NamedTuple):
+    """The neck of a person (3,) [m], and labels."""
+
+    neck: np.ndarray
+    labels: Dict[str, Told]
+
+
+def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]], margin: float = MARGIN) -> Counts:
+    """Count the labels of each true frame of a scene; frames are given by their stamps [s]."""
+    truth = json.loads((folder / 'gt.json').read_text())
+    neck, true = truth['joints'].index('neck'), truth['frames']
+    times = np.array([frame['t'] for frame in true])
+    found: List[List[Person]] = [[] for _ in true]
+    for seconds, people in frames:
+        found[int(np.abs(times - seconds).argmin())] += people
+    sums: Dict[str, float] = dict.fromkeys(
+        [f'{kind}_{label}' for label in LABELS for kind in ('right', 'wrong', 'missed')] + ['arms', 'arms_right'], 0)
+    angles: List[float] = []
+    changes = _changes(true)
+    for frame, people in zip(true, found):
+        pairs = _pairs(np.array([person['xyz'][neck] for person in frame['people']]).reshape(-1, 3), people)
+        for row, person in enumerate(people):
+            if row not in pairs.values():
+                for label in set(person.labels) & set(LABELS):
+                    sums[f'wrong_{label}'] += 1
+        for row, person in enumerate(frame['people']):
+            told = people[pairs[row]].labels if row in pairs else {}
+            for label in LABELS:
+                near = any(abs(frame['t'] - time) < margin for time in changes.get((person['id'], label), ()))
+                if not near and (label in told or label in person['labels']):
+                    sums[('right_' if label in told and label in person['labels'] else
+                          'wrong_' if label in told else 'missed_') + label] += 1
+            for detail in person['detail']:
+                given = told.get(detail['label'])
+                if 'arm' in detail and given and given.arm:
+                    sums['arms'] += 1
+                    sums['arms_right'] += given.arm[0] == detail['arm'][0]
+                if detail['label'] == 'point':
+                    angles.append(_angle(given, np.array(detail['target'])))
+    return Counts(folder.resolve().name, tags_of(folder), sums, {'rays': np.array(angles, np.float64).astype(RAY)})
+
+
+def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[float]]:
+    """Return the times at which labels of people change, by id and label."""
+    seen: Dict[Tuple[int, str], List[Tuple[float, bool]]] = {}
+    for frame in frames:
+        for person in frame['people']:
+            for label in LABELS:
+                seen.setdefault((person['id'], label), []).append((frame['t'], label in person['labels']))
+    return {key: [(a[0] + b[0]) / 2 for a, b in zip(states, states[1:]) if a[1] != b[1]]
+            for key, states in seen.items()}
+
+
+def _pairs(necks: np.ndarray, people: Sequence[Person]) -> Dict[int, int]:
+    """Return the row of the found person for each true one that was found."""
+    found = np.array([person.neck for person in people]).reshape(-1, 3)
+    apart = np.linalg.norm(necks[:, np.newaxis] - found, axis=2)
+    apart[~(apart <= GATE)] = 1e3
+    return {int(row): int(other) for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
+
+
+def _angle(told: Any, target: np.ndarray) -> float:
+    """Return the angle between a ray and a target [deg]; NaN without a ray."""
+    if told is None or told.direction is None:
+        return float('nan')
+    to = target - told.origin
+    cosine = to @ told.direction / (np.linalg.norm(to) * np.linalg.norm(told.direction))
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def _f1(label: str) -> Ratio:
+    return Ratio(f'F1 of {label}', lambda counts: 2 * counts.sums[f'right_{label}'], lambda counts: (
+        2 * counts.sums[f'right_{label}'] + counts.sums[f'wrong_{label}'] + counts.sums[f'missed_{label}']), digits=2)
+
+
+def _within(degrees: int) -> Ratio:
+    return Ratio(f'frames of pointing with a ray within {degrees} deg',
+                 lambda counts: float((counts.rows['rays']['angle'] <= degrees).sum()),
+                 lambda counts: float(len(counts.rows['rays'])), digits=2)
+
+
+STATISTICS = {
+    **{f'f1_{label}': _f1(label) for label in LABELS},
+    'f1': Average('mean F1 of all labels', [_f1(label) for label in LABELS], digits=2),
+    'arm': Ratio('gestures with the right arm', lambda counts: counts.sums['arms_right'],
+                 lambda counts: counts.sums['arms'], digits=2),
+    'point_given': Ratio('frames of pointing with a ray',
+                         lambda counts: float(np.isfinite(counts.rows['rays']['angle']).sum()),
+                         lambda counts: float(len(counts.rows['rays'])), digits=2),
+    'point_10': _within(10), 'point_15': _within(15), 'point_20': _within(20),
+    'point_median': Quantile('median angle of the rays', lambda counts: counts.rows['rays']['angle'][
+        np.isfinite(counts.rows['rays']['angle'])], 0.5, 'deg', 1)}

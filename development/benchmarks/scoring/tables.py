@@ -1,0 +1,28 @@
+"""Tables of figures."""
+from typing import Any, List, Mapping, Sequence
+
+from common import markdown
+
+from .counts import Counts
+from .figures import figures
+from .people import STATISTICS, TABLE
+
+
+def rows_of(groups: Mapping[str, Sequence[Counts]], statistics: Mapping[str, Any], names: Mapping[str, str], first: str
+            ) -> List[List[Any]]:
+    """Return the rows of a table: one for each group of scenes, one column for each named statistic with its title."""
+    chosen = {name: statistics[name] for name in names}
+    return [[first, 'scenes', *names.values()],
+            *([title, len(counts), *figures(counts, chosen).values()] for title, counts in groups.items())]
+
+
+def table_of_scenes(counts: Sequence[Counts]) -> str:
+    """Return the table of people in space: a row for each scene, one for all; and all figures of all, as text."""
+    scenes = {f'{number}: {each.scene}' if len(counts) > 1 else each.scene: [each]
+              for number, each in enumerate(counts, 1)}
+    rows = rows_of(scenes, STATISTICS, TABLE, 'scene')
+    whole = figures(counts, STATISTICS)
+    rows = [[cell for number, cell in enumerate(row) if number != 1] for row in rows]
+    rows.append(['all', *(whole[name] for name in TABLE)])
+    lines = [f'{figure.text}: {figure.interval} {figure.unit}, n {figure.n}' for figure in whole.values()]
+    return '\n'.join([markdown([[str(cell) for cell in row] for row in rows]), 'all, with 95 % intervals:', *lines])

@@ -1,0 +1,248 @@
+"""Scores of what is known: the truth itself, and the truth changed in one way."""
+import json
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from scoring import people, world
+from scoring.counts import Counts, by_bin, by_name, by_tag, load
+from scoring.csv_people import read_csv, write_csv
+from scoring.figures import Quantile, Ratio, differences, figures
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+
+JOINTS = len(COCO_18.joints)
+FRAMES, RATE = 10, 10.0
+# Joints of a person that furniture hides.
+HIDDEN = [COCO_18.index['left_ankle'], COCO_18.index['right_ankle']]
+LABELS = np.where(np.isin(np.arange(JOINTS), HIDDEN), people.FURNITURE, people.VISIBLE)
+
+
+def joints_of(person, number):
+    """Return the joints of a person (18, 3) who walks to the right; people are 1.2 m apart."""
+    body = np.random.RandomState(person).uniform(-0.4, 0.4, (JOINTS, 3))
+    return body + np.array((1.2 * person + 0.05 * number, 0.0, 3.0))
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A scene of two people; the joints have another order than COCO_18."""
+    order = list(reversed(range(JOINTS)))
+    truth = {'joints': [COCO_18.joints[row] for row in order],
+             'frames': [{'i': number, 't': number / RATE, 'people': [
+                 {'id': person, 'xyz': joints_of(person, number)[order].tolist(), 'vis': LABELS[order].tolist()}
+                 for person in (1, 2)]} for number in range(FRAMES)]}
+    (tmp_path / 'gt.json').write_text(json.dumps(truth))
+    (tmp_path / 'meta.json').write_text(json.dumps({'kind': 'walk', 'sensor': {'name': 'xtion'}}))
+    return tmp_path
+
+
+def found(change=lambda number, person, xyz: [(person, xyz)], status=MEASURED, sigma=0.05):
+    """Return the frames of the true people as `change(frame, id, xyz) -> [(id, xyz), ...]` makes them."""
+    frames = []
+    for number in range(FRAMES):
+        told = [each for person in (1, 2) for each in change(number, person, joints_of(person, number))]
+        xyz = np.array([xyz for _, xyz in told]).reshape(-1, JOINTS, 3)
+        there = np.isfinite(xyz).all(axis=2)
+        frames.append((number / RATE, People3D(COCO_18, xyz, there.astype(float), np.where(there, status, MISSING),
+                                               np.where(there, sigma, np.nan), [person for person, _ in told])))
+    return frames
+
+
+def scored(scene, *arguments, **options):
+    counts = people.score_people(scene, found(*arguments, **options))
+    return {name: figure.value for name, figure in figures([counts], people.STATISTICS, resamples=10).items()}
+
+
+def test_no_person_is_found(scene):
+    result = scored(scene, lambda number, person, xyz: [])
+    assert result['persons_recall'] == 0
+    assert result['persons_precision'] is None
+    assert result['visible_100'] == result['hidden_150'] == result['lies'] == 0
+    assert result['visible_median'] is None
+
+
+def test_the_truth_is_perfect(scene):
+    result = scored(scene)
+    for name in ('persons_recall', 'persons_precision', 'visible_100', 'hidden_150', 'idf1', 'within_1_sigma'):
+        assert result[name] == 1
+    assert result['visible_median'] == pytest.approx(0, abs=1e-3)  # positions are float32
+    assert result['switches'] == result['lies'] == 0
+    assert result['jitter'] == pytest.approx(0, abs=1e-3)
+    assert result['hidden_measured'] == 1
+
+
+def test_a_shift_is_the_error(scene):
+    result = scored(scene, lambda number, person, xyz: [(person, xyz + np.array((0, 0, 0.16)))])
+    assert result['visible_median'] == pytest.approx(160, abs=0.01)
+    assert result['visible_90'] == pytest.approx(160, abs=0.01)
+    assert result['visible_100'] == result['within_2_sigma'] == 0
+    assert result['lies'] == 1
+    assert result['persons_recall'] == 1
+
+
+def test_hidden_joints_that_are_told_as_inferred_are_no_lies(scene):
+    result = scored(scene, lambda number, person, xyz: [(person, xyz + np.array((0, 0, 0.16)))], status=INFERRED)
+    assert result['lies'] == 0
+    assert result['visible_inferred'] == 1
+
+
+def test_ids_that_are_swapped_half_way(scene):
+    result = scored(scene, lambda number, person, xyz: [(person if number < FRAMES // 2 else 3 - person, xyz)])
+    assert result['switches'] == 2
+    assert result['idf1'] == 0.5
+
+
+def test_people_told_twice(scene):
+    result = scored(scene, lambda number, person, xyz: [(person, xyz), (person + 10, xyz + np.array((0.2, 0, 0)))])
+    assert result['persons_precision'] == 0.5
+    assert result['persons_recall'] == 1
+    assert result['visible_median'] == pytest.approx(0, abs=1e-3)
+
+
+def test_a_person_who_is_missing_counts_in_the_shares_of_joints(scene):
+    result = scored(scene, lambda number, person, xyz: [(person, xyz)] if person == 1 else [])
+    assert result['persons_recall'] == result['visible_100'] == result['hidden_given'] == 0.5
+    assert result['persons_precision'] == 1
+
+
+def test_people_beyond_the_gate_are_others(scene):
+    assert scored(scene, lambda number, person, xyz: [(person, xyz + np.array((0, 0, 0.7)))])['persons_recall'] == 0
+
+
+def test_wrong_hidden_joints_do_not_hide_their_person(scene):
+    def change(number, person, xyz):
+        wrong = xyz.copy()
+        wrong[HIDDEN] += 3
+        return [(person, wrong)]
+    assert scored(scene, change)['persons_recall'] == 1
+
+
+def test_jitter_is_that_of_the_acceleration(scene):
+    # to and fro by 1 cm: the second difference is 4 cm
+    result = scored(scene, lambda number, person, xyz: [(person, xyz + np.array((0, 0, 0.01 * (-1) ** number)))])
+    assert result['jitter'] == pytest.approx(0.04 * RATE ** 2, rel=1e-3)
+
+
+def test_frames_at_no_true_time_are_stray(scene):
+    counts = people.score_people(scene, [(seconds + 0.04, each) for seconds, each in found()])
+    assert counts.sums['stray'] == 0
+    assert counts.sums['paired'] == 2 * FRAMES
+    assert people.score_people(scene, [(seconds + 50, each) for seconds, each in found()]).sums['stray'] == 2 * FRAMES
+
+
+def test_a_csv_file_gives_the_same_scores(scene, tmp_path):
+    frames = found(lambda number, person, xyz: [(person, xyz + np.array((0, 0, 0.12)))])
+    write_csv(tmp_path / 'people.csv', frames)
+    again = people.score_people(scene, read_csv(tmp_path / 'people.csv'))
+    assert again.sums == people.score_people(scene, frames).sums
+    assert figures([again], people.STATISTICS, 0)['visible_median'].value == pytest.approx(120, abs=0.01)
+
+
+def test_a_csv_file_of_other_software(scene, tmp_path):
+    begin, lines = 1600000000 * 10 ** 9, []
+    for seconds, each in found():
+        lines += [','.join([str(begin + round(seconds * 1e9)), f'person {person}', *(
+            'nan' if joint == 4 else repr(float(value)) for joint, at in enumerate(xyz) for value in at)])
+            for person, xyz in zip(each.ids, each.xyz)]
+    head = ['field.header.stamp', 'field.person_ID', *(f'field.{joint}.{axis}' for joint in COCO_18.joints
+                                                       for axis in 'xyz')]
+    path = tmp_path / 'people.csv'
+    path.write_text('\n'.join([','.join(head), *lines]))
+    result = figures([people.score_people(scene, read_csv(path, begin))], people.STATISTICS, 0)
+    assert result['persons_recall'].value == result['idf1'].value == 1
+    assert result['visible_given'].value == pytest.approx(1 - 1 / (JOINTS - len(HIDDEN)))
+    path.write_text('a,b\n1,2\n')
+    with pytest.raises(ValueError, match='needed are'):
+        read_csv(path)
+
+
+def test_counts_come_back_from_their_file(scene, tmp_path):
+    counts = people.score_people(scene, found())
+    counts.save(tmp_path / 'kept' / 'counts.npz')
+    again = load(tmp_path / 'kept' / 'counts.npz')
+    assert (again.scene, again.tags, again.sums) == (counts.scene, {'kind': 'walk', 'sensor': 'xtion'}, counts.sums)
+    for name, rows in counts.rows.items():
+        np.testing.assert_array_equal(again.rows[name], rows)
+
+
+def test_groups_of_joints_and_scenes(scene):
+    counts = [people.score_people(scene, found())]
+    by_joint = by_name(counts, 'joints', 'joint', COCO_18.joints)
+    assert figures(by_joint['nose'], people.JOINT_STATISTICS, 0)['visible_100'].n == 2 * FRAMES
+    assert figures(by_joint['left_ankle'], people.JOINT_STATISTICS, 0)['hidden_150'].n == 2 * FRAMES
+    bins = by_bin(counts, 'joints', 'distance', (0, 3, 9))
+    assert sum(len(each.rows['joints']) for group in bins.values() for each in group) == 2 * FRAMES * JOINTS
+    assert list(by_tag(counts, 'sensor')) == ['xtion']
+
+
+def counted(values):
+    return [Counts(str(number), {}, {'right': value, 'all': 100}, {'errors': np.full(7, value).astype([('e', 'f8')])})
+            for number, value in enumerate(values)]
+
+
+SHARE = {'share': Ratio('', lambda counts: counts.sums['right'], lambda counts: counts.sums['all'])}
+
+
+def test_the_interval_of_a_mean_is_that_of_normal_theory():
+    values = np.random.RandomState(1).uniform(40, 80, 60)
+    figure = figures(counted(values), SHARE)['share']
+    half = 1.96 * values.std() / 100 / np.sqrt(len(values))
+    assert figure.value == pytest.approx(values.mean() / 100)
+    assert (figure.low, figure.high) == pytest.approx((figure.value - half, figure.value + half), abs=0.1 * half)
+
+
+def test_one_scene_has_no_interval_and_none_has_no_figure():
+    figure = figures(counted([50]), SHARE)['share']
+    assert (figure.value, figure.low, figure.high) == (0.5, None, None)
+    assert str(figures([], SHARE)['share']) == '-'
+
+
+def test_quantiles_are_those_of_all_values():
+    values = np.random.RandomState(2).uniform(0, 1, 40)
+    statistic = {'median': Quantile('', lambda counts: counts.rows['errors']['e'], 0.5, digits=3)}
+    figure = figures(counted(values), statistic)['median']
+    assert figure.value == pytest.approx(np.median(values))
+    drawn = [np.median(np.random.RandomState(seed).choice(values, 40)) for seed in range(2000)]
+    assert (figure.low, figure.high) == pytest.approx(tuple(np.quantile(drawn, (0.025, 0.975))), abs=0.06)
+
+
+def test_differences_are_paired():
+    values = np.random.RandomState(1).uniform(20, 80, 40)
+    same = differences(counted(values), counted(values + 1), SHARE)['share']
+    assert (same.value, same.low, same.high) == pytest.approx((0.01, 0.01, 0.01))
+    with pytest.raises(ValueError, match='the same scenes'):
+        differences(counted(values), counted(values[1:]), SHARE)
+
+
+@pytest.fixture
+def stage(tmp_path):
+    """Two people before two cameras, of which one sees no ankles."""
+    truth = {'joints': list(COCO_18.joints), 'fps': RATE, 'cameras': ['cam0', 'cam1'],
+             'frames': [{'i': number, 't': number / RATE, 'people': [
+                 {'id': person, 'xyz': joints_of(person, number).tolist(),
+                  'vis': {'cam0': LABELS.tolist(), 'cam1': np.where(np.arange(JOINTS) == HIDDEN[0], 2, 1).tolist()}}
+                 for person in (1, 2)]} for number in range(FRAMES)]}
+    (tmp_path / 'gt_world.json').write_text(json.dumps(truth))
+    return tmp_path
+
+
+@pytest.mark.parametrize('change, expected', [
+    (lambda number, person, xyz: [], {'persons_recall': 0, 'all_right': 0, 'visible_100': 0}),
+    (lambda number, person, xyz: [(person, xyz)], {'persons_recall': 1, 'persons_precision': 1, 'all_right': 1,
+                                                   'visible_100': 1, 'hidden_100': 1, 'switches': 0, 'idf1': 1}),
+    (lambda number, person, xyz: [(person, xyz + np.array((0, 0, 0.15)))], {'visible_median': 150, 'visible_mean': 150,
+                                                                 'visible_100': 0, 'within_2_sigma': 0}),
+    (lambda number, person, xyz: [(person, xyz), (person + 10, xyz + np.array((0.3, 0, 0)))],
+     {'persons_precision': 0.5, 'all_right': 0, 'persons_recall': 1})])
+def test_fused_people(stage, change, expected):
+    counts = world.score_world(stage, found(change))
+    result = figures([counts], world.STATISTICS, 0)
+    assert {name: result[name].value for name in expected} == pytest.approx(expected, abs=0.01)
+    assert sorted(np.unique(counts.rows['joints']['cameras'])) == [0, 1]
+
+
+def test_of_two_fused_frames_the_nearest_counts(stage):
+    wrong = [(seconds + 0.03, each) for seconds, each in found(lambda number, person, xyz: [(person, xyz + 0.2)])]
+    result = figures([world.score_world(stage, [*wrong, *found()])], world.STATISTICS, 0)
+    assert result['visible_100'].value == result['persons_precision'].value == 1

@@ -1,0 +1,140 @@
+"""Scores of hands, gestures and pointing: the truth itself, and the truth changed in one way."""
+import json
+
+import numpy as np
+import pytest
+
+from scoring import hands, signals
+from scoring.figures import figures
+
+FRAMES, RATE = 20, 10.0
+SIDES = ('left', 'right')
+# Points of each finger in the order from the thumb to the little one: reversed.
+OTHER_WAY = [0, *(4 * finger + joint for finger in (4, 3, 2, 1, 0) for joint in (1, 2, 3, 4))]
+
+
+def hand_of(side, number):
+    """Return a hand of 0.18 m and 100 px; hands are 0.5 m and 300 px apart."""
+    random = np.random.RandomState(SIDES.index(side))
+    xyz = random.uniform(-0.09, 0.09, (21, 3)) + np.array((0.5 * SIDES.index(side) + 0.01 * number, 0.0, 1.3))
+    uv = random.uniform(0, 100, (21, 2)) + np.array((300.0 * SIDES.index(side) + 100, 200.0))
+    return hands.Hand(side == 'left', uv, xyz)
+
+
+@pytest.fixture
+def hand_scene(tmp_path):
+    frames = [{'i': number, 't': number / RATE, 'people': [{'id': 1, 'hands': [
+        {'side': side, 'uv': hand_of(side, number).uv.tolist(), 'xyz': hand_of(side, number).xyz.tolist(),
+         'vis': [2] * 18 + [1] * 3} for side in SIDES]}]} for number in range(FRAMES)]
+    (tmp_path / 'gt.json').write_text(json.dumps({'joints': [], 'frames': frames}))
+    return tmp_path
+
+
+@pytest.mark.parametrize('change, expected', [
+    (lambda hand: [], {'recall': 0, 'precision': None, 'visible_20': 0, 'visible_median': None}),
+    (lambda hand: [hand], {'recall': 1, 'precision': 1, 'side': 1, 'visible_10': 1, 'hidden_20': 1, 'image_01': 1,
+                           'visible_median': 0}),
+    (lambda hand: [hand._replace(xyz=hand.xyz + np.array((0, 0, 0.015)))],
+     {'visible_10': 0, 'visible_20': 1, 'visible_median': 15, 'image_01': 1}),
+    (lambda hand: [hand._replace(left=not hand.left)], {'side': 0, 'visible_10': 1}),
+    (lambda hand: [hand._replace(xyz=np.full((21, 3), np.nan))], {'visible_20': 0, 'image_01': 1}),
+    (lambda hand: [hand] if hand.left else [], {'recall': 0.5, 'precision': 1, 'visible_20': 0.5}),
+    (lambda hand: [hand, hand._replace(uv=hand.uv + 600)], {'precision': 0.5, 'recall': 1})])
+def test_hands(hand_scene, change, expected):
+    frames = [(number / RATE, [each for side in SIDES for each in change(hand_of(side, number))])
+              for number in range(FRAMES)]
+    result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
+    assert {name: result[name].value for name in expected} == pytest.approx(expected, abs=1e-9)
+
+
+def test_fingers_in_the_wrong_order_are_wrong(hand_scene):
+    frames = [(number / RATE, [hand_of(side, number)._replace(xyz=hand_of(side, number).xyz[OTHER_WAY])
+                               for side in SIDES]) for number in range(FRAMES)]
+    result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
+    assert result['visible_20'].value < 0.5
+
+
+TARGET, SHOULDER = np.array((2.0, -0.5, 3.0)), np.array((0.2, 0.0, 2.5))
+
+
+def labels_at(person, number):
+    """Person 1 waves, from the tenth frame on points with the right arm; person 2 raises a hand, then sits."""
+    if person == 1:
+        return ['stand', 'wave' if number < 10 else 'point']
+    return ['stand', 'raise_hand'] if number < 10 else ['sit']
+
+
+def neck_of(person):
+    return np.array((2.0 * person, 0.0, 3.0))
+
+
+@pytest.fixture
+def signal_scene(tmp_path):
+    frames = [{'i': number, 't': number / RATE, 'people': [
+        {'id': person, 'xyz': [neck_of(person).tolist()], 'labels': labels_at(person, number), 'detail': [
+            {'label': label, **({} if label in ('sit', 'stand') else {'arm': 'right'}),
+             **({'target': TARGET.tolist()} if label == 'point' else {})} for label in labels_at(person, number)]}
+        for person in (1, 2)]} for number in range(FRAMES)]
+    (tmp_path / 'gt.json').write_text(json.dumps({'joints': ['neck'], 'frames': frames}))
+    return tmp_path
+
+
+def told(person, number):
+    """Return the true labels, with a ray to the target."""
+    return {label: signals.Told('right', SHOULDER, TARGET - SHOULDER) if label == 'point' else signals.Told('right')
+            for label in labels_at(person, number)}
+
+
+def scored(scene, change=lambda labels: labels, late=0, margin=0.0, away=0.0):
+    frames = [(number / RATE, [signals.Person(neck_of(person) + away, change(told(person, max(number - late, 0))))
+                               for person in (1, 2)]) for number in range(FRAMES)]
+    counts = signals.score_signals(scene, frames, margin)
+    return {name: figure.value for name, figure in figures([counts], signals.STATISTICS, 0).items()}
+
+
+def test_no_label_is_told(signal_scene):
+    result = scored(signal_scene, lambda labels: {})
+    assert result['f1'] == result['point_given'] == result['point_15'] == 0
+    assert result['arm'] is None
+
+
+def test_the_true_labels_are_perfect(signal_scene):
+    result = scored(signal_scene)
+    assert result['f1'] == result['arm'] == result['point_given'] == result['point_10'] == 1
+    assert result['point_median'] == pytest.approx(0, abs=1e-5)
+    assert result['f1_beckon'] is None  # nobody does, and it is not told
+
+
+def test_confused_labels(signal_scene):
+    result = scored(signal_scene, lambda labels: {{'wave': 'beckon'}.get(name, name): each
+                                                  for name, each in labels.items()})
+    assert result['f1_wave'] == result['f1_beckon'] == 0
+    assert result['f1_point'] == 1
+
+
+def test_a_label_that_is_always_told(signal_scene):
+    result = scored(signal_scene, lambda labels: {**labels, 'wave': signals.Told()})
+    assert result['f1_wave'] == pytest.approx(2 * 10 / (2 * 10 + 30))
+
+
+def test_labels_of_people_elsewhere_are_wrong(signal_scene):
+    result = scored(signal_scene, away=9.0)
+    assert result['f1'] == result['point_given'] == 0
+
+
+def test_a_margin_forgives_late_labels(signal_scene):
+    assert scored(signal_scene, late=2, margin=0.25)['f1'] == 1
+    assert 0.5 < scored(signal_scene, late=2)['f1'] < 1
+
+
+def test_the_angle_of_a_ray(signal_scene):
+    def turned(labels):
+        ray = labels.get('point')
+        if ray is None:
+            return labels
+        side = np.cross(ray.direction, (0.0, 1.0, 0.0))
+        side *= np.linalg.norm(ray.direction) / np.linalg.norm(side) * np.tan(np.radians(12))
+        return {**labels, 'point': ray._replace(direction=ray.direction + side)}
+    result = scored(signal_scene, turned)
+    assert result['point_median'] == pytest.approx(12)
+    assert (result['point_10'], result['point_15']) == (0, 1)
