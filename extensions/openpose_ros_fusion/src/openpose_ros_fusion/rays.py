@@ -1,61 +1,71 @@
-"""Cameras without depth: people are where the rays of two meet; one alone places them by their size."""
+"""Cameras without depth: people are where their rays meet; one alone places them by their size."""
 import itertools
 from dataclasses import replace
 from typing import Iterator, List, Mapping, Optional, Tuple
 
 import numpy as np
+from scipy.cluster.hierarchy import fcluster, linkage
 
 from openpose_ros_fusion.association import FAR, KnownIds, Matches, match_the_rest
 from openpose_ros_fusion.constants import AssociationConstants, FusionConstants, SingleViewConstants
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
 from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.tracks import Tracks
-from openpose_ros_pkg.assignment import match
 from skeleton_extract_3d.body.body import SATISFIED_BONES
 
-# The person that each of two cameras sees: indices of people by indices of sightings.
-_Pair = Mapping[int, int]
+# The person that each of some cameras sees: indices of people by indices of sightings.
+_Meeting = Mapping[int, int]
 
 
 def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, ids: Iterator[int],
                            constants: FusionConstants) -> Tuple[Tracks, Matches]:
-    """Return the tracks with people where the rays of two cameras meet, and the matches, also of the other cameras.
+    """Return the tracks with people where the rays of cameras meet, and the matches, also of the other cameras.
 
     They are new, or a track whose place is not known: one that no camera sees, or one alone and without depth.
     """
-    association = constants.association
-    matches = _without_strangers(matches, association)
-    usable = [number for number, (sighting, _) in enumerate(matches.pairs)
-              if not sighting.has_depth and tracks.stamp - sighting.stamp <= association.most_late]
-    for first, second in itertools.combinations(usable, 2):
-        met = _meetings(matches, first, second, association)
-        for one, other in met:
-            tracks, matches = _with_meeting(tracks, matches, {first: one, second: other}, ids, constants)
-        if met:
-            matches = match_the_rest(tracks, matches, known, constants)
-    return tracks, matches
+    matches = _without_strangers(matches, constants.association)
+    met = _meetings(tracks, matches, constants.association)
+    for meeting in met:
+        tracks, matches = _with_meeting(tracks, matches, meeting, ids, constants)
+    return tracks, match_the_rest(tracks, matches, known, constants) if met else matches
 
 
-def _meetings(matches: Matches, first: int, second: int, constants: AssociationConstants) -> List[Tuple[int, int]]:
-    """Return the people of two cameras whose rays meet, of those without a track or in one view alone."""
+def _meetings(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> List[_Meeting]:
+    """Return the people whose rays meet, of those of cameras without depth that have no track or are in one view alone.
+
+    Groups of people, one of each camera at most, grow from those that meet best, as long as the mean distance between
+    two of them is within the gate (average linkage).
+    """
     # the last entry is for people without a track, of row -1
     alone = np.append(matches.views == 1, True)
-    (sighting, rows), (other_sighting, other_rows) = matches.pairs[first], matches.pairs[second]
-    free, others = np.flatnonzero(alone[rows]), np.flatnonzero(alone[other_rows])
-    pairs = pair_rays(sighting.select(free), other_sighting.select(others), constants)
-    return [(int(free[one]), int(others[other])) for one, other in pairs]
+    people = [(number, person) for number, (sighting, rows) in enumerate(matches.pairs)
+              if not sighting.has_depth and tracks.stamp - sighting.stamp <= constants.most_late
+              for person in np.flatnonzero(alone[rows]).tolist()]
+    if len({camera for camera, _ in people}) < 2:
+        return []
+    camera, person = np.array(people).T
+    cost = np.full((len(people), len(people)), FAR)
+    for first, second in itertools.combinations(np.unique(camera), 2):
+        one, other = np.flatnonzero(camera == first), np.flatnonzero(camera == second)
+        cost[np.ix_(one, other)] = ray_distances(matches.pairs[first][0].select(person[one]),
+                                                 matches.pairs[second][0].select(person[other]), constants)
+    cost = np.minimum(cost, cost.T)
+    groups = fcluster(linkage(cost[np.triu_indices(len(cost), 1)], 'average'), constants.ray_gate, 'distance')
+    meetings = [dict(zip(camera[groups == group].tolist(), person[groups == group].tolist()))
+                for group in np.unique(groups)]
+    return [meeting for meeting in meetings if len(meeting) > 1]
 
 
-def _with_meeting(tracks: Tracks, matches: Matches, pair: _Pair, ids: Iterator[int], constants: FusionConstants
+def _with_meeting(tracks: Tracks, matches: Matches, meeting: _Meeting, ids: Iterator[int], constants: FusionConstants
                   ) -> Tuple[Tracks, Matches]:
-    """Return the tracks and matches with a person where the rays of two cameras meet."""
-    rows = [matches.pairs[camera][1][person] for camera, person in pair.items()]
-    if min(rows) >= 0:
-        return tracks, matches  # each has a track
-    seen = [(matches.pairs[camera][0], np.array([person])) for camera, person in pair.items()]
+    """Return the tracks and matches with a person where rays meet."""
+    rows = [matches.pairs[camera][1][person] for camera, person in meeting.items()]
+    if len({row for row in rows if row >= 0}) > 1:
+        return tracks, matches  # they have tracks of their own
+    seen = [(matches.pairs[camera][0], np.array([person])) for camera, person in meeting.items()]
     away = constants.association.ray_distance
     measured = Measurements(
-        np.zeros(2, int), np.concatenate([sighting.points(person) for sighting, person in seen]),
+        np.zeros(len(seen), int), np.concatenate([sighting.points(person) for sighting, person in seen]),
         np.concatenate([sighting.information(sighting.origin + away * sighting.directions[person], person)
                         for sighting, person in seen]))
     positions = estimate_joints(1, measured, constants.estimate).positions
@@ -66,7 +76,7 @@ def _with_meeting(tracks: Tracks, matches: Matches, pair: _Pair, ids: Iterator[i
         row, tracks = len(tracks), tracks.joined(Tracks.begun(tracks.stamp, ids, positions))
     else:
         tracks = tracks.placed(row, positions[0])
-    pairs = tuple((sighting, np.where(np.arange(len(rows)) == pair.get(number, -1), row, rows))
+    pairs = tuple((sighting, np.where(np.arange(len(rows)) == meeting.get(number, -1), row, rows))
                   for number, (sighting, rows) in enumerate(matches.pairs))
     return tracks, Matches(len(tracks), pairs)
 
@@ -97,12 +107,6 @@ def _unseen_near(joints: np.ndarray, tracks: Tracks, views: np.ndarray, constant
     near = np.array([np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else np.inf for each in distances])
     near[views > 0] = np.inf
     return int(near.argmin()) if near.min(initial=np.inf) <= constants.most_gate else -1
-
-
-def pair_rays(first: Sighting, second: Sighting, constants: AssociationConstants) -> List[Tuple[int, int]]:
-    """Return which people of two cameras' rays meet in space, each once."""
-    cost = ray_distances(first, second, constants)
-    return [(one, other) for one, other in match(cost, cost < FAR) if cost[one, other] <= constants.ray_gate]
 
 
 def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants) -> np.ndarray:
