@@ -1,4 +1,6 @@
 """Cameras without depth: people are where rays of several cameras meet, and stay while one camera alone sees them."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,18 @@ def test_a_joint_that_appears_late_is_found_wherever_the_origin_of_the_room_is()
         people = fusion.update(sightings, time)
         if number >= 10:
             assert np.linalg.norm(people.xyz[0, wrist] - room.at(time)[0, wrist]) < 0.1
+
+
+def test_keypoints_of_a_real_detector_and_people_found_twice():
+    """Keypoints that err by 50 mm, as those of OpenPose; one camera finds a person twice. Each time begins anew."""
+    cameras, room = around(3, noise=0.05, angle=0.01), walking(12, 3, seed=3)
+    counts, errors = [], []
+    for time in np.arange(0.5, 11.5, 0.25):
+        sightings = [camera.see(room, time) for camera in cameras]
+        for number in range(2):
+            twice = sightings[number].select(np.array([0, 1, 2, 1]))
+            sightings[number] = replace(twice, ids=np.array([1, 2, 3, 4]))
+        people = PeopleFusion().update(sightings, time)
+        counts.append(len(people))
+        errors += np.median(np.linalg.norm(people.xyz[:, None] - room.at(time), axis=3), axis=2).min(axis=0).tolist()
+    assert 2.9 < np.mean(counts) < 3.1 and np.percentile(errors, 90) < 0.09

@@ -1,6 +1,6 @@
 """Which person of a camera is which track."""
 from dataclasses import dataclass
-from typing import Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -114,36 +114,20 @@ def match_the_rest(tracks: Tracks, matches: Matches, known: KnownIds, constants:
 def merge(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> Tuple[Tracks, Matches]:
     """Return the tracks without those that are at the place of an older one, and the matches with the rest.
 
-    Two people that one camera sees at once are two, but for a person that it finds twice: then the track keeps the
-    first detection.
+    Two people that one camera sees at once are two.
     """
     apart = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
+    finite = np.isfinite(apart)
+    near = np.where(finite, apart < constants.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2)
     becomes, pairs = np.arange(len(tracks)), matches.pairs
-    for older, newer in zip(*np.nonzero(np.triu(_mostly(apart, constants.same_place), 1))):
-        if (becomes[older] == older and becomes[newer] == newer
-                and not any(_sees_two(*pair, older, newer) for pair in pairs)):
+    for older, newer in zip(*np.nonzero(np.triu(near, 1))):
+        both = any(older in rows and newer in rows for _, rows in pairs)
+        if not both and becomes[older] == older and becomes[newer] == newer:
             becomes[newer] = older
-            pairs = tuple((sighting, np.where(rows == newer, -1 if older in rows else older, rows))
-                          for sighting, rows in pairs)
+            pairs = tuple((sighting, np.where(rows == newer, older, rows)) for sighting, rows in pairs)
     kept = becomes == np.arange(len(tracks))
     if kept.all():
         return tracks, matches
     place = np.cumsum(kept) - 1
     pairs = tuple((sighting, np.where(rows < 0, -1, place[rows])) for sighting, rows in pairs)
     return tracks.select(np.flatnonzero(kept)), Matches(int(kept.sum()), pairs)
-
-
-def _sees_two(sighting: Sighting, rows: np.ndarray, older: int, newer: int) -> bool:
-    """Return whether a camera sees two tracks, further apart than what its joints err by."""
-    one, other = np.flatnonzero(rows == older), np.flatnonzero(rows == newer)
-    if not len(one) or not len(other):
-        return False
-    points = sighting.positions if sighting.has_depth else sighting.directions
-    return not _mostly(np.linalg.norm(points[one[0]] - points[other[0]], axis=1), sighting.sigma[one[0]])
-
-
-def _mostly(distances: np.ndarray, most: Union[float, np.ndarray]) -> np.ndarray:
-    """Return whether more than half of the known distances (..., 18) are less, (...) bool."""
-    finite = np.isfinite(distances)
-    near = np.where(finite, distances, np.inf) < most
-    return np.asarray(near.sum(axis=-1) > 0.5 * finite.sum(axis=-1))

@@ -52,7 +52,8 @@ class PeopleFusion:
             self._tracks, self._known = Tracks.empty(stamp), _Known({}, {})
         tracks = self._tracks.predicted(stamp, constants.motion)
         tracks = tracks.select(stamp - tracks.seen <= constants.motion.most_gap)
-        tracks, matches = associate(tracks, sightings, self._known.ids, self._ids, constants)
+        distinct = [sighting.distinct() for sighting in sightings]
+        tracks, matches = associate(tracks, distinct, self._known.ids, self._ids, constants)
         if not matches.all_have_depth:
             tracks, matches = tracks_where_rays_meet(tracks, matches, self._known.ids, self._ids, constants)
         tracks, matches = merge(tracks, matches, constants.association)

@@ -7,7 +7,7 @@ that a camera alone adds is too great by a along the line of sight r. Both are m
 """
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Union
+from typing import List, Union
 
 import numpy as np
 
@@ -62,6 +62,18 @@ class Sighting:
         """Return some of the people, by indices."""
         return replace(self, **{name: getattr(self, name)[rows] for name in
                                 ('ids', 'positions', 'directions', 'sigma', 'status', 'confidence')})
+
+    def distinct(self) -> 'Sighting':
+        """Return the people of rays without those that a detector found twice: half of their joints are the same."""
+        if self.has_depth:
+            return self
+        apart = np.linalg.norm(self.directions[:, np.newaxis] - self.directions, axis=3)
+        common, same = np.isfinite(apart).sum(axis=2), (apart < self.sigma).sum(axis=2)
+        kept: List[int] = []
+        for person in np.argsort(-np.isfinite(self.sigma).sum(axis=1), kind='stable').tolist():
+            if not any(2 * same[person, other] >= common[person, other] > 0 for other in kept):
+                kept.append(person)
+        return self.select(np.array(sorted(kept), int))
 
     def distances(self, joints: np.ndarray) -> np.ndarray:
         """Return the distances of joints (F, 18, 3) from these people, or from their rays, (P, F, 18) [m]."""

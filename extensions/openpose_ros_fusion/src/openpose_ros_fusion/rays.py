@@ -27,7 +27,9 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
     met = _meetings(tracks, matches, constants.association)
     for meeting in met:
         tracks, matches = _with_meeting(tracks, matches, meeting, ids, constants)
-    return tracks, match_the_rest(tracks, matches, known, constants) if met else matches
+    # people that are placed now have not moved since
+    near = replace(constants, association=replace(constants.association, gate=constants.association.ray_gate))
+    return tracks, match_the_rest(tracks, matches, known, near) if met else matches
 
 
 def _meetings(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> List[_Meeting]:
