@@ -6,6 +6,7 @@ import textwrap
 from typing import Any, Iterable, List, Sequence, Tuple
 
 from development import PACKAGES, PYTHON_SOURCES, ROOT
+from development.results import write_results
 from development.terminal import say
 
 FAULTS = ROOT / 'development/notes/faults.md'
@@ -58,11 +59,12 @@ def _skeleton_tables(model: Any) -> str:
 
 
 def write_docs(_arguments: Sequence[str] = ()) -> None:
-    """Write the table of what the fault suite injects, again from its cases."""
+    """Write the table of what the fault suite injects, docs/results.md, and the figures that pages quote."""
     find_packages()
     FAULTS.parent.mkdir(exist_ok=True)
     FAULTS.write_text(faults_page())
     say(str(FAULTS))
+    write_results()
 
 
 def faults_page() -> str:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Sequence, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
-                 str(ROOT / 'devel/lib/python3/dist-packages')])
+sys.path.extend([str(ROOT), *map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')),
+                 str(ROOT / 'tests/support'), str(ROOT / 'devel/lib/python3/dist-packages')])
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import OpenposeRosError

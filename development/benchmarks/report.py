@@ -21,12 +21,13 @@ from typing import Any, Dict, List, Sequence
 
 import results
 from common import ROOT, SCENES, Parser
+from development.results import ORDER, write_results
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
-from results import machine, page
+from results import machine
 
 RENDERED, ENOUGH = ROOT / 'development/benchmark_data/rendered/report', 40
-# In the order of the page; each is a module of sections/.
-SECTIONS = ('accuracy',)
+# Modules of sections/, in the order of the page.
+SECTIONS = tuple(name for name in ORDER if (Path(__file__).parent / f'sections/{name}.py').is_file())
 # Those of time, which other processes would disturb.
 TIMED = ('speed', 'latency', 'live')
 
@@ -87,7 +88,7 @@ def main() -> int:
     unit = machine.Unit()
     for name in (name for name in SECTIONS if name in wanted):
         measure(name, options, unit)
-    page.write(SECTIONS)
+    write_results()
     return DONE
 
 

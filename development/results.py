@@ -1,0 +1,124 @@
+"""What was measured, docs/results/SECTION.json: the page docs/results.md, and figures that pages quote by name."""
+import json
+import re
+from pathlib import Path
+from typing import Any, Dict, List, Sequence
+
+from development import PACKAGES, ROOT
+from development.terminal import say
+
+FOLDER, PAGE = ROOT / 'docs/results', ROOT / 'docs/results.md'
+HEAD = '''# Results
+
+This page is for readers who want to know how accurate and how fast the packages are, and how sure that is. It is
+written by `./run bench report`; each section says by which commit, on which processor and when it was measured. Figures
+are followed by their 95 % interval, by bootstrap over scenes: `0.961 (0.949 to 0.972)`. **T** is the time of a pass of
+the network mobilenet_thin at 656 x 368 in f32 on two threads: divide times by it to compare machines.
+'''
+# Sections in the order of the page; others follow.
+ORDER = ('accuracy', 'errors', 'sigma', 'modes', 'speed', 'latency', 'live', 'images', 'signals', 'hands', 'cameras',
+         'mvor', 'real_cameras', 'mocap', 'real_recordings', 'repeatability')
+# A figure in a page: <!-- figure: SECTION.NAME FORM -->0.96<!-- end -->, FORM one of FORMS or nothing.
+FIGURE = re.compile(r'<!-- figure: (?P<name>[a-z0-9_]+\.[a-z0-9_]+)(?: (?P<form>[a-z]+))? -->'
+                    r'(?P<shown>[^<]*)<!-- end -->')
+FORMS = ('number', 'percent', 'interval')
+# What README.md shows by its name only: a number with a unit of accuracy or speed, and shares such as 0.96. Code, as
+# the value of a parameter, does not count.
+_UNNAMED = re.compile(r'(?<![\w.])(?:\d[\d.,]*\s?(?:mm|cm|ms|Hz|fps|frames per second|%|deg|degrees)(?!\w)'
+                      r'|0?\.\d{2,}(?!\.?\d))')
+_CODE = re.compile(r'^```.*?^```|`[^`\n]*`|\]\([^)]*\)', re.MULTILINE | re.DOTALL)
+
+Sections = Dict[str, Dict[str, Any]]
+
+
+def read_results(folder: Path = FOLDER) -> Sections:
+    """Return what was measured, by section."""
+    return {path.stem: json.loads(path.read_text()) for path in sorted(folder.glob('*.json'))}
+
+
+def results_page(sections: Sections) -> str:
+    """Return docs/results.md."""
+    names = [*(name for name in ORDER if name in sections), *sorted(set(sections) - {*ORDER})]
+    return '\n'.join([HEAD, *(part for name in names for part in _section(name, sections[name]))])
+
+
+def _section(name: str, section: Dict[str, Any]) -> List[str]:
+    made = section['made']
+    parts = [f"## {section['title']}\n", f"{section['text']}\n"]
+    for table in section['tables']:
+        parts += [*([f"**{table['title']}**\n"] if table['title'] else []), _markdown(table['rows'])]
+    parts += [f"![{picture['text']}](images/{picture['file']})\n\n{picture['text']}\n"
+              for picture in section['pictures']]
+    return [*parts, f"`./run bench report {name}`: commit {made['commit']}, {made['processor']}, "
+                    f"T = {made['T_ms']} ms, {made['date']}\n"]
+
+
+def _markdown(rows: Sequence[Sequence[str]]) -> str:
+    lines = [f"| {' | '.join(row)} |" for row in rows]
+    lines.insert(1, '| --- |' + ' ---: |' * (len(rows[0]) - 1))
+    return '\n'.join(lines) + '\n'
+
+
+def pages() -> List[Path]:
+    """Return the pages that quote figures: README.md, docs/*.md, and README.md of packages."""
+    found = [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md')),
+             *(folder / 'README.md' for folder in PACKAGES.values())]
+    return [path for path in found if path.is_file() and path != PAGE]
+
+
+def with_figures(text: str, sections: Sections) -> str:
+    """Return a page with its figures as they were measured; unknown ones stay."""
+    return FIGURE.sub(lambda found: found[0][:found.start('shown') - found.start()]
+                      + _shown(found, sections) + '<!-- end -->', text)
+
+
+def _shown(found: 're.Match[str]', sections: Sections) -> str:
+    section, _, name = found['name'].partition('.')
+    figure = sections.get(section, {}).get('figures', {}).get(name)
+    return found['shown'] if figure is None else figure_text(figure, found['form'] or '')
+
+
+def figure_text(figure: Dict[str, Any], form: str = '') -> str:
+    """Return a figure as pages show it: with its unit, or in one of FORMS."""
+    if figure['value'] is None:
+        return '-'
+    if form == 'percent':
+        return f"{100 * figure['value']:.0f} %"
+    value, unit = f"{figure['value']:.{figure['digits']}f}", f" {figure['unit']}" if figure['unit'] else ''
+    if form == 'interval' and figure['low'] is not None:
+        return f"{value} ({figure['low']:.{figure['digits']}f} to {figure['high']:.{figure['digits']}f}){unit}"
+    return value if form == 'number' else value + unit
+
+
+def faults_of(text: str, sections: Sections) -> List[str]:
+    """Return what is wrong with the figures of a page."""
+    faults = [f'the marker of a figure is broken: {text[found.start():found.start() + 60]!r}'
+              for found in re.finditer('<!-- figure:', text) if not FIGURE.match(text, found.start())]
+    for found in FIGURE.finditer(text):
+        section, _, name = found['name'].partition('.')
+        if name not in sections.get(section, {}).get('figures', {}):
+            faults.append(f"{found['name']}: results hold no such figure")
+        elif found['form'] not in (None, *FORMS):
+            faults.append(f"{found['name']}: form {found['form']!r}, allowed: {', '.join(FORMS)}")
+        elif found['shown'] != _shown(found, sections):
+            faults.append(f"{found['name']}: the page has {found['shown']}, results have {_shown(found, sections)}")
+    return faults
+
+
+def unnamed_figures(text: str) -> List[str]:
+    """Return the figures of accuracy and speed in a page that are no quoted results."""
+    return [found[0] for found in _UNNAMED.finditer(_CODE.sub('', FIGURE.sub('', text)))]
+
+
+def write_results() -> None:
+    """Write docs/results.md, and the figures in other pages."""
+    sections = read_results()
+    if sections:
+        PAGE.write_text(results_page(sections))
+        say(str(PAGE))
+    for path in pages():
+        text = path.read_text()
+        written = with_figures(text, sections)
+        if written != text:
+            path.write_text(written)
+            say(str(path))

@@ -1,0 +1,80 @@
+"""Pages show the figures that were measured, and no others."""
+import pytest
+
+from development import ROOT
+from development.results import (
+    PAGE,
+    faults_of,
+    figure_text,
+    pages,
+    read_results,
+    results_page,
+    unnamed_figures,
+    with_figures,
+)
+
+SECTIONS = {'accuracy': {'figures': {
+    'near': {'value': 0.9613, 'low': 0.949, 'high': 0.972, 'unit': '', 'digits': 3},
+    'error': {'value': 23.04, 'low': 21.1, 'high': 24.9, 'unit': 'mm', 'digits': 1},
+    'nothing': {'value': None, 'low': None, 'high': None, 'unit': 'mm', 'digits': 1}}}}
+
+
+@pytest.mark.parametrize('page', pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_figures_in_pages_are_those_of_the_results(page):
+    assert not faults_of(page.read_text(), read_results()), 'write them again with: ./run docs'
+
+
+def test_the_page_of_results_is_that_of_their_files():
+    if read_results():
+        assert PAGE.read_text() == results_page(read_results()), 'write it again with: ./run docs'
+
+
+def test_pictures_of_results_are_there():
+    for section in read_results().values():
+        for picture in section['pictures']:
+            assert (ROOT / 'docs/images' / picture['file']).is_file()
+
+
+def test_the_readme_names_each_figure():
+    figures = unnamed_figures((ROOT / 'README.md').read_text())
+    assert not figures, 'quote results as CONTRIBUTING says, or put the value of a parameter in backticks'
+
+
+def test_a_page_without_figures_stays():
+    assert with_figures('text\n', {}) == 'text\n'
+    assert faults_of('text\n', {}) == []
+
+
+@pytest.mark.parametrize('form, shown', [('', '23.0 mm'), (' number', '23.0'), (' interval', '23.0 (21.1 to 24.9) mm')])
+def test_a_figure_is_filled_in(form, shown):
+    page = f'before <!-- figure: accuracy.error{form} -->old<!-- end --> after'
+    written = with_figures(page, SECTIONS)
+    assert written == f'before <!-- figure: accuracy.error{form} -->{shown}<!-- end --> after'
+    assert with_figures(written, SECTIONS) == written
+    assert faults_of(written, SECTIONS) == []
+    assert faults_of(page, SECTIONS) == [f'accuracy.error: the page has old, results have {shown}']
+
+
+def test_shares_as_percent_and_figures_that_can_not_be_told():
+    assert figure_text(SECTIONS['accuracy']['figures']['near'], 'percent') == '96 %'
+    assert figure_text(SECTIONS['accuracy']['figures']['nothing']) == '-'
+
+
+@pytest.mark.parametrize('marker, fault', [
+    ('<!-- figure: accuracy.other -->1<!-- end -->', 'accuracy.other: results hold no such figure'),
+    ('<!-- figure: speed.near -->1<!-- end -->', 'speed.near: results hold no such figure'),
+    ('<!-- figure: accuracy.near round -->1<!-- end -->', "accuracy.near: form 'round', allowed"),
+    ('<!-- figure: accuracy.near -->0.961', 'the marker of a figure is broken')])
+def test_faults_of_a_page(marker, fault):
+    assert with_figures(marker, SECTIONS) == marker or 'round' in marker
+    assert any(found.startswith(fault) for found in faults_of(marker, SECTIONS))
+
+
+@pytest.mark.parametrize('text, figures', [
+    ('joints within 23 mm', ['23 mm']), ('a share of 0.96.', ['0.96']), ('at 30 Hz, 12.5ms', ['30 Hz', '12.5ms']),
+    ('96 % of people', ['96 %']), ('version 0.10.49, Ubuntu 20.04, 2 cores, 640x480', []),
+    ('`target_rate` of `30 Hz`', []),
+    ('```sh\nplay 30 Hz\n```\n', []), ('[page](a_0.96.md)', []),
+    ('<!-- figure: accuracy.error -->23.0 mm<!-- end -->', [])])
+def test_figures_without_a_name(text, figures):
+    assert unnamed_figures(text) == figures
