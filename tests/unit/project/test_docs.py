@@ -1,0 +1,68 @@
+"""Links of the pages lead somewhere, images are used, and the pages stay short."""
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+NOTES = sorted((ROOT / 'development/notes').glob('*.md'))
+LINK = re.compile(r'\]\((?!https?:)([^)#\s]*)#?([^)\s]*)\)')
+
+
+def prose(page):
+    """Return the text of a page without its code."""
+    return re.sub(r'^```.*?^```$|`[^`\n]*`', '', page.read_text(), flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(page):
+    """Return the anchors that GitHub gives the headings of a page."""
+    headings = re.findall(r'^#+ (.*)$', re.sub(r'^```.*?^```$', '', page.read_text(), flags=re.MULTILINE | re.DOTALL),
+                          re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-') for heading in headings}
+
+
+@pytest.mark.parametrize('page', [*PAGES, *NOTES], ids=lambda page: page.name)
+def test_links_lead_to_files_and_headings(page):
+    for path, anchor in LINK.findall(prose(page)):
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), f'{page.name}: {path}'
+        assert not anchor or anchor in anchors(target), f'{page.name}: {path}#{anchor}'
+
+
+def test_each_page_is_reached_and_each_image_is_shown():
+    text = ''.join(page.read_text() for page in PAGES)
+    for page in PAGES[2:]:
+        assert f'{page.name})' in text or f'{page.name}#' in text, page.name
+    for image in [path for path in (ROOT / 'docs/images').iterdir() if path.suffix != '.sh']:
+        assert image.name in text, f'no page shows {image.name}'
+
+
+def test_the_pages_are_read_in_an_hour():
+    words = {page.name: len(page.read_text().split()) for page in PAGES if page.name != 'CONTRIBUTING.md'}
+    assert words['README.md'] <= 1200
+    assert sum(words.values()) <= 25000, words
+
+
+def launch_arguments(path, known=frozenset()):
+    """Return the arguments of a launch file, with those that it passes on to others."""
+    if path in known:
+        return set()
+    names = set(re.findall(r'<arg\s+name="(\w+)"', path.read_text()))
+    for element in re.findall(r'<include.*?>', path.read_text(), re.DOTALL):
+        if 'pass_all_args="true"' in element:
+            names |= launch_arguments(LAUNCH_FILES[re.search(r'(\w+\.launch)"', element)[1]], known | {path})
+    return names
+
+
+LAUNCH_FILES = {path.name: path for parent in ('.', 'extensions') for path in (ROOT / parent).glob('*/launch/*.launch')}
+COMMAND = re.compile(r'(?:run launch|roslaunch) (\w+) (\w+\.launch)((?: +\w+:=\S+)*)')
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_launch_files_and_their_arguments_exist(page):
+    commands = COMMAND.findall(re.sub(r'\\\n *', ' ', page.read_text()))
+    for package, name, arguments in commands:
+        if package.startswith(('openpose_ros', 'skeleton_extract')):
+            assert LAUNCH_FILES[name].parents[1].name == package
+            assert set(re.findall(r'(\w+):=', arguments)) <= launch_arguments(LAUNCH_FILES[name]), (name, arguments)
