@@ -12,11 +12,12 @@ HEAD = '''# Results
 
 This page is for readers who want to know how accurate and how fast the packages are, and how sure that is. It is
 written by `./run bench report`; each section says by which commit, on which processor and when it was measured. Figures
-are followed by their 95 % interval, by bootstrap over scenes: `0.961 (0.949 to 0.972)`. **T** is the time of a pass of
-the network mobilenet_thin at 656 x 368 in f32 on two threads: divide times by it to compare machines.
+are followed by their 95 % interval, by bootstrap over scenes: `0.961 [0.949, 0.972]`; where all scenes agree, as where
+none has an error, it has no width. **T** is the time of a pass of the network mobilenet_thin at 656 x 368 in f32 on two
+threads: divide times by it to compare machines.
 '''
 # Sections in the order of the page; others follow.
-ORDER = ('accuracy', 'errors', 'sigma', 'modes', 'speed', 'latency', 'live', 'images', 'signals', 'hands', 'cameras',
+ORDER = ('accuracy', 'errors', 'sigma', 'speed', 'modes', 'latency', 'live', 'images', 'signals', 'hands', 'cameras',
          'mvor', 'real_cameras', 'mocap', 'real_recordings', 'repeatability')
 # A figure in a page: <!-- figure: SECTION.NAME FORM -->0.96<!-- end -->, FORM one of FORMS or nothing.
 FIGURE = re.compile(r'<!-- figure: (?P<name>[a-z0-9_]+\.[a-z0-9_]+)(?: (?P<form>[a-z]+))? -->'
@@ -86,7 +87,7 @@ def figure_text(figure: Dict[str, Any], form: str = '') -> str:
         return f"{100 * figure['value']:.0f} %"
     value, unit = f"{figure['value']:.{figure['digits']}f}", f" {figure['unit']}" if figure['unit'] else ''
     if form == 'interval' and figure['low'] is not None:
-        return f"{value} ({figure['low']:.{figure['digits']}f} to {figure['high']:.{figure['digits']}f}){unit}"
+        return f"{value} [{figure['low']:.{figure['digits']}f}, {figure['high']:.{figure['digits']}f}]{unit}"
     return value if form == 'number' else value + unit
 
 

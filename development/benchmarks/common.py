@@ -4,7 +4,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([str(ROOT), *map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')),
@@ -40,6 +40,11 @@ class Parser(argparse.ArgumentParser):
         arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
         arguments.launch = named
         return arguments
+
+
+def scenes_of(folder: Path) -> List[Path]:
+    """Return the scenes with known joints in a folder."""
+    return sorted(path.parent for path in folder.glob('*/gt.json'))
 
 
 def new_path(text: str) -> Path:

@@ -8,7 +8,7 @@ from the camera's stamp to the arrival of the message in a subscriber. T: one f3
 two threads, before and after the nodes run. Start: to the first result. Networks alone: images of the sequence through
 the same networks, with the stamps of the results. --points cloud_to_depth: a nodelet makes depth images of clouds.
 
-    ./run bench live 3d                                       # the table of docs/accuracy_and_speed.md
+    ./run bench live 3d                                       # all rates, numbers of people and points
     ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
     ./run bench live 2d --people 1 2 5 8 --rates 30 target_rate:=30
 """
@@ -16,7 +16,7 @@ import argparse
 import itertools
 import sys
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -86,10 +86,11 @@ def figures_of(seen: nodes.Watched, stages: Sequence[str]) -> Dict[str, object]:
             'start [s]': round(seen.start, 1)}
 
 
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
-    """Measure all rows and print the table."""
+def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
+                ) -> List[Tuple[Dict[str, object], nodes.Watched]]:
+    """Measure all rows and print each; return their cells and what was seen."""
     rospy.init_node('live', disable_signals=True)
-    unit, rows = Unit(), []
+    unit, measured = Unit(), []
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
         people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}
@@ -100,12 +101,18 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Li
         alone = nodes.networks_alone(values, sequence, seen.arrivals[0] - seen.latencies[0])
         after = unit.milliseconds()
         wanted = min(rate * 29 / 30, 2000 / (0.6 * (before + after)))  # all but a frame, or 1 / 0.6 T
-        rows.append({'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
-                     'wanted [Hz]': round(wanted, 1), 'networks alone [Hz]': round(alone, 1),
-                     **figures_of(seen, stages)})
+        row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
+               'wanted [Hz]': round(wanted, 1), 'networks alone [Hz]': round(alone, 1), **figures_of(seen, stages)}
+        measured.append((row, seen))
         log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
-        print(' | '.join(map(str, rows[-1].values())),
+        print(' | '.join(map(str, row.values())),
               *(line for line in log if 'networks may take' in line or 'WARN' in line), sep='\n', flush=True)
+    return measured
+
+
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
+    """Measure all rows and print the table."""
+    rows = [row for row, _ in measure_all(session, folder, arguments)]
     print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
     return []
 

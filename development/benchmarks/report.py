@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Dict, List, Sequence
 
 import results
-from common import ROOT, SCENES, Parser
+from common import ROOT, SCENES, Parser, scenes_of
 from development.results import ORDER, write_results
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from results import machine
@@ -32,15 +32,10 @@ SECTIONS = tuple(name for name in ORDER if (Path(__file__).parent / f'sections/{
 TIMED = ('speed', 'latency', 'live')
 
 
-def scenes(folder: Path) -> List[Path]:
-    """Return the scenes of a folder."""
-    return sorted(path.parent for path in folder.glob('*/gt.json'))
-
-
 def default_scenes() -> List[Path]:
     """Return the rendered scenes where there are enough of them, else those of the repository."""
-    rendered = scenes(RENDERED)
-    return rendered if len(rendered) >= ENOUGH else scenes(SCENES)
+    rendered = scenes_of(RENDERED)
+    return rendered if len(rendered) >= ENOUGH else scenes_of(SCENES)
 
 
 def data_sets(parser: argparse.ArgumentParser, texts: Sequence[str]) -> Dict[str, Path]:
@@ -62,8 +57,9 @@ def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
         print(f'{name}: not measured; it needs {error}', flush=True)
         return False
     title = (module.__doc__ or name).splitlines()[0].rstrip('.')
-    path = results.write(name, title, section, machine.made(min(before, unit.milliseconds())))
-    print(f'{title}\n\n{section}\n{path.relative_to(ROOT)}, after {time.monotonic() - began:.0f} s\n', flush=True)
+    if not options.quick:
+        results.write(name, title, section, machine.made(min(before, unit.milliseconds())))
+    print(f'{title}\n\n{section}\n{name}: {time.monotonic() - began:.0f} s\n', flush=True)
     return True
 
 
@@ -73,14 +69,14 @@ def main() -> int:
     parser.add_argument('sections', nargs='*', metavar='SECTION', help=', '.join((*SECTIONS, 'page')))
     parser.add_argument('--scenes', type=Path, help='folder of scene folders')
     parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
-    parser.add_argument('--quick', action='store_true', help='a few frames of everything')
+    parser.add_argument('--quick', action='store_true', help='a few frames of everything, written nowhere')
     parser.add_argument('--again', action='store_true', help='count again what was counted before')
     add_settings(parser, 'of the chain, for trials')
     arguments = parser.parse_args()
     wanted = arguments.sections or list(SECTIONS)
     for name in set(wanted) - {*SECTIONS, 'page'}:
         parser.error(f'there is no section {name}; one of: {", ".join(SECTIONS)}')
-    options = results.Options(scenes(arguments.scenes) if arguments.scenes else default_scenes(), arguments.quick,
+    options = results.Options(scenes_of(arguments.scenes) if arguments.scenes else default_scenes(), arguments.quick,
                               arguments.again, data_sets(parser, arguments.data),
                               setting_values(parser, arguments.settings))
     if not options.scenes:
@@ -88,7 +84,8 @@ def main() -> int:
     unit = machine.Unit()
     for name in (name for name in SECTIONS if name in wanted):
         measure(name, options, unit)
-    write_results()
+    if not options.quick:
+        write_results()
     return DONE
 
 

@@ -10,6 +10,7 @@ wrong. pycocotools is needed: `pip install pycocotools`.
     ./run bench accuracy 2d --images FOLDER --annotations FILE --recipe 1     # of those for target_rate
 """
 import contextlib
+import copy
 import io
 import json
 import sys
@@ -67,17 +68,32 @@ def coco_results(people: People2D, image_id: int) -> List[dict]:
             for row, score in zip(keypoints, people.scores)]
 
 
-def evaluate(annotations: Path, results: List[dict]) -> Dict[str, float]:
-    """Compare with the annotations; return AP, AP50, AR, and precision and recall of people at similarity 0.5."""
+def evaluated(annotations: Path, results: List[dict]) -> Any:
+    """Compare results with the annotations, image by image; return pycocotools' COCOeval."""
     from pycocotools.coco import COCO  # needs pycocotools
     from pycocotools.cocoeval import COCOeval
     with contextlib.redirect_stdout(io.StringIO()):
         truth = COCO(str(annotations))
         run = COCOeval(truth, truth.loadRes(results), 'keypoints')
         run.evaluate()
-        run.accumulate()
-        run.summarize()
-    return {'AP': run.stats[0], 'AP50': run.stats[1], 'AR': run.stats[5], **precision_and_recall(run)}
+    return run
+
+
+def figures_of(run: Any, chosen: np.ndarray) -> Dict[str, float]:
+    """Return AP, AP50, AR, and precision and recall of people at similarity 0.5.
+
+    Args:
+        chosen: numbers of the images, (N,); some may be there several times.
+    """
+    drawn = copy.copy(run)
+    drawn.params = drawn._paramsEval = copy.copy(run._paramsEval)
+    drawn.params.imgIds = list(range(len(chosen)))  # accumulate() looks at their number alone
+    by_area = np.array(run.evalImgs, object).reshape(-1, len(run._paramsEval.imgIds))  # categories x areas, images
+    drawn.evalImgs = by_area[:, chosen].ravel().tolist()
+    with contextlib.redirect_stdout(io.StringIO()):
+        drawn.accumulate()
+        drawn.summarize()
+    return {'AP': drawn.stats[0], 'AP50': drawn.stats[1], 'AR': drawn.stats[5], **precision_and_recall(drawn)}
 
 
 def precision_and_recall(run: Any) -> Dict[str, float]:
@@ -120,8 +136,9 @@ def main() -> int:
         report.append(f'time against {detectors[1].recipe.description}: median of the ratios '
                       f'{np.median(times[:, 0] / times[:, 1]):.2f}')
     if results and args.limit is None:
+        run = evaluated(args.annotations, results)
         report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'
-                   for name, value in evaluate(args.annotations, results).items()]
+                   for name, value in figures_of(run, np.arange(len(run.params.imgIds))).items()]
     print('\n'.join(report))
     return 0
 

@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 import chain_runs
-from common import SCENES, Parser, new_path
+from common import SCENES, Parser, new_path, scenes_of
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
@@ -147,7 +147,7 @@ def main() -> int:
     parser.add_argument('--lag', action='store_true', help='print the delay of the smoothed joints')
     parser.add_argument('--out', type=new_path, help='folder for CSV files')
     arguments = parser.parse_args()
-    arguments.sequences = arguments.sequences or sorted(path.parent for path in SCENES.glob('*/gt.json'))
+    arguments.sequences = arguments.sequences or scenes_of(SCENES)
     folders, settings = arguments.sequences, build(ChainSettings, setting_values(parser, arguments.settings))
     runs = run_all(arguments, settings)
     if arguments.out:

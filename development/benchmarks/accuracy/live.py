@@ -24,6 +24,7 @@ from chain_runs import Frames, name_of, open_sequence
 from common import Parser, markdown, new_path, run_live
 from nodes import PEOPLE_3D, TOPICS, make_bag, median_and_95, played_stamps, start_camera
 from results.machine import Unit
+from scoring.counts import Counts
 from scoring.csv_people import write_csv
 from scoring.people import score_people
 from scoring.tables import table_of_scenes
@@ -78,8 +79,8 @@ class Player:
         wait_for(lambda: len(self._results) >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
         self._session.stop(camera)
 
-    def play(self, sequence: Path) -> Tuple[Frames, List[object]]:
-        """Play a sequence once; return the frames with a result, with their times in the sequence, and a table row."""
+    def play(self, sequence: Path) -> Tuple[Frames, List[float]]:
+        """Play a sequence once; return the frames with a result, with their times in it, and their latencies [s]."""
         source = open_sequence(sequence)
         count, (camera, log) = len(source), self._start(sequence, frame_id=name_of(sequence), once=True)
         wait_for(lambda: len(played_stamps(log)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
@@ -90,26 +91,35 @@ class Player:
         self._session.stop(camera)
         found = [(number / source.fps, *self._results[stamp]) for number, stamp in enumerate(stamps)
                  if stamp in self._results]
-        return ([(seconds, people) for seconds, people, _ in found],
-                [name_of(sequence), count, len(found), median_and_95([latency for *_, latency in found])])
+        return [(seconds, people) for seconds, people, _ in found], [latency for *_, latency in found]
 
 
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
-    """Play everything, print the tables."""
-    counts = []
-    rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'latency median / 95 % [ms]']]
+def play_all(session: Session, folder: Path, arguments: argparse.Namespace
+             ) -> Tuple[List[Counts], List[List[float]]]:
+    """Play everything; return the counts and the latencies [s] of each sequence."""
+    counts, latencies = [], []
     rospy.init_node('accuracy_live', disable_signals=True)
-    unit = Unit()
-    before, player = unit.milliseconds(), Player(session, folder, arguments)
+    player = Player(session, folder, arguments)
     player.lead_in(arguments.sequences[0])
     for sequence in arguments.sequences:
-        frames, row = player.play(sequence)
-        rows.append(row)
+        frames, late = player.play(sequence)
+        latencies.append(late)
         counts.append(score_people(sequence, frames))
         if arguments.out:
             arguments.out.mkdir(parents=True, exist_ok=True)
             write_csv(arguments.out / f'{name_of(sequence)}.csv', frames)
     session.stop(player.nodes)
+    return counts, latencies
+
+
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
+    """Play everything, print the tables."""
+    unit = Unit()
+    before = unit.milliseconds()
+    counts, latencies = play_all(session, folder, arguments)
+    rows: List[List[object]] = [['sequence', 'frames played', 'answered', 'latency median / 95 % [ms]'],
+                                *([each.scene, int(each.sums['frames']), len(late), median_and_95(late)]
+                                  for each, late in zip(counts, latencies))]
     log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
     print(f'{markdown(rows)}\nT: {before:.0f} - {unit.milliseconds():.0f} ms',
           *(line for line in log if 'networks may take' in line or 'WARN' in line or 'ERROR' in line), sep='\n')

@@ -6,7 +6,7 @@ import json
 import re
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 
 from common import ROOT, markdown
 from scoring.figures import Figure
@@ -56,6 +56,25 @@ class Options:
         if name not in self.data:
             raise NeedsDataError(f'--data {name}=FOLDER')
         return self.data[name]
+
+
+def scenes_with(options: Options, name: str, wanted: Callable[[Path], bool], truth: str = 'gt.json') -> List[Path]:
+    """Return the scenes with certain truth: in the folder --data NAME=FOLDER, else beside those of the report.
+
+    Args:
+        name: of the data set.
+        wanted: says whether a folder has what is needed.
+        truth: file that a scene has.
+
+    Raises:
+        NeedsDataError: there is none.
+    """
+    folders = [options.data[name]] if name in options.data else sorted({scene.parent for scene in options.scenes})
+    scenes = [path.parent for folder in folders for path in sorted([folder / truth, *folder.glob(f'*/{truth}')])
+              if path.is_file() and wanted(path.parent)]
+    if not scenes:
+        raise NeedsDataError(f'scenes of their own: --data {name}=FOLDER')
+    return scenes
 
 
 @dataclass(frozen=True)

@@ -30,27 +30,31 @@ class Job(NamedTuple):
     Attributes:
         settings: parameters of the chain, as JSON.
         exact: the true pixels are given instead of those that networks find.
+        budget: work of the networks per frame, people are followed; 0: what the settings say.
     """
 
     folder: Path
     settings: str
     exact: bool
+    budget: float
     limit: Optional[int]
     path: Path
 
 
-def count(options: Options, settings: Dict[str, Any], exact: bool = False, every: int = 1) -> List[Counts]:
+def count(options: Options, settings: Dict[str, Any], exact: bool = False, budget: float = 0.0, every: int = 1
+          ) -> List[Counts]:
     """Run the chain on scenes and return their counts; a scene that was counted before is read.
 
     Args:
         settings: parameters of the chain.
         exact: give the true pixels instead of those that networks find.
+        budget: see `Job`.
         every: take every so many-th scene, for slow settings.
     """
     values = json.dumps({**settings, **options.settings}, sort_keys=True)
     limit = QUICK_FRAMES if options.quick else None
     folders = list(options.scenes)[:QUICK_SCENES] if options.quick else list(options.scenes)[::every]
-    jobs = [_job(folder, values, exact, limit) for folder in folders]
+    jobs = [_job(folder, values, exact, budget, limit) for folder in folders]
     missing = [job for job in jobs if options.again or not job.path.is_file()]
     cores = min(len(os.sched_getaffinity(0)), len(missing))
     if cores > 1:
@@ -64,11 +68,11 @@ def count(options: Options, settings: Dict[str, Any], exact: bool = False, every
     return [load(job.path) for job in jobs]
 
 
-def _job(folder: Path, settings: str, exact: bool, limit: Optional[int]) -> Job:
+def _job(folder: Path, settings: str, exact: bool, budget: float, limit: Optional[int]) -> Job:
     truth = (folder / 'gt.json').stat()
     key = hashlib.sha256(repr((code_digest(), str(folder.resolve()), truth.st_size, truth.st_mtime_ns, settings, exact,
-                             limit)).encode()).hexdigest()
-    return Job(folder, settings, exact, limit, KEPT / f'{folder.name}_{key[:16]}.npz')
+                                budget, limit)).encode()).hexdigest()
+    return Job(folder, settings, exact, budget, limit, KEPT / f'{folder.name}_{key[:16]}.npz')
 
 
 @lru_cache(maxsize=1)
@@ -82,8 +86,8 @@ def code_digest() -> str:
 
 
 @lru_cache(maxsize=1)
-def _finder(settings: str) -> chain_runs.Finder:
-    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}))
+def _finder(settings: str, budget: float, rate: float) -> chain_runs.Finder:
+    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), budget, rate)
 
 
 def _run(job: Job) -> None:
@@ -93,5 +97,5 @@ def _run(job: Job) -> None:
         detection = chain_runs.known_people(chain_runs.exact_people(job.folder), chosen.tracking)
         run = chain_runs.run_chain(sequence, PeopleChain(detection, chosen.estimator), limit=job.limit)
     else:
-        run = _finder(job.settings).run(sequence, limit=job.limit)
+        run = _finder(job.settings, job.budget, sequence.fps or 1.0).run(sequence, limit=job.limit)
     score_people(job.folder, run.frames, job.limit).save(job.path)

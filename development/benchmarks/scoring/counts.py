@@ -2,7 +2,7 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, Dict, List, Sequence
+from typing import Callable, Dict, List, Mapping, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ class Counts:
 
     Attributes:
         scene: name.
-        tags: what the scene is: 'kind' and 'sensor'.
+        tags: what the scene is: 'kind', 'sensor', 'light'.
         sums: numbers that add up, by name.
         rows: tables by name, each a structured array (N,) with one row per joint, hand point, ray ...
     """
@@ -43,12 +43,12 @@ def load(path: Path) -> Counts:
 
 
 def tags_of(folder: Path) -> Dict[str, str]:
-    """Return kind and sensor of a scene by its meta.json."""
+    """Return kind, sensor and, where it is known, light of a scene by its meta.json; scenario 07_hug is a hug."""
     path = folder / 'meta.json'
     meta = json.loads(path.read_text()) if path.is_file() else {}
-    sensor = meta.get('sensor', 'kinect2')
-    return {'kind': str(meta.get('kind', meta.get('scenario', folder.name))),
-            'sensor': str(sensor.get('name', 'unknown') if isinstance(sensor, dict) else sensor)}
+    tags = {'kind': str(meta.get('scenario', folder.name)).lstrip('0123456789_'),
+            'sensor': str(meta.get('sensor', 'kinect_v2'))}
+    return {**tags, 'light': str(meta['light'])} if 'light' in meta else tags
 
 
 def by_tag(counts: Sequence[Counts], tag: str) -> Dict[str, List[Counts]]:
@@ -63,7 +63,8 @@ def by_bin(counts: Sequence[Counts], table: str, column: str, edges: Sequence[fl
         (rows[column] >= low) & (rows[column] < high))) for each in counts] for low, high in zip(edges, edges[1:])}
 
 
-def by_name(counts: Sequence[Counts], table: str, column: str, names: Sequence[str]) -> Dict[str, List[Counts]]:
-    """Return the scenes with the rows of a table whose column, an index, is that of each name."""
-    return {name: [each.where(table, lambda rows, number=number: rows[column] == number) for each in counts]
-            for number, name in enumerate(names)}
+def by_value(counts: Sequence[Counts], table: str, column: str, groups: Mapping[str, Sequence[int]]
+             ) -> Dict[str, List[Counts]]:
+    """Return the scenes with the rows of a table whose column has one of the values of each group."""
+    return {name: [each.where(table, lambda rows, values=values: np.isin(rows[column], values)) for each in counts]
+            for name, values in groups.items()}

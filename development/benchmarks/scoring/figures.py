@@ -20,7 +20,7 @@ class Figure(NamedTuple):
     """A figure with its interval; None: there is nothing to tell it from.
 
     Attributes:
-        n: what it was counted in: joints, people, frames; scenes: drawn for the interval.
+        n: what it was counted in: joints, people, frames; scenes: that tell of it.
         digits: after the point, where it is shown.
     """
 
@@ -40,7 +40,7 @@ class Figure(NamedTuple):
     def interval(self) -> str:
         """Value and interval as text."""
         return str(self) if self.low is None or self.high is None else (
-            f'{self} ({self.low:.{self.digits}f} to {self.high:.{self.digits}f})')
+            f'{self} [{self.low:.{self.digits}f}, {self.high:.{self.digits}f}]')
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Ratio:
         return np.divide(top, bottom, out=np.full(len(top), np.nan), where=bottom > 0)
 
     def size(self, counts: Sequence[Counts]) -> int:
-        return int(sum((self.bottom or self.top)(each) for each in counts))
+        return len(counts) if self.bottom is None else int(sum(self.bottom(each) for each in counts))
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,11 @@ class Quantile:
         there = np.zeros((len(parts), ranks))
         np.add.at(there, (scene, rank), 1)
         below = np.cumsum(weights @ there, axis=1)
-        middle = np.searchsorted(rank, np.arange(ranks)) + (np.bincount(rank) - 1) // 2
-        found = (below < self.share * below[:, -1:]).sum(axis=1).clip(0, ranks - 1)
-        result = np.where(below[:, -1] > 0, values[order][middle[found]], np.nan)
+        middle = values[order][np.searchsorted(rank, np.arange(ranks)) + (np.bincount(rank) - 1) // 2]
+        place = self.share * (below[:, -1:] - 1)
+        first, second = (middle[(below <= end).sum(axis=1).clip(0, ranks - 1)] for end in (
+            np.floor(place), np.ceil(place)))
+        result = np.where(below[:, -1] > 0, first + (place % 1)[:, 0] * (second - first), np.nan)
         result[0] = np.quantile(values, self.share)
         return self.factor * result
 
@@ -126,10 +128,9 @@ def draws(scenes: int, resamples: int = RESAMPLES) -> np.ndarray:
 
 def figures(counts: Sequence[Counts], statistics: Mapping[str, object], resamples: int = RESAMPLES
             ) -> Dict[str, Figure]:
-    """Return the figures of pooled scenes by name, with intervals where there are at least two scenes."""
+    """Return the figures of pooled scenes by name, with intervals where at least two scenes tell of them."""
     weights = draws(len(counts), resamples)
-    return {name: _figure(each, each.values(counts, weights), each.size(counts), len(counts))
-            for name, each in statistics.items()}
+    return {name: _figure(each, each.values(counts, weights), counts) for name, each in statistics.items()}
 
 
 def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object],
@@ -142,11 +143,13 @@ def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: M
     if [each.scene for each in before] != [each.scene for each in after]:
         raise ValueError('a paired difference needs the same scenes in the same order')
     weights = draws(len(before), resamples)
-    return {name: _figure(each, each.values(after, weights) - each.values(before, weights), each.size(before),
-                          len(before)) for name, each in statistics.items()}
+    return {name: _figure(each, each.values(after, weights) - each.values(before, weights), before)
+            for name, each in statistics.items()}
 
 
-def _figure(statistic: object, values: np.ndarray, size: int, scenes: int) -> Figure:
+def _figure(statistic: object, values: np.ndarray, counts: Sequence[Counts]) -> Figure:
+    sizes = [statistic.size([each]) for each in counts]
+    size, scenes = sum(sizes), int(np.count_nonzero(sizes))
     if not np.isfinite(values[0]):
         return Figure(None, None, None, size, statistic.unit, statistic.digits, statistic.text, scenes)
     low, high = (None, None)

@@ -10,10 +10,12 @@ from .people import STATISTICS, TABLE
 
 def rows_of(groups: Mapping[str, Sequence[Counts]], statistics: Mapping[str, Any], names: Mapping[str, str], first: str
             ) -> List[List[Any]]:
-    """Return the rows of a table: one for each group of scenes, one column for each named statistic with its title."""
-    chosen = {name: statistics[name] for name in names}
+    """Return the rows of a table: one for each group that has figures, one column for each statistic with its title."""
+    found = {title: [*figures(counts, {name: statistics[name] for name in names}).values()]
+             for title, counts in groups.items()}
     return [[first, 'scenes', *names.values()],
-            *([title, len(counts), *figures(counts, chosen).values()] for title, counts in groups.items())]
+            *([title, max(figure.scenes for figure in each), *each] for title, each in found.items()
+              if any(figure.value is not None for figure in each))]
 
 
 def table_of_scenes(counts: Sequence[Counts]) -> str:

@@ -1,12 +1,13 @@
 """Scores of what is known: the truth itself, and the truth changed in one way."""
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from scoring import people, world
-from scoring.counts import Counts, by_bin, by_name, by_tag, load
+from scoring.counts import Counts, by_bin, by_tag, by_value, load
 from scoring.csv_people import read_csv, write_csv
 from scoring.figures import Quantile, Ratio, differences, figures
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -33,7 +34,7 @@ def scene(tmp_path):
                  {'id': person, 'xyz': joints_of(person, number)[order].tolist(), 'vis': LABELS[order].tolist()}
                  for person in (1, 2)]} for number in range(FRAMES)]}
     (tmp_path / 'gt.json').write_text(json.dumps(truth))
-    (tmp_path / 'meta.json').write_text(json.dumps({'kind': 'walk', 'sensor': {'name': 'xtion'}}))
+    (tmp_path / 'meta.json').write_text(json.dumps({'scenario': '07_walk', 'sensor': 'xtion', 'light': 'dim'}))
     return tmp_path
 
 
@@ -161,16 +162,17 @@ def test_counts_come_back_from_their_file(scene, tmp_path):
     counts = people.score_people(scene, found())
     counts.save(tmp_path / 'kept' / 'counts.npz')
     again = load(tmp_path / 'kept' / 'counts.npz')
-    assert (again.scene, again.tags, again.sums) == (counts.scene, {'kind': 'walk', 'sensor': 'xtion'}, counts.sums)
+    assert (again.scene, again.sums) == (counts.scene, counts.sums)
+    assert again.tags == {'kind': 'walk', 'sensor': 'xtion', 'light': 'dim'}
     for name, rows in counts.rows.items():
         np.testing.assert_array_equal(again.rows[name], rows)
 
 
 def test_groups_of_joints_and_scenes(scene):
     counts = [people.score_people(scene, found())]
-    by_joint = by_name(counts, 'joints', 'joint', COCO_18.joints)
+    by_joint = by_value(counts, 'joints', 'joint', {'nose': [COCO_18.index['nose']], 'ankles': HIDDEN})
     assert figures(by_joint['nose'], people.JOINT_STATISTICS, 0)['visible_100'].n == 2 * FRAMES
-    assert figures(by_joint['left_ankle'], people.JOINT_STATISTICS, 0)['hidden_150'].n == 2 * FRAMES
+    assert figures(by_joint['ankles'], people.JOINT_STATISTICS, 0)['hidden_150'].n == 4 * FRAMES
     bins = by_bin(counts, 'joints', 'distance', (0, 3, 9))
     assert sum(len(each.rows['joints']) for group in bins.values() for each in group) == 2 * FRAMES * JOINTS
     assert list(by_tag(counts, 'sensor')) == ['xtion']
@@ -205,6 +207,13 @@ def test_quantiles_are_those_of_all_values():
     assert figure.value == pytest.approx(np.median(values))
     drawn = [np.median(np.random.RandomState(seed).choice(values, 40)) for seed in range(2000)]
     assert (figure.low, figure.high) == pytest.approx(tuple(np.quantile(drawn, (0.025, 0.975))), abs=0.06)
+
+
+def test_what_one_scene_alone_tells_has_no_interval():
+    values = [each if number else replace(each, rows={'errors': each.rows['errors'][:0]})
+              for number, each in enumerate(counted([1.0, 2.0]))]
+    figure = figures(values, {'median': Quantile('', lambda counts: counts.rows['errors']['e'])})['median']
+    assert (figure.value, figure.low, figure.scenes, figure.n) == (2, None, 1, 7)
 
 
 def test_differences_are_paired():

@@ -45,7 +45,7 @@ def test_a_page_without_figures_stays():
     assert faults_of('text\n', {}) == []
 
 
-@pytest.mark.parametrize('form, shown', [('', '23.0 mm'), (' number', '23.0'), (' interval', '23.0 (21.1 to 24.9) mm')])
+@pytest.mark.parametrize('form, shown', [('', '23.0 mm'), (' number', '23.0'), (' interval', '23.0 [21.1, 24.9] mm')])
 def test_a_figure_is_filled_in(form, shown):
     page = f'before <!-- figure: accuracy.error{form} -->old<!-- end --> after'
     written = with_figures(page, SECTIONS)

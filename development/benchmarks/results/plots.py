@@ -1,0 +1,68 @@
+"""Plots of figures with their intervals."""
+from typing import Any, Dict, Mapping, Sequence
+
+import numpy as np
+
+from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, save_figure, tidy_axes
+from results import IMAGES, Picture
+from scoring.figures import Figure
+
+
+def error_bars(figures: Sequence[Figure]) -> Any:
+    """Return the lengths of the bars below and above figures, (2, N)."""
+    return np.array([[0.0 if end is None else abs(end - figure.value) for end in (figure.low, figure.high)]
+                     for figure in figures]).T.reshape(2, -1)
+
+
+def by_group(name: str, text: str, panels: Mapping[str, Mapping[str, Mapping[str, Figure]]]) -> Picture:
+    """Draw figures of groups as points with intervals, a panel each: title of the axis -> series -> group -> figure."""
+    groups = [group for series in panels.values() for each in series.values() for group in each]
+    names = list(dict.fromkeys(groups))
+    drawing = new_figure(4.2 * len(panels), 0.9 + 0.24 * len(names))
+    for axes, (title, series) in zip(np.atleast_1d(drawing.subplots(1, len(panels), sharey=True)), panels.items()):
+        for number, (label, each) in enumerate(series.items()):
+            there = {group: figure for group, figure in each.items() if figure.value is not None}
+            rows = [names.index(group) + 0.18 * (number - (len(series) - 1) / 2) for group in there]
+            axes.errorbar([figure.value for figure in there.values()], rows, xerr=error_bars([*there.values()]),
+                          fmt='o', ms=4, lw=1, color=PALETTE[number], label=label)
+        axes.set_yticks(range(len(names)))
+        axes.set_yticklabels([group.replace('_', ' ') for group in names])
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        tidy_axes(axes, title)
+        if len(series) > 1:
+            axes.legend(frameon=False, fontsize='small')
+    return saved(drawing, name, text)
+
+
+def curves(name: str, text: str, lines: Mapping[str, Any], labels: Dict[str, str]) -> Picture:
+    """Draw curves: label -> (x, y, figures for a band or None); labels: of the axes x and y. A grey one is expected."""
+    drawing = new_figure(5.0, 3.6)
+    axes = drawing.subplots()
+    for number, (label, (x, y, band)) in enumerate(lines.items()):
+        colour = HELP_COLOUR if label.startswith('expected') else PALETTE[number]
+        axes.plot(x, y, color=colour, label=label, ls='--' if label.startswith('expected') else '-')
+        if band:
+            axes.fill_between(x, [each.low or 0 for each in band], [each.high or 0 for each in band], color=colour,
+                              alpha=0.2, lw=0)
+    tidy_axes(axes, labels['x'], labels['y'])
+    axes.legend(frameon=False, fontsize='small')
+    return saved(drawing, name, text)
+
+
+def trade_off(name: str, text: str, points: Mapping[str, Any], labels: Dict[str, str]) -> Picture:
+    """Draw figures against time: label -> (time, figure)."""
+    drawing = new_figure(6.5, 4.0)
+    axes = drawing.subplots()
+    for number, (label, (time, figure)) in enumerate(points.items()):
+        axes.errorbar([time], [figure.value], yerr=error_bars([figure]), fmt='o', color=PALETTE[number % len(PALETTE)])
+        axes.annotate(label, (time, figure.value), (6, 4), textcoords='offset points', fontsize='small')
+    axes.set_xscale('log')
+    tidy_axes(axes, labels['x'], labels['y'])
+    return saved(drawing, name, text)
+
+
+def saved(drawing: Any, name: str, text: str) -> Picture:
+    """Write a drawing as docs/images/results_NAME.svg and return it."""
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    save_figure(drawing, IMAGES / f'results_{name}.svg')
+    return Picture(f'results_{name}.svg', text)

@@ -1,0 +1,53 @@
+"""Errors by joint, by distance, by sensor."""
+from typing import Dict
+
+from openpose_ros_pkg.skeletons import COCO_18
+from results import Options, Section, Table
+from results.counting import count
+from results.plots import by_group
+from scoring.counts import by_bin, by_tag, by_value
+from scoring.figures import Figure, figures
+from scoring.people import JOINT_STATISTICS
+from scoring.tables import rows_of
+
+# Columns of the tables. Distances of joints from the camera, along its axis [m].
+COLUMNS = {'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'visible_100': 'visible within 100 mm',
+           'hidden_150': 'hidden within 150 mm', 'lies': 'lies', 'within_2_sigma': 'within 2 sigma'}
+DISTANCES = (0, 1, 2, 3, 4, 5, 6, 8)
+# Joints of both sides together.
+JOINTS = {name: [row for row, joint in enumerate(COCO_18.joints) if joint.split('_')[-1] == name]
+          for name in ('nose', 'eye', 'ear', 'neck', 'shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')}
+
+
+def measure(options: Options) -> Section:
+    """Count the errors of mode balanced by groups of joints."""
+    counts = count(options, {'mode': 'balanced'})
+    groups = {
+        'joint': by_value(counts, 'joints', 'joint', JOINTS),
+        'distance': {f'{name} m': each for name, each in by_bin(counts, 'joints', 'distance', DISTANCES).items()},
+        'sensor': by_tag(counts, 'sensor'), 'light': by_tag(counts, 'light')}
+    groups = {title: group for title, group in groups.items() if len(group) > 1}
+    found = {title: {name: figures(each, {key: JOINT_STATISTICS[key] for key in COLUMNS})
+                     for name, each in group.items()} for title, group in groups.items()}
+    pictures = [by_group(f'errors_by_{title}', f'Errors by {title}: median of visible joints, and shares of visible '
+                         'joints within 100 mm and of hidden ones within 150 mm, with 95 % intervals', {
+                             'median of visible joints [mm]': {'': column(each, 'visible_median')},
+                             'share': {'visible within 100 mm': column(each, 'visible_100'),
+                                       'hidden within 150 mm': column(each, 'hidden_150')}})
+                for title, each in found.items() if title != 'light']
+    named = {f'{key_of(name)}_{key}': figure for each in found.values() for name, one in each.items()
+             for key, figure in one.items()}
+    return Section('Mode balanced, on the scenes of the section on accuracy. Distance is that of the joint along the '
+                   'axis of the camera.', named,
+                   [Table(f'By {title}', rows_of(group, JOINT_STATISTICS, COLUMNS, title))
+                    for title, group in groups.items()], pictures)
+
+
+def column(groups: Dict[str, Dict[str, Figure]], name: str) -> Dict[str, Figure]:
+    """Return one figure of each group."""
+    return {group: each[name] for group, each in groups.items()}
+
+
+def key_of(group: str) -> str:
+    """Return the name of a group in that of a figure: '2-3 m' is from_2_to_3_m."""
+    return ('from_' + group.replace('-', '_to_').replace(' ', '_')) if group[0].isdigit() else group.lower()

@@ -1,0 +1,40 @@
+"""Hands and faces."""
+import importlib
+import json
+from pathlib import Path
+
+from chain_runs import CountedNetwork
+from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND
+from openpose_ros_pkg.networks.backends import create_backend
+from openpose_ros_pkg.networks.models import weights_path
+from openpose_ros_pkg.params.parameters import build
+from results import Options, Section, Table, scenes_with
+from scoring.counts import by_value
+from scoring.figures import figures
+from scoring.hands import FINGERS, STATISTICS, score_hands
+from scoring.tables import rows_of
+from skeleton_extract_3d.chain_settings import ChainSettings
+
+COLUMNS = {'visible_median': 'median [mm]', 'visible_10': 'within 10 mm', 'visible_20': 'within 20 mm',
+           'hidden_20': 'hidden, within 20 mm', 'image_02': 'in the image, within 0.2 hand sizes'}
+
+
+def measure(options: Options) -> Section:
+    """Run the chain with hands on scenes with true hand points: rendered ones, or of --data hands=FOLDER."""
+    program = importlib.import_module('people.hands')
+    settings = build(ChainSettings, {'mode': 'balanced', **options.settings})
+    networks = {kind.model: CountedNetwork(create_backend(kind.model, weights_path(
+        kind.model, settings.detector.detector.model_folder), settings.detector.backend)) for kind in (HAND, FACE)}
+    folders = scenes_with(options, 'hands', has_hands)
+    counts = [score_hands(folder, program.hands_of(program.find(folder, settings, networks))) for folder in folders]
+    fingers = by_value(counts, 'points', 'finger', {name: [number] for number, name in enumerate(FINGERS)})
+    named = figures(counts, STATISTICS)
+    return Section(f'{len(counts)} scenes, mode balanced. Shares count all points of true hands, those that are not '
+                   'given as wrong.', named,
+                   [Table('', [['', 'figure'], *([figure.text, figure] for figure in named.values())]),
+                    Table('By finger', rows_of(fingers, STATISTICS, COLUMNS, 'finger'))])
+
+
+def has_hands(folder: Path) -> bool:
+    """Return whether the truth of a scene has hands."""
+    return 'hand_joints' in json.loads((folder / 'gt.json').read_text())

@@ -1,0 +1,41 @@
+"""Latency of the running nodes, by number of people."""
+import argparse
+from pathlib import Path
+from typing import Any, List
+
+import numpy as np
+
+from results import Options, Section, Table
+from results.separate import on_a_master
+from scoring.figures import Figure
+
+RATES, PEOPLE, SECONDS = (15.0, 30.0), (1, 2, 5, 8), 15.0
+COLUMNS = ('camera [Hz]', 'people', 'T [ms]', 'results [Hz]', 'latency median / 95 % [ms]', 'stages, means [ms]',
+           'frames with 0, 1, ... people', 'processor [% of a core]', 'memory [MB]', 'start [s]')
+
+
+def measure(options: Options) -> Section:
+    """Measure `./run bench live 3d` with depth images, mode balanced, people followed."""
+    rows: List[List[object]] = [[*COLUMNS]]
+    named = {}
+    for row, arrivals, latencies in on_a_master(watch, options.quick):
+        rows.append([row[column] for column in COLUMNS])
+        name = f"at_{row['camera [Hz]']:.0f}_with_{row['people']}"
+        for key, value, unit in (('median', 1e3 * np.median(latencies), 'ms'),
+                                 ('late', 1e3 * np.percentile(latencies, 95), 'ms'),
+                                 ('rate', row['results [Hz]'], 'Hz')):
+            named[f'{name}_{key}'] = Figure(float(value), n=arrivals, unit=unit, digits=1 if unit == 'Hz' else 0)
+    return Section('The launched chain, mode balanced, with depth images of 960 x 540 from a camera driver, '
+                   '`target_rate` that of the camera: people are followed. Latency: from the stamp of the camera to '
+                   f'the arrival of the 3D message in a subscriber, {SECONDS:.0f} s a row. The people are those of the '
+                   'sequence of the demo, cut out and pasted.', named, [Table('', rows)])
+
+
+def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
+    """Return the cells of each row, the number of its results, and their latencies [s]."""
+    import live
+    arguments = argparse.Namespace(chain='3d', rates=RATES[:1] if quick else RATES, points=['depth_image'],
+                                   people=PEOPLE[:1] if quick else PEOPLE, folder=None, warm_up=5.0,
+                                   seconds=5.0 if quick else SECONDS, launch=[])
+    return [(row, len(seen.arrivals[0]), seen.latencies[0])
+            for row, seen in live.measure_all(session, folder, arguments)]

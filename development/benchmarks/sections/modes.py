@@ -1,0 +1,39 @@
+"""Accuracy against time, by mode and network."""
+from typing import Any, Dict
+
+import results
+from results import Options, Section, Table
+from results.counting import count
+from results.plots import trade_off
+from scoring.figures import figures
+from scoring.people import STATISTICS, TABLE
+from scoring.tables import rows_of
+
+# Parameters of the chain and, for slow ones, one of so many scenes; by the name of their figures.
+ROWS: Dict[str, Dict[str, Any]] = {
+    'fast': {'settings': {'mode': 'fast'}, 'every': 2},
+    'balanced': {'settings': {'mode': 'balanced'}, 'every': 2},
+    'accurate': {'settings': {'mode': 'accurate'}, 'every': 6},
+    'mobilenet_thin': {'settings': {'pose_model': 'mobilenet_thin'}, 'every': 4},
+    'movenet_multipose': {'settings': {'pose_model': 'movenet_multipose'}, 'every': 4},
+    'followed_12': {'settings': {'mode': 'balanced'}, 'budget': 1.2, 'every': 4},
+    'followed_06': {'settings': {'mode': 'balanced'}, 'budget': 0.6, 'every': 4},
+    'followed_03': {'settings': {'mode': 'balanced'}, 'budget': 0.3, 'every': 4}}
+TITLES = {'mobilenet_thin': 'mobilenet_thin alone', 'movenet_multipose': 'movenet_multipose alone',
+          **{f'followed_{name}': f'balanced, people are followed with {work} passes per frame'
+             for name, work in (('12', 1.2), ('06', 0.6), ('03', 0.3))}}
+
+
+def measure(options: Options) -> Section:
+    """Count all modes on a part of the scenes; times are those of the section on speed, where it was measured."""
+    counts = {TITLES.get(name, name): count(options, **row) for name, row in ROWS.items()}
+    named = {f'{name}_{key}': figure for name, each in zip(ROWS, counts.values())
+             for key, figure in figures(each, {key: STATISTICS[key] for key in TABLE}).items()}
+    times = results.read().get('speed', {}).get('figures', {})
+    points = {name: (times[f'{name}_ms']['value'], named[f'{name}_visible_100'])
+              for name in ROWS if f'{name}_ms' in times}
+    pictures = [trade_off('modes', 'Share of the visible joints within 100 mm against the time of a frame', points, {
+        'x': 'ms per frame', 'y': 'visible joints within 100 mm'})] if points else ()
+    return Section('Slow modes are measured on a part of the scenes, evenly from the list, so compare rows by their '
+                   'intervals. A pass is one of mobilenet_thin over 656 x 368.', named,
+                   [Table('', rows_of(counts, STATISTICS, TABLE, 'mode'))], pictures)
