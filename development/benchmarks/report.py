@@ -26,8 +26,10 @@ from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setti
 from results import machine
 
 RENDERED, ENOUGH = ROOT / 'development/benchmark_data/rendered/report', 40
-# Modules of sections/, in the order of the page.
-SECTIONS = tuple(name for name in ORDER if (Path(__file__).parent / f'sections/{name}.py').is_file())
+# Modules of sections/ by name, in the order of the page.
+SECTIONS = {path.stem: '.'.join(path.relative_to(Path(__file__).parent).with_suffix('').parts)
+            for path in sorted((Path(__file__).parent / 'sections').rglob('*.py'), key=lambda path: (
+                ORDER.index(path.stem) if path.stem in ORDER else len(ORDER)))}
 # Those of time, which other processes would disturb.
 TIMED = ('speed', 'latency', 'live')
 
@@ -48,7 +50,7 @@ def data_sets(parser: argparse.ArgumentParser, texts: Sequence[str]) -> Dict[str
 
 def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
     """Measure a section and write it; return whether its data were there."""
-    module: Any = importlib.import_module(f'sections.{name}')
+    module: Any = importlib.import_module(SECTIONS[name])
     began = time.monotonic()
     before = unit.milliseconds()
     try:

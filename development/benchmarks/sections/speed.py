@@ -9,7 +9,7 @@ from openpose_ros_pkg.params.parameters import build
 from results import Options, Section, Table
 from results.machine import Unit
 from scoring.figures import Figure
-from sections.modes import ROWS, TITLES
+from sections.rendered.modes import ROWS, TITLES
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.settings import EstimatorSettings
 

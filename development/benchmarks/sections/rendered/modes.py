@@ -13,7 +13,7 @@ from scoring.tables import rows_of
 ROWS: Dict[str, Dict[str, Any]] = {
     'fast': {'settings': {'mode': 'fast'}, 'every': 2},
     'balanced': {'settings': {'mode': 'balanced'}, 'every': 2},
-    'accurate': {'settings': {'mode': 'accurate'}, 'every': 6},
+    'accurate': {'settings': {'mode': 'accurate'}, 'every': 10},
     'mobilenet_thin': {'settings': {'pose_model': 'mobilenet_thin'}, 'every': 4},
     'movenet_multipose': {'settings': {'pose_model': 'movenet_multipose'}, 'every': 4},
     'followed_12': {'settings': {'mode': 'balanced'}, 'budget': 1.2, 'every': 4},

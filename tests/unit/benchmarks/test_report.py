@@ -1,0 +1,67 @@
+"""Sections of the report: what is kept, written and shown."""
+import importlib
+import json
+
+import pytest
+
+import report
+import results
+from common import DEMO
+from development.results import ORDER, read_results, results_page
+from results import NeedsDataError, Options, Picture, Section, Table, counting
+from scoring.figures import Figure
+
+MADE = {'commit': 'abc', 'processor': '2 cores', 'T_ms': 50.0, 'date': '2026-01-01'}
+SHARE = Figure(0.96128, 0.9491, 0.97249, n=10, digits=3, text='of something', scenes=3)
+
+
+@pytest.mark.parametrize('name', report.SECTIONS)
+def test_each_section_has_a_title_and_a_place_on_the_page(name):
+    assert name in ORDER
+    module = pytest.importorskip(report.SECTIONS[name], reason='needs ROS messages')
+    assert module.__doc__.splitlines()[0].rstrip('.')
+    assert callable(module.measure)
+
+
+def test_timed_sections_are_sections():
+    assert set(report.TIMED) <= set(report.SECTIONS)
+
+
+def test_a_section_is_written_and_shown(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, 'FOLDER', tmp_path)
+    section = Section('Text.', {'share': SHARE, 'nothing': Figure(None)}, [Table('All', [['', 'share'], ['x', SHARE]])],
+                      [Picture('results_x.svg', 'a picture')])
+    results.write('trial', 'A trial', section, MADE)
+    assert json.loads((tmp_path / 'trial.json').read_text())['figures']['share']['value'] == 0.9613
+    page = results_page(read_results(tmp_path))
+    assert '## A trial\n' in page
+    assert '| x | 0.961 [0.949, 0.972] |' in page
+    assert '![a picture](images/results_x.svg)' in page
+    assert 'commit abc, 2 cores, T = 50.0 ms, 2026-01-01' in page
+    assert '| x | 0.961 [0.949, 0.972] |' in str(section)
+
+
+def test_names_that_can_not_be_quoted_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, 'FOLDER', tmp_path)
+    with pytest.raises(ValueError, match='all cameras'):
+        results.write('trial', 'A trial', Section('', {'all cameras': SHARE}), MADE)
+
+
+def test_a_section_without_its_data_says_what_it_needs(tmp_path):
+    with pytest.raises(NeedsDataError, match='--data mvor=FOLDER'):
+        Options().folder('mvor')
+    with pytest.raises(NeedsDataError, match='--data hands=FOLDER'):
+        results.scenes_with(Options([DEMO]), 'hands', importlib.import_module('sections.rendered.hands').has_hands)
+    assert results.scenes_with(Options(data={'any': DEMO}), 'any', lambda folder: True) == [DEMO]
+
+
+def test_a_scene_is_counted_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(counting, 'KEPT', tmp_path)
+    options = Options([DEMO], quick=True)
+    counts = counting.count(options, {}, exact=True)
+    assert counts[0].sums['frames'] == counting.QUICK_FRAMES
+    assert counts[0].sums['paired'] == counts[0].sums['true']
+    monkeypatch.setattr(counting, '_run', lambda job: pytest.fail('counted again'))
+    assert counting.count(options, {}, exact=True)[0].sums == counts[0].sums
+    with pytest.raises(pytest.fail.Exception):
+        counting.count(options, {'smoothing': False}, exact=True)
