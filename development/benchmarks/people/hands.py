@@ -2,20 +2,19 @@
 """Measure hands and faces in images and in space, without ROS, on RGB-D sequences with known hands (see chain_runs.py).
 
 Prints how many hands and faces were found, and the least time of a pass of each network, as a share of one pass of
-mobilenet_thin over 656 x 368. Where gt.json has hands, they are scored (scoring/hands.py), and
-the points within 2 sigma are counted; where it has faces, the directions of heads are compared with those of their true
-points.
+mobilenet_thin over 656 x 368. Hands, and the directions of faces, are scored against those of gt.json
+(scoring/hands.py).
 
     ./run bench people hands SEQUENCE
 """
 import sys
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Dict, List, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from chain_runs import BEGIN, CountedNetwork, open_sequence, read_truth
+from chain_runs import BEGIN, CountedNetwork, open_sequence
 from common import Parser, elapsed
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import create_detector
@@ -29,17 +28,14 @@ from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 from scoring.figures import figures
-from scoring.hands import STATISTICS, Hand, score_hands
+from scoring.hands import STATISTICS, Face, Hand, score_hands
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.landmarks import Landmarks
-from skeleton_extract_3d.people import INFERRED, MEASURED
 from skeleton_extract_3d.points.depth import DepthImage
 
 ROUNDS = 30
-# Maximum median distance of the points of a head or a hand from the true ones [m].
-SAME = 0.15
 # Input of the network whose time is the unit: height, width.
 UNIT = (368, 656)
 
@@ -57,51 +53,18 @@ def find(folder: Path, settings: ChainSettings, networks: Dict[Model, CountedNet
         frame.depth, sequence.camera))).landmarks) for frame in sequence]
 
 
-def hands_of(frames: Found) -> List[Tuple[float, List[Hand]]]:
-    """Return the hands in space of each frame, as they are scored."""
-    hands = []
+def scored(frames: Found) -> List[Tuple[float, List[Hand], List[Face]]]:
+    """Return the hands and faces in space of each frame, as they are scored."""
+    result = []
     for stamp, (found, lifted) in frames:
         in_image, in_space = (list(zip(each.people.tolist(), each.left.tolist()))
                               for each in (found.hands, lifted.hands))
-        hands.append((stamp, [Hand(name[1], found.hands.keypoints[in_image.index(name), :, :2], xyz)
-                              for name, xyz in zip(in_space, lifted.hands.points.xyz)]))
-    return hands
-
-
-def compared(folder: Path, frames: Found) -> str:
-    """Return the errors of the directions of heads, and whether sigma of hands is honest, as text."""
-    truth, _ = read_truth(folder)
-    if 'face_points' not in truth:
-        return ''
-    angles, errors = [], []
-    for (_, (_, lifted)), frame in zip(frames, truth['frames']):
-        for person in frame['people']:
-            xyz = np.array(person['face']['xyz'])
-            for points, turn in zip(lifted.faces.points.xyz, lifted.faces.orientations):
-                if np.linalg.norm(np.nanmedian(points, axis=0) - xyz.mean(axis=0)) < SAME:
-                    ahead, true = Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]), true_direction(xyz, truth)
-                    cosine = ahead @ true / np.linalg.norm(ahead) / np.linalg.norm(true)
-                    angles.append(np.degrees(np.arccos(cosine)))
-            for hand in person['hands']:
-                for row in np.flatnonzero(lifted.hands.left == (hand['side'] == 'left')):
-                    points = lifted.hands.points
-                    distance = np.linalg.norm(points.xyz[row] - hand['xyz'], axis=1)
-                    if np.nanmedian(distance) < SAME:
-                        errors += list(zip(points.status[row].tolist(), (distance / points.sigma[row]).tolist()))
-    text = f'heads look {np.median(angles):.1f} deg elsewhere (median of {len(angles)})\n' if angles else ''
-    for status, name in ((MEASURED, 'measured'), (INFERRED, 'inferred')):
-        ratios = [ratio for each, ratio in errors if each == status]
-        if ratios:
-            text += f'{name} points of hands within 2 sigma: {np.mean(np.array(ratios) <= 2):.3f} of {len(ratios)}\n'
-    return text
-
-
-def true_direction(xyz: np.ndarray, truth: Dict[str, Any]) -> np.ndarray:
-    """Return the direction out of a face, (3,): square to the line of the eyes and that from the mouth to the eyes."""
-    point = dict(zip(truth['face_points'], xyz))
-    left = point['left_eye_outer'] - point['right_eye_outer']
-    eyes = sum(point[f'{side}_eye_{corner}'] for side in ('left', 'right') for corner in ('inner', 'outer')) / 4
-    return np.cross(left, eyes - (point['mouth_left'] + point['mouth_right']) / 2)
+        points, faces = lifted.hands.points, lifted.faces
+        result.append((stamp, [Hand(name[1], found.hands.keypoints[in_image.index(name), :, :2], points.xyz[row],
+                                    points.status[row], points.sigma[row]) for row, name in enumerate(in_space)],
+                       [Face(xyz, Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]))
+                        for xyz, turn in zip(faces.points.xyz, faces.orientations)]))
+    return result
 
 
 def least_milliseconds(networks: Dict[Model, Backend]) -> Dict[str, float]:
@@ -136,8 +99,7 @@ def main() -> int:
     networks = {kind.model: CountedNetwork(network) for kind, network in zip((HAND, FACE), both)}
     for folder in arguments.sequences:
         found = find(folder, settings, networks)
-        sys.stdout.write(compared(folder, found))
-        counts.append(score_hands(folder, hands_of(found)))
+        counts.append(score_hands(folder, scored(found)))
         frames += found
     sys.stdout.write(report(frames, networks, unit))
     for figure in figures(counts, STATISTICS).values():

@@ -1,42 +1,72 @@
-"""Hands in the image and in space against the true hand points of a scene.
+"""Hands and faces in the image and in space against the true points of a scene.
 
 A true hand counts where 5 points are in the image. Hands of a frame are paired whatever their side, by the median
-distance of their points in the image, in sizes of the hand: the longer edge of the box around its true points.
+distance of their points in the image, in sizes of the hand: the longer edge of the box around its true points. A face
+is that of the true person whose face points are near; its direction is square to the line of the eyes and to that from
+the mouth to the eyes.
 """
 import json
 from pathlib import Path
-from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+
+from skeleton_extract_3d.people import INFERRED, MEASURED
 
 from .counts import Counts, tags_of
 from .figures import Quantile, Ratio
 from .people import OUTSIDE, VISIBLE
 
 LEAST_POINTS = 5
-# Maximum median distance of a pair, in sizes of the hand.
-GATE = 1.0
+# Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
+GATE, SAME_FACE = 1.0, 0.15
 FINGERS = ('wrist', 'thumb', 'index', 'middle', 'ring', 'little')
 # One row for each point of each true hand: error in space [m] and in the image [hand sizes].
-POINT = np.dtype([('left', '?'), ('finger', 'u1'), ('label', 'u1'), ('error', 'f8'), ('apart', 'f8')])
+POINT = np.dtype([('left', '?'), ('finger', 'u1'), ('label', 'u1'), ('status', 'u1'), ('error', 'f8'), ('apart', 'f8'),
+                  ('sigma', 'f8')])
+# One row for each face: angle between its direction and the true one [deg].
+FACE = np.dtype([('angle', 'f8')])
 
 
 class Hand(NamedTuple):
-    """A hand: whether it is the left one, its points in the image (21, 2) [px] and in space (21, 3) [m]."""
+    """A hand.
+
+    Attributes:
+        left: whether it is the left one.
+        uv, xyz: its points in the image (21, 2) [px] and in space (21, 3) [m].
+        status, sigma: of its points (21,) [m].
+    """
 
     left: bool
     uv: np.ndarray
     xyz: np.ndarray
+    status: np.ndarray = np.zeros(21, np.uint8)
+    sigma: np.ndarray = np.full(21, np.nan)
 
 
-def score_hands(folder: Path, frames: Iterable[Tuple[float, Sequence[Hand]]]) -> Counts:
-    """Count the hands of each true frame of a scene; frames are given by their stamps [s]."""
-    truth = json.loads((folder / 'gt.json').read_text())['frames']
+class Face(NamedTuple):
+    """The points of a face (N, 3) [m] and the direction that it looks in (3,)."""
+
+    xyz: np.ndarray
+    direction: np.ndarray
+
+
+Frame = Tuple[float, Sequence[Hand], Sequence[Face]]
+
+
+def score_hands(folder: Path, frames: Iterable[Frame]) -> Counts:
+    """Count the hands and faces of each true frame of a scene; frames are given by their stamps [s]."""
+    everything = json.loads((folder / 'gt.json').read_text())
+    truth = everything['frames']
     times = np.array([frame['t'] for frame in truth])
     found: List[List[Hand]] = [[] for _ in truth]
-    for seconds, hands in frames:
-        found[int(np.abs(times - seconds).argmin())] += hands
+    angles: List[float] = []
+    for seconds, hands, faces in frames:
+        number = int(np.abs(times - seconds).argmin())
+        found[number] += hands
+        for person in truth[number]['people'] if 'face_points' in everything else ():
+            angles += _angles(dict(zip(everything['face_points'], np.array(person['face']['xyz']))), faces)
     sums: Dict[str, float] = dict.fromkeys(('true', 'found', 'paired', 'sides'), 0)
     rows = [np.zeros(0, POINT)]
     for frame, hands in zip(truth, found):
@@ -49,7 +79,19 @@ def score_hands(folder: Path, frames: Iterable[Tuple[float, Sequence[Hand]]]) ->
                             ('sides', sum(true[row][0].left == other.left for row, other in pairs.items()))):
             sums[name] += count
         rows += [_rows(hand, labels, pairs.get(row)) for row, (hand, labels) in enumerate(true)]
-    return Counts(folder.resolve().name, tags_of(folder), sums, {'points': np.concatenate(rows)})
+    return Counts(folder.resolve().name, tags_of(folder), sums, {
+        'points': np.concatenate(rows), 'faces': np.array(angles, np.float64).astype(FACE)})
+
+
+def _angles(true: Dict[str, np.ndarray], faces: Sequence[Face]) -> List[float]:
+    """Return the angle between the true direction of a face and that of each found face at its place [deg]."""
+    middle = np.mean([*true.values()], axis=0)
+    eyes = np.mean([point for name, point in true.items() if name.endswith(('_eye_inner', '_eye_outer'))], axis=0)
+    ahead = np.cross(true['left_eye_outer'] - true['right_eye_outer'],
+                     eyes - (true['mouth_left'] + true['mouth_right']) / 2)
+    near = [face for face in faces if np.linalg.norm(np.nanmedian(face.xyz, axis=0) - middle) < SAME_FACE]
+    return [float(np.degrees(np.arccos(np.clip(face.direction @ ahead / (
+        np.linalg.norm(face.direction) * np.linalg.norm(ahead)), -1, 1)))) for face in near]
 
 
 def _size(hand: Hand) -> float:
@@ -61,12 +103,15 @@ def _apart(true: Hand, other: Hand) -> float:
     return min(float(np.nanmedian(distances)), 1e3) if np.isfinite(distances).any() else 1e3
 
 
-def _rows(true: Hand, labels: np.ndarray, found: Hand) -> np.ndarray:
+def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
     rows = np.zeros(len(labels), POINT)
     rows['left'], rows['label'] = true.left, labels
     rows['finger'] = (np.arange(len(labels)) + 3) // 4
-    rows['error'] = np.nan if found is None else np.linalg.norm(true.xyz - found.xyz, axis=1)
-    rows['apart'] = np.nan if found is None else np.linalg.norm(true.uv - found.uv, axis=1) / _size(true)
+    rows['error'] = rows['apart'] = rows['sigma'] = np.nan
+    if found is not None:
+        rows['error'] = np.linalg.norm(true.xyz - found.xyz, axis=1)
+        rows['apart'] = np.linalg.norm(true.uv - found.uv, axis=1) / _size(true)
+        rows['status'], rows['sigma'] = found.status, found.sigma
     return rows
 
 
@@ -87,6 +132,14 @@ def _median(text: str, column: str, unit: str, digits: int, factor: float) -> Qu
                     factor)
 
 
+def _within_2_sigma(name: str, status: int) -> Ratio:
+    def ratios(counts: Counts) -> np.ndarray:
+        rows = counts.rows['points'][counts.rows['points']['status'] == status]
+        return (rows['error'] / rows['sigma'])[np.isfinite(rows['error']) & np.isfinite(rows['sigma'])]
+    return Ratio(f'errors of {name} points within 2 sigma', lambda counts: float((ratios(counts) <= 2).sum()),
+                 lambda counts: float(len(ratios(counts))))
+
+
 STATISTICS = {
     'recall': Ratio('hands found, of the true ones', lambda counts: counts.sums['paired'],
                     lambda counts: counts.sums['true']),
@@ -100,4 +153,8 @@ STATISTICS = {
     'hidden_20': _share('hidden points within 20 mm', False, 'error', 0.02),
     'image_01': _share('visible points within 0.1 hand sizes in the image', True, 'apart', 0.1),
     'image_02': _share('visible points within 0.2 hand sizes in the image', True, 'apart', 0.2),
-    'image_median': _median('median error of visible points in the image', 'apart', 'hand sizes', 3, 1.0)}
+    'image_median': _median('median error of visible points in the image', 'apart', 'hand sizes', 3, 1.0),
+    'measured_within_2_sigma': _within_2_sigma('MEASURED', MEASURED),
+    'inferred_within_2_sigma': _within_2_sigma('INFERRED', INFERRED),
+    'head_median': Quantile('median angle of the directions of faces', lambda counts: counts.rows['faces']['angle'],
+                            0.5, 'deg', 1)}

@@ -41,15 +41,36 @@ def hand_scene(tmp_path):
     (lambda hand: [hand] if hand.left else [], {'recall': 0.5, 'precision': 1, 'visible_20': 0.5}),
     (lambda hand: [hand, hand._replace(uv=hand.uv + 600)], {'precision': 0.5, 'recall': 1})])
 def test_hands(hand_scene, change, expected):
-    frames = [(number / RATE, [each for side in SIDES for each in change(hand_of(side, number))])
+    frames = [(number / RATE, [each for side in SIDES for each in change(hand_of(side, number))], [])
               for number in range(FRAMES)]
     result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
     assert {name: result[name].value for name in expected} == pytest.approx(expected, abs=1e-9)
 
 
+def test_sigma_of_hands_counts_by_status(hand_scene):
+    status, sigma = np.array([1] * 11 + [2] * 10), np.array([0.01] * 16 + [0.001] * 5)
+    frames = [(number / RATE, [hand_of('left', number)._replace(
+        xyz=hand_of('left', number).xyz + np.array((0, 0, 0.015)), status=status, sigma=sigma)], [])
+        for number in range(FRAMES)]
+    result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
+    assert (result['measured_within_2_sigma'].value, result['inferred_within_2_sigma'].value) == (1, 0.5)
+
+
+def test_directions_of_faces(tmp_path):
+    names = ('left_eye_inner', 'left_eye_outer', 'right_eye_inner', 'right_eye_outer', 'mouth_left', 'mouth_right')
+    # looks at the camera: z away from it, y down, the left side of the face to the right
+    xyz = np.array([(0.02, 0, 2), (0.05, 0, 2), (-0.02, 0, 2), (-0.05, 0, 2), (0.03, 0.08, 2), (-0.03, 0.08, 2)])
+    (tmp_path / 'gt.json').write_text(json.dumps({'joints': [], 'face_points': names, 'frames': [
+        {'i': 0, 't': 0.0, 'people': [{'id': 1, 'face': {'xyz': xyz.tolist()}}]}]}))
+    angle = np.radians(20)
+    faces = [hands.Face(xyz, np.array((np.sin(angle), 0, -np.cos(angle)))), hands.Face(xyz + 1, np.array((1.0, 0, 0)))]
+    result = figures([hands.score_hands(tmp_path, [(0.0, [], faces)])], hands.STATISTICS, 0)['head_median']
+    assert (result.value, result.n) == (pytest.approx(20), 1)
+
+
 def test_fingers_in_the_wrong_order_are_wrong(hand_scene):
     frames = [(number / RATE, [hand_of(side, number)._replace(xyz=hand_of(side, number).xyz[OTHER_WAY])
-                               for side in SIDES]) for number in range(FRAMES)]
+                               for side in SIDES], []) for number in range(FRAMES)]
     result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
     assert result['visible_20'].value < 0.5
 

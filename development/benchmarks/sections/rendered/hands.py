@@ -26,7 +26,7 @@ def measure(options: Options) -> Section:
     networks = {kind.model: CountedNetwork(create_backend(kind.model, weights_path(
         kind.model, settings.detector.detector.model_folder), settings.detector.backend)) for kind in (HAND, FACE)}
     folders = scenes_with(options, 'hands', has_hands)
-    counts = [score_hands(folder, program.hands_of(program.find(folder, settings, networks))) for folder in folders]
+    counts = [score_hands(folder, program.scored(program.find(folder, settings, networks))) for folder in folders]
     fingers = by_value(counts, 'points', 'finger', {name: [number] for number, name in enumerate(FINGERS)})
     named = figures(counts, STATISTICS)
     return Section(f'{len(counts)} scenes, mode balanced. Shares count all points of true hands, those that are not '
