@@ -246,3 +246,6 @@ TABLE = {'persons_recall': 'people found', 'persons_precision': 'real', 'visible
          'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'hidden_150': 'hidden within 150 mm',
          'lies': 'lies', 'switches': 'switches', 'idf1': 'IDF1', 'within_2_sigma': 'within 2 sigma',
          'jitter': 'jitter [m/s^2]'}
+# Those of tables with intervals.
+SHORT_TABLE = {name: TABLE[name] for name in ('persons_recall', 'persons_precision', 'visible_100', 'visible_median',
+                                              'hidden_150', 'lies', 'switches', 'within_2_sigma')}

@@ -6,6 +6,7 @@ from typing import Any, List
 import numpy as np
 
 from results import Options, Section, Table
+from results.plots import curves
 from results.separate import on_a_master
 from scoring.figures import Figure
 
@@ -25,10 +26,16 @@ def measure(options: Options) -> Section:
                                  ('late', 1e3 * np.percentile(latencies, 95), 'ms'),
                                  ('rate', row['results [Hz]'], 'Hz')):
             named[f'{name}_{key}'] = Figure(float(value), n=arrivals, unit=unit, digits=1 if unit == 'Hz' else 0)
+    people, rates = (sorted({row[column] for row in rows[1:]}) for column in (1, 0))
+    lines = {f'{rate:.0f} Hz, {title}': (people, [named[f'at_{rate:.0f}_with_{count}_{key}'].value
+                                                 for count in people], ())
+             for rate in rates for key, title in (('median', 'median'), ('late', '95 %'))}
+    picture = curves('latency', 'Latency by number of people, cameras of 15 and 30 Hz', lines,
+                     {'x': 'people', 'y': 'latency [ms]'})
     return Section('The launched chain, mode balanced, with depth images of 960 x 540 from a camera driver, '
                    '`target_rate` that of the camera: people are followed. Latency: from the stamp of the camera to '
                    f'the arrival of the 3D message in a subscriber, {SECONDS:.0f} s a row. The people are those of the '
-                   'sequence of the demo, cut out and pasted.', named, [Table('', rows)])
+                   'sequence of the demo, cut out and pasted.', named, [Table('', rows)], [picture])
 
 
 def watch(session: Any, folder: Path, quick: bool) -> List[Any]:

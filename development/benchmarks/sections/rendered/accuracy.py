@@ -5,7 +5,7 @@ from results import Options, Section, Table
 from results.counting import count
 from scoring.counts import by_tag
 from scoring.figures import figures
-from scoring.people import STATISTICS, TABLE
+from scoring.people import SHORT_TABLE, STATISTICS
 from scoring.tables import rows_of
 
 # What each row runs: parameters of the chain, true pixels, one of so many scenes.
@@ -24,8 +24,8 @@ def measure(options: Options) -> Section:
     found = {f'{SHORT[title]}{name}': figure for title, each in counts.items()
              for name, figure in figures(each, STATISTICS).items()}
     kinds = by_tag(whole, 'kind')
-    tables = [Table('All scenes', rows_of(counts, STATISTICS, TABLE, 'method')),
-              *([Table('By kind of scene, balanced', rows_of(kinds, STATISTICS, TABLE, 'kind'))]
+    tables = [Table('All scenes', rows_of(counts, STATISTICS, SHORT_TABLE, 'method')),
+              *([Table('By kind of scene, balanced', rows_of(kinds, STATISTICS, SHORT_TABLE, 'kind'))]
                 if len(kinds) > 1 else [])]
     frames = int(sum(each.sums['frames'] for each in whole))
     return Section(f'{len(whole)} scenes with {frames} frames. Errors are distances from the true joint in the body. '

@@ -6,7 +6,7 @@ from results import Options, Section, Table
 from results.counting import count
 from results.plots import trade_off
 from scoring.figures import figures
-from scoring.people import STATISTICS, TABLE
+from scoring.people import SHORT_TABLE, STATISTICS
 from scoring.tables import rows_of
 
 # Parameters of the chain and, for slow ones, one of so many scenes; by the name of their figures.
@@ -28,7 +28,7 @@ def measure(options: Options) -> Section:
     """Count all modes on a part of the scenes; times are those of the section on speed, where it was measured."""
     counts = {TITLES.get(name, name): count(options, **row) for name, row in ROWS.items()}
     named = {f'{name}_{key}': figure for name, each in zip(ROWS, counts.values())
-             for key, figure in figures(each, {key: STATISTICS[key] for key in TABLE}).items()}
+             for key, figure in figures(each, STATISTICS).items()}
     times = results.read().get('speed', {}).get('figures', {})
     points = {name: (times[f'{name}_ms']['value'], named[f'{name}_visible_100'])
               for name in ROWS if f'{name}_ms' in times}
@@ -36,4 +36,4 @@ def measure(options: Options) -> Section:
         'x': 'ms per frame', 'y': 'visible joints within 100 mm'})] if points else ()
     return Section('Slow modes are measured on a part of the scenes, evenly from the list, so compare rows by their '
                    'intervals. A pass is one of mobilenet_thin over 656 x 368.', named,
-                   [Table('', rows_of(counts, STATISTICS, TABLE, 'mode'))], pictures)
+                   [Table('', rows_of(counts, STATISTICS, SHORT_TABLE, 'mode'))], pictures)
