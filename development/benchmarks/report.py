@@ -22,7 +22,8 @@ from typing import Any, Dict, List, Sequence
 import results
 from common import ROOT, SCENES, Parser, scenes_of
 from development.results import ORDER, write_results
-from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.errors import OpenposeRosError
 from results import machine
 
 RENDERED, ENOUGH = ROOT / 'development/benchmark_data/rendered/report', 40
@@ -49,7 +50,7 @@ def data_sets(parser: argparse.ArgumentParser, texts: Sequence[str]) -> Dict[str
 
 
 def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
-    """Measure a section and write it; return whether its data were there."""
+    """Measure a section and write it; return whether that succeeded, also if its data are not there."""
     module: Any = importlib.import_module(SECTIONS[name])
     began = time.monotonic()
     before = unit.milliseconds()
@@ -57,6 +58,9 @@ def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
         section = module.measure(options)
     except results.NeedsDataError as error:
         print(f'{name}: not measured; it needs {error}', flush=True)
+        return True
+    except (OpenposeRosError, OSError) as error:
+        print(f'{name}: failed: {error}', flush=True)
         return False
     title = (module.__doc__ or name).splitlines()[0].rstrip('.')
     if not options.quick:
@@ -84,11 +88,10 @@ def main() -> int:
     if not options.scenes:
         parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')
     unit = machine.Unit()
-    for name in (name for name in SECTIONS if name in wanted):
-        measure(name, options, unit)
+    done = [measure(name, options, unit) for name in SECTIONS if name in wanted]
     if not options.quick:
         write_results()
-    return DONE
+    return DONE if all(done) else SOME_FAILED
 
 
 if __name__ == '__main__':
