@@ -79,15 +79,15 @@ class Sequence:
             yield number, {people.ids[row]: true.ids[other] for row, other in pairs}, persons_at.get(stamp, ())
 
 
-def read_sequence(folder: Path, finder: Finder, step: int) -> Sequence:
-    """Read the truth of a folder and find its people."""
+def read_sequence(folder: Path, found: Frames, step: int = 1) -> Sequence:
+    """Return the truth of a folder with what was found there."""
     (truth, order), source, true = read_truth(folder), open_sequence(folder), []
     for frame in truth['frames']:
         joints = np.array([person['xyz'] for person in frame['people']]).reshape(-1, len(COCO_18.joints), 3)
         shape = joints.shape[:2]
         true.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
                                           np.full(shape, 0.02), [person['id'] for person in frame['people']])))
-    return Sequence(folder, truth, camera_poses(folder, source), true, finder.run(source).frames, step)
+    return Sequence(folder, truth, camera_poses(folder, source), true, found, step)
 
 
 def clouds(sequence: Sequence) -> List[Surroundings]:
@@ -116,31 +116,21 @@ def _labels_of(person: PersonSignals) -> Dict[str, Told]:
     return labels
 
 
-def label_rows(sequence: Sequence, signals: Signals) -> Tuple[List[List[object]], List[float]]:
-    """Return a row for each labelled gesture with its latency, and the errors of the rays of true pointing [deg]."""
-    rows, errors, open_rows = [], [], {}
+def label_rows(sequence: Sequence, signals: Signals) -> List[List[object]]:
+    """Return a row for each labelled gesture, with the time after which it is told."""
+    rows, open_rows = [], {}
     for (_, names, persons), frame in zip(sequence.joined(signals), sequence.truth['frames']):
         told = {names.get(person.id): person for person in persons}
-        labels = {(person['id'], detail['label']): detail for person in frame['people'] for detail in person['detail']
+        labels = {(person['id'], detail['label']) for person in frame['people'] for detail in person['detail']
                   if detail['label'] not in ('sit', 'stand')}
         open_rows = {key: row for key, row in open_rows.items() if key in labels}
-        for key, detail in labels.items():
+        for key in sorted(labels):
             if key not in open_rows:
                 open_rows[key] = [*key, frame['t'], '-']
                 rows.append(open_rows[key])
-            gesture = told[key[0]].gesture(key[1]) if key[0] in told else None
-            if gesture and open_rows[key][3] == '-':
+            if open_rows[key][3] == '-' and key[0] in told and told[key[0]].gesture(key[1]):
                 open_rows[key][3] = round(frame['t'] - open_rows[key][2], 3)
-            if key[1] == 'point' and persons:
-                errors.append(_ray_error(gesture, detail))
-    return rows, errors
-
-
-def _ray_error(gesture: Any, detail: Dict[str, Any]) -> float:
-    if gesture is None or gesture.pointing is None:
-        return np.nan
-    ray, to = gesture.pointing, np.array(detail['target']) - gesture.pointing.origin
-    return float(np.degrees(np.arccos(np.clip(ray.direction @ to / np.linalg.norm(to), -1, 1))))
+    return rows
 
 
 def hits(sequence: Sequence, around: List[Surroundings]) -> str:
@@ -170,16 +160,11 @@ def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
     return sorted(rows)
 
 
-def print_gestures(sequence: Sequence, signals: Signals) -> int:
-    """Print the gestures of a sequence without labels; return how many are not those of the true joints."""
-    true, false = intervals(sequence.read(sequence.true)), 0
-    rows: List[List[object]] = [['gesture', 'arm', 'begin [s]', 'end [s]', 'true joints too']]
-    for start, end, _, name, arm in intervals(signals):
-        also = any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
-        false += not also
-        rows.append([name, arm, f'{start:.2f}', f'{end:.2f}', 'yes' if also else 'no'])
-    print(markdown(rows) if len(rows) > 1 else 'no gesture')
-    return false
+def gestures(sequence: Sequence, signals: Signals) -> List[Tuple[str, str, float, float, bool]]:
+    """Return name, arm, begin and end [s] of the gestures of a sequence, and whether the true joints make them too."""
+    true = intervals(sequence.read(sequence.true))
+    return [(name, arm, start, end, any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start
+                                        for other in true)) for start, end, _, name, arm in intervals(signals)]
 
 
 def print_postures(sequence: Sequence, signals: Signals) -> None:
@@ -226,11 +211,7 @@ def print_labelled(sequence: Sequence, signals: Signals) -> None:
     counts = score_signals(sequence.folder, labelled(sequence.found, signals))
     for figure in figures([counts], STATISTICS).values():
         print(f'{figure.text}: {figure} {figure.unit}, n {figure.n}')
-    rows, errors = label_rows(sequence, signals)
-    print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *rows]))
-    answered = np.array(errors)[np.isfinite(errors)]
-    print(f'rays: {len(answered)} of {len(errors)} frames, median {np.median(answered):.1f} deg, within 15 deg '
-          f'{(answered <= 15).mean():.2f} of these, {(answered <= 15).sum() / len(errors):.2f} of all')
+    print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *label_rows(sequence, signals)]))
     targets = tuple(Target(name, np.array(place['camera'])) for name, place in sequence.truth['targets'].items())
     print('known targets hit:', hits(sequence, [Surroundings(targets)] * len(sequence.found)),
           'frames; points of the cloud at the target:', hits(sequence, clouds(sequence)), 'frames')
@@ -244,7 +225,9 @@ def report(sequence: Sequence) -> Tuple[float, float, float]:
     if 'targets' in sequence.truth:
         print_labelled(sequence, signals)
     else:
-        false = print_gestures(sequence, signals)
+        found = gestures(sequence, signals)
+        print(markdown([['gesture', 'arm', 'begin [s]', 'end [s]', 'true joints too'], *found]))
+        false = sum(not also for *_, also in found)
     print_postures(sequence, signals)
     print_floor(sequence)
     for name, fall in {(person.id, person.fall) for _, persons in signals for person in persons if person.fall}:
@@ -260,7 +243,8 @@ def main() -> int:
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')
     arguments = parser.parse_args()
     finder = Finder(build(ChainSettings, setting_values(parser, arguments.settings)))
-    sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
+    sequences = [read_sequence(folder, finder.run(open_sequence(folder)).frames, arguments.step)
+                 for folder in arguments.sequences]
     seconds, false, cost = np.array([report(sequence) for sequence in sequences]).T
     print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} '
           f'per minute\n{np.median(cost):.2f} ms per person and frame')

@@ -4,24 +4,36 @@ import json
 import multiprocessing
 import os
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+
+import numpy as np
 
 import chain_runs
 from common import ROOT
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
 from scoring.counts import Counts, load
 from scoring.people import score_people
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
+from skeleton_extract_3d.people import People3D
 
 KEPT = ROOT / 'build/report'
 # Frames of a scene, and scenes, of --quick.
 QUICK_FRAMES, QUICK_SCENES = 8, 2
 # Files that decide what is found and how it is counted.
 _SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'development/benchmarks/scoring')
+
+
+# True times are rounded [s].
+SAME_TIME = 2e-3
+# One row for each person that was found in a frame, at its time [s].
+PERSON = np.dtype([('time', 'f8'), ('xyz', 'f4', (18, 3)), ('confidence', 'f4', 18), ('status', 'u1', 18),
+                   ('sigma', 'f4', 18), ('ids', 'i8')])
 
 
 class Job(NamedTuple):
@@ -98,4 +110,22 @@ def _run(job: Job) -> None:
         run = chain_runs.run_chain(sequence, PeopleChain(detection, chosen.estimator), limit=job.limit)
     else:
         run = _finder(job.settings, job.budget, sequence.fps or 1.0).run(sequence, limit=job.limit)
-    score_people(job.folder, run.frames, job.limit).save(job.path)
+    counts = score_people(job.folder, run.frames, job.limit)
+    replace(counts, rows={**counts.rows, 'people': _rows_of(run.frames)}).save(job.path)
+
+
+def _rows_of(frames: chain_runs.Frames) -> np.ndarray:
+    rows = [np.zeros(0, PERSON)]
+    for seconds, people in frames:
+        rows.append(np.zeros(len(people), PERSON))
+        rows[-1]['time'] = seconds
+        for name in PERSON.names[1:]:
+            rows[-1][name] = getattr(people, name)
+    return np.concatenate(rows)
+
+
+def people_of(counts: Counts, times: Sequence[float]) -> chain_runs.Frames:
+    """Return the people that were found in a scene that was counted, at the true times of its frames [s]."""
+    rows = counts.rows['people']
+    return [(seconds, People3D(COCO_18, *(rows[np.abs(rows['time'] - seconds) < SAME_TIME][name]
+                                          for name in PERSON.names[1:]))) for seconds in times]

@@ -2,6 +2,7 @@
 import importlib
 import json
 
+import numpy as np
 import pytest
 
 import report
@@ -10,6 +11,7 @@ from common import DEMO
 from development.results import ORDER, read_results, results_page
 from results import NeedsDataError, Options, Picture, Section, Table, counting
 from scoring.figures import Figure
+from scoring.people import score_people
 
 MADE = {'commit': 'abc', 'processor': '2 cores', 'T_ms': 50.0, 'date': '2026-01-01'}
 SHARE = Figure(0.96128, 0.9491, 0.97249, n=10, digits=3, text='of something', scenes=3)
@@ -61,6 +63,10 @@ def test_a_scene_is_counted_once(tmp_path, monkeypatch):
     counts = counting.count(options, {}, exact=True)
     assert counts[0].sums['frames'] == counting.QUICK_FRAMES
     assert counts[0].sums['paired'] == counts[0].sums['true']
+    times = [frame['t'] for frame in json.loads((DEMO / 'gt.json').read_text())['frames'][:counting.QUICK_FRAMES]]
+    again = score_people(DEMO, counting.people_of(counts[0], times), counting.QUICK_FRAMES)
+    assert again.sums == counts[0].sums
+    np.testing.assert_array_equal(again.rows['joints'], counts[0].rows['joints'])
     monkeypatch.setattr(counting, '_run', lambda job: pytest.fail('counted again'))
     assert counting.count(options, {}, exact=True)[0].sums == counts[0].sums
     with pytest.raises(pytest.fail.Exception):

@@ -12,7 +12,7 @@ from scoring.tables import rows_of
 ROWS: Dict[str, Dict[str, Any]] = {
     'balanced': {'settings': {'mode': 'balanced'}},
     "the original's method, mobilenet_thin": {
-        'settings': {'pose_model': 'mobilenet_thin', 'lifting': 'mean3x3', 'tracking': False}},
+        'settings': {'pose_model': 'mobilenet_thin', 'lifting': 'mean3x3', 'tracking': False}, 'every': 2},
     'true pixels, balanced': {'settings': {'mode': 'balanced'}, 'exact': True}}
 SHORT = {'balanced': '', "the original's method, mobilenet_thin": 'original_', 'true pixels, balanced': 'exact_'}
 
