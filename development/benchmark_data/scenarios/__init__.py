@@ -1,0 +1,1 @@
+"""What happens in a sequence: scenarios by hand and random ones."""

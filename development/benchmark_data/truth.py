@@ -1,0 +1,72 @@
+"""Ground truth of a rendered frame: joints, visibility, gestures, hands and faces."""
+from typing import Any, Dict, List
+
+import numpy as np
+
+from .people.body import COCO18
+from .people.gestures import Gesture, gesture_truth
+from .rendering.camera import Camera
+from .rendering.renderer import Frame
+
+OUTSIDE, BEHIND_SELF, VISIBLE, BEHIND_PERSON, BEHIND_FURNITURE = range(5)
+# A joint is visible if the person's own surface at its pixel is at most this far in front of it [m].
+THICKNESS = {'hip': 0.22, 'shoulder': 0.17, 'neck': 0.17, 'knee': 0.13, 'elbow': 0.13, 'wrist': 0.11, 'ankle': 0.11,
+             'nose': 0.13, 'eye': 0.13,
+                 'ear': 0.13}
+JOINT_THICKNESS = np.array([THICKNESS[name.split('_')[-1]] for name in COCO18])
+HAND_THICKNESS, FACE_THICKNESS = 0.022, 0.015  # [m]
+
+
+def visibility(points: np.ndarray, pixels: np.ndarray, person: int, frame: Frame, thickness: np.ndarray) -> List[int]:
+    """Return the code of each of (N, 3) points in the optical frame, at (N, 2) pixels, of a person (1, 2 ...).
+
+    Beside the own silhouette, with nothing in front, a point is visible.
+    """
+    height, width = frame.depth.shape
+    codes = []
+    for (u, v), depth, thick in zip(np.rint(pixels).astype(int), points[:, 2], thickness):
+        if depth < 0.1 or not (0 <= u < width and 0 <= v < height):
+            codes.append(OUTSIDE)
+            continue
+        owner, surface = frame.ids[v, u], frame.depth[v, u]
+        if owner == person:
+            codes.append(VISIBLE if depth - surface <= thick else BEHIND_SELF)
+        elif owner == 0 or surface >= depth:
+            codes.append(VISIBLE)
+        else:
+            codes.append(BEHIND_FURNITURE if owner < 0 else BEHIND_PERSON)
+    return codes
+
+
+def point_truth(camera: Camera, points: np.ndarray, person: int, frame: Frame, thickness: np.ndarray
+                ) -> Dict[str, Any]:
+    """Return xyz (optical frame), uv and vis of (N, 3) world points."""
+    local = camera.to_camera(points)
+    pixels = camera.project(local)
+    return {'xyz': np.round(local, 4).tolist(), 'uv': np.round(pixels, 2).tolist(),
+                'vis': visibility(local, pixels, person, frame, thickness)}
+
+
+def hand_truth(camera: Camera, hands: np.ndarray, face: np.ndarray, person: int, frame: Frame) -> Dict[str, Any]:
+    """Return hands (2, 21, 3) and face (8, 3) as in gt.json."""
+    return {
+        'hands': [dict(side=side, **point_truth(camera, points, person, frame, np.full(21, HAND_THICKNESS)))
+               for side, points in zip(('right', 'left'), hands)],
+        'face': point_truth(camera, face, person, frame, np.full(len(face), FACE_THICKNESS))}
+
+
+def signal_truth(camera: Camera, gestures: List[Gesture], joints: np.ndarray) -> Dict[str, Any]:
+    """Return labels and their details in the optical frame."""
+    details = []
+    for gesture in gestures:
+        detail = gesture_truth(gesture, joints)
+        if 'target_world' in detail:
+            target = detail['target_world']
+            detail.update(target_world=np.round(target, 4).tolist(),
+                          target=np.round(camera.to_camera(target), 4).tolist())
+            for name in ('shoulder_wrist', 'eye_wrist'):
+                ray = detail[name]
+                ray.update(origin=np.round(camera.to_camera(ray['origin']), 4).tolist(),
+                           direction=np.round(camera.rotation @ ray['direction'], 5).tolist())
+        details.append(detail)
+    return {'labels': [gesture.label for gesture in gestures], 'detail': details}
