@@ -55,9 +55,12 @@ def bench(arguments: Sequence[str]) -> NoReturn:
     programs = {path.relative_to(folder).with_suffix('').parts: path for path in sorted(folder.rglob('*.py'))
                 if path.read_text().startswith('#!')}
     programs[('accuracy',)] = programs['accuracy', '3d']
+    programs[('render',)] = ROOT / 'development/benchmark_data/render.py'
     words = next((words for words in programs if words == tuple(arguments[:len(words)])), None)
     if words is None:
         die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(map(' '.join, programs)))
+    if words == ('render',):  # it has an environment of its own, and needs no workspace
+        os.execv(PYTHON, [PYTHON, str(programs[words]), *arguments[1:]])
     # what they share is found from every folder
     os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), str(ROOT / 'tests/support')])
     enter_workspace([PYTHON, str(programs[words]), *arguments[len(words):]])

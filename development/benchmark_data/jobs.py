@@ -1,10 +1,9 @@
-"""Rendering in the environment that has Anny and embree: sets of random scenes and scenarios by hand.
+"""Rendering in the environment that has Anny and embree; `./run bench render` starts it.
 
-`./run bench render` starts it; several scenes are rendered side by side, each by one process on one core.
+Several scenes are rendered side by side, each by one process on one core.
 """
 import argparse
 import multiprocessing
-import os
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -13,51 +12,77 @@ from typing import List, NamedTuple, Optional, Sequence
 
 import cv2
 
-from .scenarios.plan import plan_scene
+from .scenarios.by_hand_special import SCENARIOS
+from .scenarios.plan import SETS, plan_scene
 from .scenarios.random_scenes import build_scene
 from .scenarios.random_signals import build_signals, build_stage, plan_special
 from .sequence import Scene, write_scene
 
 PEOPLE_SCENES, SIGNAL_SCENES, STAGE_SCENES = 40, 6, 2  # of a set
+COMMITTED = (3, 10, 11)  # numbers of the committed scenes: one of each sensor, with occlusion, lying, sitting
+SCENES = Path(__file__).resolve().parent / 'scenes'
 
 
 class Job(NamedTuple):
-    """A scene to render: of a set with its number, or a scenario by hand (set '')."""
+    """A scene to render: number `index` of a kind (people, signals, stage) of a set, or a scenario by hand."""
 
-    people_set: str
-    kind: str  # people, signals, stage, or the scenario's name
-    index: int
-    folder: str
-    frames: Optional[int] = None  # render only so many, spread over the sequence
+    kind: str
+    folder: Path
+    people_set: str = ''
+    index: int = 0
+    frames: Optional[int] = None  # only so many, spread over the sequence
 
 
-def set_jobs(people_set: str, folder: Path, count: int, frames: Optional[int] = None) -> List[Job]:
-    """Return the scenes of a set: `count` with people, and all signals and stages if it is the full number."""
+def jobs_of(name: str, out: Path, count: int) -> List[Job]:
+    """Return the scenes of a set, all its kinds if it is whole; or a scenario by hand.
+
+    Raises
+    ------
+    ValueError
+        There is no such set or scenario.
+    """
+    if name in SCENARIOS:
+        return [Job(name, out / 'by_hand')]
+    if name not in SETS:
+        raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join(SETS)}; "
+                         f"scenarios: {', '.join(SCENARIOS)}")
+    if name == 'committed':
+        return [Job('people', SCENES, name, index) for index in COMMITTED[:count]]
     special = [('signals', i) for i in range(SIGNAL_SCENES)] + [('stage', i) for i in range(STAGE_SCENES)]
     scenes = [('people', i) for i in range(count)] + (special if count >= PEOPLE_SCENES else [])
-    return [Job(people_set, kind, index, str(folder), frames) for kind, index in scenes]
+    return [Job(kind, out / name, name, index) for kind, index in scenes]
 
 
-def scene_of(job: Job) -> Scene:
+def scene_name(job: Job) -> str:
+    """Return the name of a scene's folder, without building it."""
+    if job.kind == 'people':
+        return plan_scene(job.people_set, job.index).name
+    return f'{job.kind}_{job.index}' if job.people_set else job.kind
+
+
+def build(job: Job) -> Scene:
     if job.kind == 'people':
         return build_scene(plan_scene(job.people_set, job.index))
-    if job.kind == 'signals':
+    if job.kind == 'signals' and job.people_set:
         return build_signals(plan_special(job.people_set, job.index, 'signals', (2, 2)))
-    return build_stage(plan_special(job.people_set, job.index, 'stage', (3, 4)))
+    if job.kind == 'stage' and job.people_set:
+        return build_stage(plan_special(job.people_set, job.index, 'stage', (3, 4)))
+    return SCENARIOS[job.kind]()
 
 
 def render(job: Job) -> str:
     """Render a job; return a line about it."""
+    if (job.folder / scene_name(job)).is_dir():
+        return f'{job.folder / scene_name(job)}: is there'
     cv2.setNumThreads(1)
     started, used = time.monotonic(), time.process_time()
-    scene = scene_of(job)
-    numbers = None if job.frames is None else sorted({round(k * (scene.frames - 1) / max(job.frames - 1, 1))
-                                                      for k in range(job.frames)})
-    folder = write_scene(scene, Path(job.folder), numbers)
-    images = len(scene.cameras) * (scene.frames if numbers is None else len(numbers))
+    scene = build(job)
+    count = scene.frames if job.frames is None else job.frames
+    numbers = sorted({round(k * (scene.frames - 1) / max(count - 1, 1)) for k in range(count)})
+    folder = write_scene(scene, job.folder, numbers)
     size = sum(path.stat().st_size for path in folder.rglob('*') if path.is_file()) / 1e6
-    return (f'{folder}: {images} frames, {len(scene.rigs)} people, {scene.sensor}, {size:.1f} MB, '
-            f'{time.monotonic() - started:.0f} s, {time.process_time() - used:.0f} s of a core')
+    return (f'{folder}: {len(scene.cameras) * len(numbers)} frames, {len(scene.rigs)} people, {scene.sensor}, '
+            f'{size:.1f} MB, {time.monotonic() - started:.0f} s, {time.process_time() - used:.0f} s of a core')
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -68,8 +93,14 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument('--scenes', type=int, default=PEOPLE_SCENES)
     parser.add_argument('--frames', type=int)
     options = parser.parse_args(arguments)
-    jobs = [job for name in options.what for job in set_jobs(name, options.out / name, options.scenes, options.frames)]
-    os.environ['OMP_NUM_THREADS'] = '1'
+    if options.what == ['list']:
+        print('sets:', *SETS, '\nscenarios by hand:', *SCENARIOS)
+        return
+    try:
+        jobs = [job._replace(frames=options.frames) for name in options.what
+                for job in jobs_of(name, options.out, options.scenes)]
+    except ValueError as error:
+        sys.exit(f'run: {error}')
     with ProcessPoolExecutor(options.jobs, multiprocessing.get_context('spawn')) as pool:
         for line in pool.map(render, jobs):
             print(line, flush=True)

@@ -53,6 +53,8 @@ def plan_scene(people_set: str, index: int) -> Plan:
     count, adults = int(rng.integers(least, most + 1)), ADULTS.get(kind, 0)
     people = tuple(random_person(rng, garments, False if k < adults else None) for k in range(count))
     light_name, view = LIGHTS[int(rng.integers(0, 3))], plan_view(rng, sensor)
+    if people_set == 'committed' and not view.half_resolution:  # small files
+        view = view._replace(intrinsics=view.intrinsics.halved(), half_resolution=True)
     if kind in ('lie', 'kneel'):  # a low camera would hardly see a person on the floor
         view = view._replace(height=0.5 * view.height + 1.1)
     return Plan(f'{index:02d}_{kind}', people_set, seed, kind, people, view, light_name,
