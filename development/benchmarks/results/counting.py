@@ -16,7 +16,7 @@ from common import ROOT
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
-from scoring.counts import Counts, load
+from scoring.counts import SAME_TIME, Counts, load
 from scoring.people import score_people
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
@@ -29,8 +29,6 @@ QUICK_FRAMES, QUICK_SCENES = 8, 2
 _SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'development/benchmarks/scoring')
 
 
-# True times are rounded [s].
-SAME_TIME = 2e-3
 # One row for each person that was found in a frame, at its time [s].
 PERSON = np.dtype([('time', 'f8'), ('xyz', 'f4', (18, 3)), ('confidence', 'f4', 18), ('status', 'u1', 18),
                    ('sigma', 'f4', 18), ('ids', 'i8')])
@@ -110,7 +108,7 @@ def _run(job: Job) -> None:
         run = chain_runs.run_chain(sequence, PeopleChain(detection, chosen.estimator), limit=job.limit)
     else:
         run = _finder(job.settings, job.budget, sequence.fps or 1.0).run(sequence, limit=job.limit)
-    counts = score_people(job.folder, run.frames, job.limit)
+    counts = score_people(job.folder, run.frames, slice(job.limit))
     replace(counts, rows={**counts.rows, 'people': _rows_of(run.frames)}).save(job.path)
 
 

@@ -6,6 +6,11 @@ from typing import Callable, Dict, List, Mapping, Sequence
 
 import numpy as np
 
+# Frames are those of a true time that is so near; true times are rounded [s].
+SAME_TIME = 2e-3
+# All true frames of a scene.
+WHOLE = slice(None)
+
 
 @dataclass(frozen=True)
 class Counts:
@@ -49,6 +54,13 @@ def tags_of(folder: Path) -> Dict[str, str]:
     tags = {'kind': str(meta.get('scenario', folder.name)).lstrip('0123456789_'),
             'sensor': str(meta.get('sensor', 'kinect_v2'))}
     return {**tags, 'light': str(meta['light'])} if 'light' in meta else tags
+
+
+def blocks_of(folder: Path, seconds: float = 1.0, truth: str = 'gt.json') -> List[slice]:
+    """Return the frames of a scene in parts of that length, for intervals where there are few scenes."""
+    times = [frame['t'] for frame in json.loads((folder / truth).read_text())['frames']]
+    edges = np.searchsorted(times, np.arange(times[0], times[-1], seconds) - 1e-6)
+    return [slice(int(first), int(last)) for first, last in zip(edges, [*edges[1:], len(times)])]
 
 
 def by_tag(counts: Sequence[Counts], tag: str) -> Dict[str, List[Counts]]:

@@ -133,6 +133,14 @@ def figures(counts: Sequence[Counts], statistics: Mapping[str, object], resample
     return {name: _figure(each, each.values(counts, weights), counts) for name, each in statistics.items()}
 
 
+def few_scenes(counts: Sequence[Counts], blocks: Sequence[Counts], statistics: Mapping[str, object]
+               ) -> Dict[str, Figure]:
+    """Return the figures of whole scenes with intervals by bootstrap over blocks of their frames, see `blocks_of`."""
+    drawn = figures(blocks, statistics)
+    return {name: figure._replace(low=drawn[name].low, high=drawn[name].high)
+            for name, figure in figures(counts, statistics, 0).items()}
+
+
 def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object],
                 resamples: int = RESAMPLES) -> Dict[str, Figure]:
     """Return how the figures change from one run to another on the same scenes, with paired intervals.

@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
-from .counts import Counts, tags_of
+from .counts import SAME_TIME, WHOLE, Counts, tags_of
 from .figures import Quantile, Ratio
 from .people import OUTSIDE, VISIBLE
 
@@ -55,15 +55,17 @@ class Face(NamedTuple):
 Frame = Tuple[float, Sequence[Hand], Sequence[Face]]
 
 
-def score_hands(folder: Path, frames: Iterable[Frame]) -> Counts:
-    """Count the hands and faces of each true frame of a scene; frames are given by their stamps [s]."""
+def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> Counts:
+    """Count the hands and faces of a part of the true frames of a scene; frames are given by their stamps [s]."""
     everything = json.loads((folder / 'gt.json').read_text())
-    truth = everything['frames']
+    truth = everything['frames'][part]
     times = np.array([frame['t'] for frame in truth])
     found: List[List[Hand]] = [[] for _ in truth]
     angles: List[float] = []
     for seconds, hands, faces in frames:
         number = int(np.abs(times - seconds).argmin())
+        if abs(times[number] - seconds) > SAME_TIME:
+            continue
         found[number] += hands
         for person in truth[number]['people'] if 'face_points' in everything else ():
             angles += _angles(dict(zip(everything['face_points'], np.array(person['face']['xyz']))), faces)

@@ -7,7 +7,7 @@ without a position as wrong.
 """
 import json
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MISSING, People3D
 
-from .counts import Counts, tags_of
+from .counts import WHOLE, Counts, tags_of
 from .figures import Quantile, Ratio
 
 # Maximum median distance of the joints of a person from the true ones [m].
@@ -43,17 +43,17 @@ class Found(NamedTuple):
     sigma: np.ndarray
 
 
-def score_people(folder: Path, frames: Frames, limit: Optional[int] = None) -> Counts:
+def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     """Count what was found in a scene.
 
     Args:
         folder: of the scene, with gt.json and meta.json.
         frames: a frame counts for the nearest true one, within half a period.
-        limit: number of true frames; None: all.
+        part: of the true frames that count.
     """
     truth = json.loads((folder / 'gt.json').read_text())
     order = [truth['joints'].index(joint) for joint in COCO_18.joints]
-    true = truth['frames'][:limit]
+    true = truth['frames'][part]
     found, stray = nearest([frame['t'] for frame in true], frames)
     sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'ghosts', 'answered', 'with_people'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]

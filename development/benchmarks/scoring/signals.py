@@ -11,7 +11,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from .counts import Counts, tags_of
+from .counts import SAME_TIME, WHOLE, Counts, tags_of
 from .figures import Average, Quantile, Ratio
 
 LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'sit', 'stand')
@@ -36,18 +36,20 @@ class Person(NamedTuple):
     labels: Dict[str, Told]
 
 
-def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]], margin: float = MARGIN) -> Counts:
-    """Count the labels of each true frame of a scene; frames are given by their stamps [s]."""
+def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]], margin: float = MARGIN,
+                  part: slice = WHOLE) -> Counts:
+    """Count the labels of a part of the true frames of a scene; frames are given by their stamps [s]."""
     truth = json.loads((folder / 'gt.json').read_text())
-    neck, true = truth['joints'].index('neck'), truth['frames']
+    neck, true = truth['joints'].index('neck'), truth['frames'][part]
     times = np.array([frame['t'] for frame in true])
     found: List[List[Person]] = [[] for _ in true]
     for seconds, people in frames:
-        found[int(np.abs(times - seconds).argmin())] += people
+        number = int(np.abs(times - seconds).argmin())
+        found[number] += people if abs(times[number] - seconds) < SAME_TIME else ()
     sums: Dict[str, float] = dict.fromkeys(
         [f'{kind}_{label}' for label in LABELS for kind in ('right', 'wrong', 'missed')] + ['arms', 'arms_right'], 0)
     angles: List[float] = []
-    changes = _changes(true)
+    changes = _changes(truth['frames'])
     for frame, people in zip(true, found):
         pairs = _pairs(np.array([person['xyz'][neck] for person in frame['people']]).reshape(-1, 3), people)
         for row, person in enumerate(people):

@@ -10,7 +10,7 @@ import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18
 
-from .counts import Counts
+from .counts import WHOLE, Counts
 from .figures import Quantile, Ratio
 from .people import NEAR, VISIBLE, Frames, History, nearest, pair
 
@@ -19,15 +19,17 @@ from .people import NEAR, VISIBLE, Frames, History, nearest, pair
 JOINT = np.dtype([('joint', 'u1'), ('cameras', 'u1'), ('error', 'f8'), ('sigma', 'f8')])
 
 
-def score_world(folder: Path, frames: Frames) -> Counts:
+def score_world(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     """Count what was found in the frames of a stage: a folder with gt_world.json.
 
     Args:
         frames: stamps [s] as those of the truth, people in the world; of several in one true frame the nearest counts.
+        part: of the true frames that count.
     """
     truth = json.loads((folder / 'gt_world.json').read_text())
     order = [truth['joints'].index(joint) for joint in COCO_18.joints]
-    times = np.array([frame['t'] for frame in truth['frames']])
+    true = truth['frames'][part]
+    times = np.array([frame['t'] for frame in true])
     closest = {}
     for seconds, people in frames:
         number = int(np.abs(times - seconds).argmin())
@@ -37,7 +39,7 @@ def score_world(folder: Path, frames: Frames) -> Counts:
     sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]
     history = History()
-    for number, (frame, people) in enumerate(zip(truth['frames'], found)):
+    for number, (frame, people) in enumerate(zip(true, found)):
         xyz = np.array([person['xyz'] for person in frame['people']], np.float64).reshape(-1, len(order), 3)[:, order]
         cameras = np.array([(np.array([person['vis'][name] for name in truth['cameras']]) == VISIBLE).sum(axis=0)
                             for person in frame['people']], int).reshape(-1, len(order))[:, order]

@@ -7,9 +7,9 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from scoring import people, world
-from scoring.counts import Counts, by_bin, by_tag, by_value, load
+from scoring.counts import Counts, blocks_of, by_bin, by_tag, by_value, load
 from scoring.csv_people import read_csv, write_csv
-from scoring.figures import Quantile, Ratio, differences, figures
+from scoring.figures import Quantile, Ratio, differences, few_scenes, figures
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 JOINTS = len(COCO_18.joints)
@@ -207,6 +207,15 @@ def test_quantiles_are_those_of_all_values():
     assert figure.value == pytest.approx(np.median(values))
     drawn = [np.median(np.random.RandomState(seed).choice(values, 40)) for seed in range(2000)]
     assert (figure.low, figure.high) == pytest.approx(tuple(np.quantile(drawn, (0.025, 0.975))), abs=0.06)
+
+
+def test_blocks_of_a_scene_are_its_frames(scene):
+    blocks = blocks_of(scene, 0.4)
+    assert [(block.start, block.stop) for block in blocks] == [(0, 4), (4, 8), (8, 10)]
+    parts = [people.score_people(scene, found(), block) for block in blocks]
+    assert sum(part.sums['paired'] for part in parts) == 2 * FRAMES
+    figure = few_scenes([people.score_people(scene, found())], parts, people.STATISTICS)['visible_100']
+    assert (figure.value, figure.low, figure.high) == (1, 1, 1)
 
 
 def test_what_one_scene_alone_tells_has_no_interval():

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from results import NeedsDataError, Options, Section, Table, scenes_with
 from results.counting import count, people_of
-from scoring.counts import Counts
-from scoring.figures import Ratio, figures
+from scoring.counts import Counts, blocks_of
+from scoring.figures import Ratio, few_scenes, figures
 from scoring.signals import LABELS, MARGIN, STATISTICS, score_signals
 
 POINTING = ('f1', 'arm', 'point_given', 'point_10', 'point_15', 'point_20', 'point_median')
@@ -26,15 +26,17 @@ def measure(options: Options) -> Section:
         options.scenes, count(options, {'mode': 'balanced'})) if not has_labels(folder)]
     named = figures(plain, FALSE)
     tables = [Table('Gestures that are not made', [['', 'figure'], *([each.text, each] for each in named.values())])]
-    counts = []
+    counts, blocks = [], []
     try:
         folders = scenes_with(options, 'signals', has_labels)
         for folder, each in zip(folders, count(replace(options, scenes=folders), {'mode': 'balanced'})):
             sequence = read(program, folder, each)
-            counts.append(score_signals(folder, program.labelled(sequence.found, sequence.read(sequence.found))))
+            labels = program.labelled(sequence.found, sequence.read(sequence.found))
+            counts.append(score_signals(folder, labels))
+            blocks += [score_signals(folder, labels, part=block) for block in blocks_of(folder)]
     except NeedsDataError:
         print('signals: scenes with labels are missing: --data signals=FOLDER')
-    labelled = figures(counts, STATISTICS) if counts else {}
+    labelled = few_scenes(counts, blocks, STATISTICS) if counts else {}
     if counts:
         tables = [Table('Labels', [['label', 'F1', 'frames'], *([name, labelled[f'f1_{name}'], int(sum(
             each.sums[f'right_{name}'] + each.sums[f'missed_{name}'] for each in counts))] for name in LABELS)]),
@@ -43,7 +45,8 @@ def measure(options: Options) -> Section:
     return Section(f'{len(counts)} scenes with labels, {len(plain)} without, mode balanced; a label counts in each '
                    f'frame, without those within {MARGIN:g} s of its beginning or end. Pointing: angle between the ray '
                    'and the true target; frames without a ray count as wrong. In scenes without labels, gestures are '
-                   'compared with those of the true joints, within half a second.', {**named, **labelled}, tables)
+                   'compared with those of the true joints, within half a second. Intervals of labels: bootstrap over '
+                   'seconds of the scenes.', {**named, **labelled}, tables)
 
 
 def has_labels(folder: Path) -> bool:
