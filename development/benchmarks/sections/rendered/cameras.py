@@ -12,9 +12,12 @@ COLUMNS = {'persons_recall': 'people found', 'persons_precision': 'real', 'visib
            'within_1_sigma': 'within 1 sigma', 'within_2_sigma': 'within 2 sigma'}
 # Length of the parts of a stage that intervals are drawn from [s].
 BLOCK = 0.5
-# Cases of `cameras fusion` and the names of their figures; cases for each camera are pooled.
-CASES = {'all cameras': 'all', 'alone': 'one', 'dead from the middle on': 'dead', 'moved by 100 mm': 'moved',
-         'stamps wrong by up to 20 ms': 'late', 'the others without': 'one_depth', 'no depth': 'no_depth'}
+# Cases of `cameras fusion` by the end of their titles, those of each camera together: titles and names of figures.
+CASES = {'all cameras': ('all cameras', 'all'), 'alone': ('one camera alone', 'one'),
+         'dead from the middle on': ('one camera dead from the middle on', 'dead'),
+         'moved by 100 mm': ('one camera moved by 100 mm', 'moved'),
+         'stamps wrong by up to 20 ms': ('stamps wrong by up to 20 ms', 'late'),
+         'the others without': ('one camera with depth', 'one_depth'), 'no depth': ('no depth', 'no_depth')}
 
 
 def measure(options: Options) -> Section:
@@ -33,7 +36,7 @@ def measure(options: Options) -> Section:
                 blocks[title] += [score_world(folder, fused, part)
                                   for part in blocks_of(folder, BLOCK, 'gt_world.json')]
     found = {title: few_scenes(each, blocks[title], STATISTICS) for title, each in counts.items()}
-    named = {f'{CASES[title]}_{key}': figure for title, each in found.items() for key, figure in each.items()}
+    named = {f'{CASES[title][1]}_{key}': figure for title, each in found.items() for key, figure in each.items()}
     cameras = by_value(blocks['all cameras'], 'joints', 'cameras', {
         'no camera': [0], 'one camera': [1], 'two cameras': [2], 'three cameras': [3]})
     seen = [['joints seen by', 'median [mm]', 'mean [mm]'], *(
@@ -41,6 +44,6 @@ def measure(options: Options) -> Section:
         for title, each in cameras.items() if title != 'no camera')]
     return Section(f'{len(folders)} stages of three cameras each, mode balanced; people fused in the world. A person '
                    'counts where a camera sees one of the joints. Intervals: bootstrap over halves of a second.', named,
-                   [Table('Cases', [['case', *COLUMNS.values()], *([title, *(each[key] for key in COLUMNS)]
-                                                                  for title, each in found.items())]),
+                   [Table('Cases', [['case', *COLUMNS.values()], *(
+                        [CASES[title][0], *(each[key] for key in COLUMNS)] for title, each in found.items())]),
                     Table('All cameras', seen)])
