@@ -12,6 +12,8 @@ import numpy as np
 from .counts import Counts
 
 RESAMPLES, SEED, LEVEL = 2000, 0, 0.95
+# Scenes that an interval needs.
+FEW = 5
 # Quantiles of resamples are taken among this many values at most, equally many rows between them.
 _RANKS = 2000
 
@@ -135,7 +137,9 @@ def figures(counts: Sequence[Counts], statistics: Mapping[str, object], resample
 
 def few_scenes(counts: Sequence[Counts], blocks: Sequence[Counts], statistics: Mapping[str, object]
                ) -> Dict[str, Figure]:
-    """Return the figures of whole scenes with intervals by bootstrap over blocks of their frames, see `blocks_of`."""
+    """Return the figures of scenes; of less than five with intervals by bootstrap over blocks, see `blocks_of`."""
+    if len(counts) >= FEW:
+        return figures(counts, statistics)
     drawn = figures(blocks, statistics)
     return {name: figure._replace(low=drawn[name].low, high=drawn[name].high)
             for name, figure in figures(counts, statistics, 0).items()}

@@ -43,7 +43,8 @@ def measure(options: Options) -> Section:
         [title, *(figures(each, STATISTICS)[key] for key in ('visible_median', 'visible_mean'))]
         for title, each in cameras.items() if title != 'no camera')]
     return Section(f'{len(folders)} stages of three cameras each, mode balanced; people fused in the world. A person '
-                   'counts where a camera sees one of the joints. Intervals: bootstrap over halves of a second.', named,
+                   'counts where a camera sees one of the joints. Intervals: bootstrap over stages, of less than '
+                   'five over halves of a second.', named,
                    [Table('Cases', [['case', *COLUMNS.values()], *(
                         [CASES[title][0], *(each[key] for key in COLUMNS)] for title, each in found.items())]),
                     Table('All cameras', seen)])

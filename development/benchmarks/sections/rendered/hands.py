@@ -36,7 +36,8 @@ def measure(options: Options) -> Section:
     fingers = by_value(blocks, 'points', 'finger', {name: [number] for number, name in enumerate(FINGERS)})
     named = few_scenes(counts, blocks, STATISTICS)
     return Section(f'{len(counts)} scenes, mode balanced. Shares count all points of true hands, those that are not '
-                   'given as wrong. Intervals: bootstrap over halves of a second.', named,
+                   'given as wrong. Intervals: bootstrap over scenes, of less than five over halves of a second.',
+                   named,
                    [Table('', [['', 'figure'], *([figure.text, figure] for figure in named.values())]),
                     Table('By finger', rows_of(fingers, STATISTICS, COLUMNS, 'finger'))])
 

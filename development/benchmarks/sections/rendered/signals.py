@@ -46,7 +46,7 @@ def measure(options: Options) -> Section:
                    f'frame, without those within {MARGIN:g} s of its beginning or end. Pointing: angle between the ray '
                    'and the true target; frames without a ray count as wrong. In scenes without labels, gestures are '
                    'compared with those of the true joints, within half a second. Intervals of labels: bootstrap over '
-                   'seconds of the scenes.', {**named, **labelled}, tables)
+                   'scenes, of less than five over their seconds.', {**named, **labelled}, tables)
 
 
 def has_labels(folder: Path) -> bool:
