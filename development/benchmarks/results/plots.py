@@ -2,6 +2,7 @@
 from typing import Any, Dict, Mapping, Sequence
 
 import numpy as np
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, save_figure, tidy_axes
 from results import IMAGES, Picture
@@ -57,6 +58,9 @@ def trade_off(name: str, text: str, points: Mapping[str, Any], labels: Dict[str,
         axes.errorbar([time], [figure.value], yerr=error_bars([figure]), fmt='o', color=PALETTE[number % len(PALETTE)])
         axes.annotate(label, (time, figure.value), (6, 4), textcoords='offset points', fontsize='small')
     axes.set_xscale('log')
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FormatStrFormatter('%g'))
+    axes.xaxis.set_minor_locator(NullLocator())
     tidy_axes(axes, labels['x'], labels['y'])
     return saved(drawing, name, text)
 

@@ -20,7 +20,7 @@ ROWS: Dict[str, Dict[str, Any]] = {
     'followed_06': {'settings': {'mode': 'balanced'}, 'budget': 0.6, 'every': 4},
     'followed_03': {'settings': {'mode': 'balanced'}, 'budget': 0.3, 'every': 4}}
 TITLES = {'mobilenet_thin': 'mobilenet_thin alone', 'movenet_multipose': 'movenet_multipose alone',
-          **{f'followed_{name}': f'balanced, people are followed with {work} passes per frame'
+          **{f'followed_{name}': f'followed, {work} passes'
              for name, work in (('12', 1.2), ('06', 0.6), ('03', 0.3))}}
 
 
@@ -30,10 +30,11 @@ def measure(options: Options) -> Section:
     named = {f'{name}_{key}': figure for name, each in zip(ROWS, counts.values())
              for key, figure in figures(each, STATISTICS).items()}
     times = results.read().get('speed', {}).get('figures', {})
-    points = {name: (times[f'{name}_ms']['value'], named[f'{name}_visible_100'])
+    points = {TITLES.get(name, name): (times[f'{name}_ms']['value'], named[f'{name}_visible_100'])
               for name in ROWS if f'{name}_ms' in times}
     pictures = [trade_off('modes', 'Share of the visible joints within 100 mm against the time of a frame', points, {
         'x': 'ms per frame', 'y': 'visible joints within 100 mm'})] if points else ()
     return Section('Slow modes are measured on a part of the scenes, evenly from the list, so compare rows by their '
-                   'intervals. A pass is one of mobilenet_thin over 656 x 368.', named,
+                   'intervals. Followed: people are tracked on crops, with that many passes of '
+                   'mobilenet_thin over 656 x 368 per frame (`target_rate` does so live).', named,
                    [Table('', rows_of(counts, STATISTICS, SHORT_TABLE, 'mode'))], pictures)
