@@ -29,7 +29,7 @@ def measure(options: Options) -> Section:
     counts, blocks = [], []
     try:
         folders = scenes_with(options, 'signals', has_labels)
-        for folder, each in zip(folders, count(replace(options, scenes=folders), {'mode': 'balanced'})):
+        for folder, each in zip(folders, count(replace(options, scenes=folders, quick=False), {'mode': 'balanced'})):
             sequence = read(program, folder, each)
             labels = program.labelled(sequence.found, sequence.read(sequence.found))
             counts.append(score_signals(folder, labels))
