@@ -21,6 +21,7 @@ from typing import Any, Dict, List, Sequence
 
 import results
 from common import ROOT, SCENES, Parser, scenes_of
+from development import LOGS
 from development.results import ORDER, write_results
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.errors import OpenposeRosError
@@ -75,7 +76,7 @@ def main() -> int:
     parser.add_argument('sections', nargs='*', metavar='SECTION', help=', '.join((*SECTIONS, 'page')))
     parser.add_argument('--scenes', type=Path, help='folder of scene folders')
     parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
-    parser.add_argument('--quick', action='store_true', help='a few frames of everything, written nowhere')
+    parser.add_argument('--quick', action='store_true', help='a few frames of everything; only pictures are written, to logs/report')
     parser.add_argument('--again', action='store_true', help='count again what was counted before')
     add_settings(parser, 'of the chain, for trials')
     arguments = parser.parse_args()
@@ -87,6 +88,8 @@ def main() -> int:
                               setting_values(parser, arguments.settings))
     if not options.scenes:
         parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')
+    if options.quick:
+        results.IMAGES = LOGS / 'report'
     unit = machine.Unit()
     done = [measure(name, options, unit) for name in SECTIONS if name in wanted]
     if not options.quick:

@@ -4,8 +4,9 @@ from typing import Any, Dict, Mapping, Sequence
 import numpy as np
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
+import results
 from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, save_figure, tidy_axes
-from results import IMAGES, Picture
+from results import Picture
 from scoring.figures import Figure
 
 
@@ -67,6 +68,6 @@ def trade_off(name: str, text: str, points: Mapping[str, Any], labels: Dict[str,
 
 def saved(drawing: Any, name: str, text: str) -> Picture:
     """Write a drawing as docs/images/results_NAME.svg and return it."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
-    save_figure(drawing, IMAGES / f'results_{name}.svg')
+    results.IMAGES.mkdir(parents=True, exist_ok=True)
+    save_figure(drawing, results.IMAGES / f'results_{name}.svg')
     return Picture(f'results_{name}.svg', text)
