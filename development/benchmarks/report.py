@@ -76,7 +76,7 @@ def main() -> int:
     parser.add_argument('sections', nargs='*', metavar='SECTION', help=', '.join((*SECTIONS, 'page')))
     parser.add_argument('--scenes', type=Path, help='folder of scene folders')
     parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
-    parser.add_argument('--quick', action='store_true', help='a few frames of everything; only pictures are written, to logs/report')
+    parser.add_argument('--quick', action='store_true', help='a few frames; only pictures are written, to logs/report')
     parser.add_argument('--again', action='store_true', help='count again what was counted before')
     add_settings(parser, 'of the chain, for trials')
     arguments = parser.parse_args()
