@@ -5,12 +5,12 @@ Scenes: those of --scenes FOLDER; else development/benchmark_data/rendered/repor
 small ones that are part of this repository. Sections of other data need --data NAME=FOLDER and are left as they are
 without it. Scenes that were counted with the same code and settings are not counted again, unless --again.
 
-Sections of time (speed, latency, live) should run alone, on a machine that does nothing else.
+Sections of time (speed, latency, live: `timed`) should run alone, on a machine that does nothing else; `untimed` are
+all others.
 
     ./run bench report                             # all sections that have their data
+    ./run bench report untimed --data mvor=FOLDER && ./run bench report timed
     ./run bench report accuracy errors --scenes FOLDER
-    ./run bench report mvor --data mvor=FOLDER
-    ./run bench report page                        # docs/results.md and figures in pages, of what was measured before
 """
 import argparse
 import importlib
@@ -73,15 +73,16 @@ def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
-    parser.add_argument('sections', nargs='*', metavar='SECTION', help=', '.join((*SECTIONS, 'page')))
+    parser.add_argument('sections', nargs='*', metavar='SECTION', help=f"timed, untimed, {', '.join(SECTIONS)}")
     parser.add_argument('--scenes', type=Path, help='folder of scene folders')
     parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
     parser.add_argument('--quick', action='store_true', help='a few frames; only pictures are written, to logs/report')
     parser.add_argument('--again', action='store_true', help='count again what was counted before')
     add_settings(parser, 'of the chain, for trials')
     arguments = parser.parse_args()
-    wanted = arguments.sections or list(SECTIONS)
-    for name in set(wanted) - {*SECTIONS, 'page'}:
+    groups = {'timed': TIMED, 'untimed': [name for name in SECTIONS if name not in TIMED]}
+    wanted = [name for each in arguments.sections or groups for name in groups.get(each, [each])]
+    for name in set(wanted) - {*SECTIONS}:
         parser.error(f'there is no section {name}; one of: {", ".join(SECTIONS)}')
     options = results.Options(scenes_of(arguments.scenes) if arguments.scenes else default_scenes(), arguments.quick,
                               arguments.again, data_sets(parser, arguments.data),
