@@ -2,8 +2,8 @@
 """Measure how accurate the running nodes are: play sequences with known joints, and score the 3D results.
 
 A camera driver plays one sequence after the other into the launched chain, each once and with a frame_id of its own,
-with stamps of the moment of publishing. The first one is played before, under another frame_id, until results come. At
-another rate than that of the recording, everything moves faster or slower.
+with stamps of the moment of publishing. The first one of each size of image is played before, under another frame_id,
+until results come. At another rate than that of the recording, everything moves faster or slower.
 
 The 3D messages are scored as those of `accuracy 3d`, with the times of the sequence; --out writes them as CSV. A frame
 without a result counts as one in which no person was found.
@@ -75,8 +75,8 @@ class Player:
 
     def lead_in(self, sequence: Path) -> None:
         """Play a sequence again and again until results come."""
-        camera, _ = self._start(sequence, frame_id='lead_in')
-        wait_for(lambda: len(self._results) >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
+        before, (camera, _) = len(self._results), self._start(sequence, frame_id='lead_in')
+        wait_for(lambda: len(self._results) - before >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
         self._session.stop(camera)
 
     def play(self, sequence: Path) -> Tuple[Frames, List[float]]:
@@ -99,9 +99,12 @@ def play_all(session: Session, folder: Path, arguments: argparse.Namespace
     """Play everything; return the counts and the latencies [s] of each sequence."""
     counts, latencies = [], []
     rospy.init_node('accuracy_live', disable_signals=True)
-    player = Player(session, folder, arguments)
-    player.lead_in(arguments.sequences[0])
+    player, size = Player(session, folder, arguments), None
     for sequence in arguments.sequences:
+        camera = open_sequence(sequence).camera
+        if (camera.width, camera.height) != size:  # networks are compiled for each size of image
+            player.lead_in(sequence)
+            size = (camera.width, camera.height)
         frames, late = player.play(sequence)
         latencies.append(late)
         counts.append(score_people(sequence, frames))
