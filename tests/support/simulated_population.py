@@ -37,21 +37,31 @@ BEGIN, END = 1.3, 3.3
 _BOTH = ('arms_crossed', 'claps', 'hands on the hips', 'carries a box', 'clasps the hands')
 
 
-def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
-    """Return what is told of a person, as a camera of some rate sees it with its errors, by stamp [s]."""
+def seen_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Iterator[Tuple[float, People3D]]:
+    """Yield stamps [s] and the person, as a camera of some rate sees it with its errors."""
     stature, rate = random.uniform(1.0, 1.95), random.choice([5.0, 10.0, 15.0, 30.0])
     shape = (1, len(COCO_18.joints), 3)
     lasting, noise = random.normal(0, 0.012, shape), random.uniform(0.003, 0.008)
-    reader, signals = SignalReader(), []
     for number in range(int(seconds * rate)):
         if random.rand() < 0.05:
             continue
         stamp = (number + random.uniform(0.0, 0.3)) / rate
         joints = joints_of(motion(stamp), stature) + lasting + noise * random.normal(size=shape)
-        people = People3D(COCO_18, joints, np.ones(shape[:2]), np.full(shape[:2], MEASURED), np.full(shape[:2], 0.03),
-                          [1])
-        signals.append((stamp, reader.update(people, stamp, UP)[0]))
-    return signals
+        yield stamp, People3D(COCO_18, joints, np.ones(shape[:2]), np.full(shape[:2], MEASURED),
+                              np.full(shape[:2], 0.03), [1])
+
+
+def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
+    """Return what is told of a person, by stamp [s]; see `seen_of`."""
+    reader = SignalReader()
+    return [(stamp, reader.update(people, stamp, UP)[0]) for stamp, people in seen_of(motion, random, seconds)]
+
+
+def arm_of(motion: Motion) -> str:
+    """Return the arm of a gesture: that whose upper part is elsewhere than at the start."""
+    begin, middle = motion(0.0), motion((BEGIN + END) / 2)
+    return max(('left', 'right'), key=lambda side: np.linalg.norm(
+        np.subtract(getattr(begin, side).upper, getattr(middle, side).upper)))
 
 
 def gestures(name: str, random: Random) -> Motion:

@@ -2,18 +2,11 @@
 import numpy as np
 import pytest
 
-from simulated_population import BEGIN, END, GESTURES, NEARLY, found, gestures, nearly, told_of
+from simulated_population import BEGIN, END, GESTURES, NEARLY, arm_of, found, gestures, nearly, told_of
 
 PEOPLE = 6
 # What is told after this time since the arm is where the gesture begins, and a period of the frames [s].
 PROMPT = {'point': 0.3, 'raise_hand': 0.3, 'arms_crossed': 0.3, 'stop': 0.45, 'wave': 1.1, 'beckon': 1.1}
-
-
-def moved_arm(motion):
-    """Return the arm whose upper part is elsewhere than at the start."""
-    begin, middle = motion(0.0), motion((BEGIN + END) / 2)
-    return max(('left', 'right'), key=lambda side: np.linalg.norm(
-        np.subtract(getattr(begin, side).upper, getattr(middle, side).upper)))
 
 
 @pytest.mark.parametrize('name', GESTURES)
@@ -25,7 +18,7 @@ def test_gestures(name):
         told = [(stamp, gesture) for stamp, person in signals for gesture in person.gestures]
         period = np.diff([stamp for stamp, _ in signals]).max()
         assert told[0][0] <= BEGIN + PROMPT[name] + period and told[-1][0] <= END + 0.4
-        arm = 'both' if name == 'arms_crossed' else moved_arm(motion)
+        arm = 'both' if name == 'arms_crossed' else arm_of(motion)
         assert {(gesture.name, gesture.arm) for _, gesture in told} == {(name, arm)}
         shares += [person.gesture(name) is not None for stamp, person in signals if BEGIN + 0.8 < stamp < END]
     assert np.mean(shares) > 0.85

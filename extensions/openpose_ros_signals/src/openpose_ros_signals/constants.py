@@ -44,22 +44,14 @@ class PersonConstants:
 class PostureConstants:
     """Postures, by the inclinations of trunk, thighs and shins."""
 
-    lying: Ramp = constant((52.0, 65.0), 'Angle of the trunk to straight up, lying.', unit='deg')
-    thigh_not_down: Ramp = constant((45.0, 55.0), 'Angle of the thighs to straight down, lying and not bent over.',
-                                    unit='deg')
-    upright: Ramp = constant((70.0, 55.0), 'Angle of the trunk to straight up, sitting or crouching.', unit='deg')
-    thigh_down: Ramp = constant((60.0, 40.0), 'Angle of the thigh to straight down, standing.', unit='deg')
-    straight_knee: Ramp = constant((110.0, 135.0), 'Angle of the knee, standing.', unit='deg')
-    thigh_level: Ramp = constant((40.0, 60.0), 'Angle of a thigh to straight down, sitting.', unit='deg')
-    shin_level: Ramp = constant((50.0, 70.0), 'Angle of the shin to straight down, of a knee on the floor.',
-                                unit='deg')
-    bent_knee: Ramp = constant((125.0, 110.0), 'Angle of the knee, kneeling or crouching.', unit='deg')
-    over_knee: Ramp = constant((95.0, 75.0), 'Angle of the thigh to straight down, kneeling.', unit='deg')
-    foot_sigma: float = constant(0.04, 'Greatest sigma of the ankle, kneeling: hidden shins are guessed.',
-                                 unit='statures')
-    low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips over the lower foot, crouching.',
-                              unit='statures')
-    off_floor: Ramp = constant((0.02, 0.06), 'The same, not sitting on the floor.', unit='statures')
+    upright: Ramp = constant((68.0, 55.0), 'Angle of the trunk to straight up; a person that is not upright may lie.',
+                             unit='deg')
+    level_thigh: Ramp = constant((40.0, 60.0), 'Angle of a thigh to straight down, sitting or lying; else the person '
+                                               'stands, or kneels.', unit='deg')
+    bent_knee: Ramp = constant((130.0, 110.0), 'Angle of the knee, kneeling or crouching; straighter, standing.',
+                               unit='deg')
+    level_shin: Ramp = constant((50.0, 70.0), 'Angle of the shin to straight down, of a knee on the floor.', unit='deg')
+    low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips over the lower foot, crouching.', unit='statures')
     balance: Ramp = constant((0.20, 0.14), 'Level distance of the middle of the trunk from the feet, crouching.',
                              unit='statures')
 

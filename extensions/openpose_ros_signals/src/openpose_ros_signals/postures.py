@@ -9,53 +9,41 @@ from openpose_ros_signals.records import POSTURES
 
 
 class _Leg(NamedTuple):
-    """A leg: angles of thigh and shin to straight down, and of the knee [deg]; sigma of the ankle [statures]."""
+    """A leg: how far the thigh is level, the knee bent, and the shin level, 0 to 1; NaN if hidden."""
 
-    thigh: float
-    shin: float
-    knee: float
-    sigma: float
+    level: float
+    bent: float
+    on_knee: float
 
 
 def posture_degrees(body: Body, constants: PostureConstants = SIGNALS.posture) -> Dict[str, float]:
     """Return how far each of `POSTURES` holds, 0 to 1; NaN where the joints do not tell."""
-    trunk = angle(body.shoulders - body.hips, body.up)
-    heights = body.joints[LEGS[:, 2]] @ body.up
-    foot = float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan
-    legs = [leg for leg in (_leg(body, joints) for joints in LEGS) if not np.isnan(leg.knee)]
+    upright = ramp(angle(body.shoulders - body.hips, body.up), constants.upright)
+    legs = [leg for leg in (_leg(body, joints, constants) for joints in LEGS) if not np.isnan(leg.bent)]
     if not legs:
-        flat = ramp(trunk, constants.lying)
-        return dict(dict.fromkeys(POSTURES, np.nan if flat < 1 else 0.0), lying=0.0 if flat == 0 else np.nan)
-    crouched = _crouching(body, legs, foot, constants)
-    lying = least(ramp(trunk, constants.lying), unless_hidden(1 - crouched),
-                  *(ramp(leg.thigh, constants.thigh_not_down) for leg in legs))
-    standing = most(*(least(ramp(leg.thigh, constants.thigh_down), ramp(leg.knee, constants.straight_knee))
-                      for leg in legs))
-    kneeling = least(1 - standing, most(*(_kneeling(leg, constants) for leg in legs)))
-    crouching = least(1 - standing, 1 - kneeling, crouched, ramp(trunk, constants.upright))
-    sitting = least(1 - standing, 1 - kneeling, 1 - crouching, ramp(trunk, constants.upright),
-                    most(*(ramp(leg.thigh, constants.thigh_level) for leg in legs)))
+        return dict(dict.fromkeys(POSTURES, np.nan if upright > 0 else 0.0), lying=0.0 if upright == 1 else np.nan)
+    crouched = _crouching(body, legs, constants)
+    lying = least(1 - upright, unless_hidden(1 - crouched), *(leg.level for leg in legs))
+    standing = most(*(least(1 - leg.level, 1 - leg.bent) for leg in legs))
+    kneeling = least(1 - standing, most(*(least(leg.on_knee, leg.bent, 1 - leg.level) for leg in legs)))
+    crouching = least(1 - standing, 1 - kneeling, crouched, upright)
+    sitting = least(1 - standing, 1 - kneeling, 1 - crouching, upright, most(*(leg.level for leg in legs)))
     return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling, 'lying': lying}
 
 
-def _leg(body: Body, joints: np.ndarray) -> _Leg:
+def _leg(body: Body, joints: np.ndarray, constants: PostureConstants) -> _Leg:
     hip, knee, ankle = body.joints[joints]
-    return _Leg(angle(knee - hip, -body.up), angle(ankle - knee, -body.up), angle(hip - knee, ankle - knee),
-                float(np.nan_to_num(body.sigma[joints[2]])) / body.stature)
+    return _Leg(ramp(angle(knee - hip, -body.up), constants.level_thigh),
+                ramp(angle(hip - knee, ankle - knee), constants.bent_knee),
+                ramp(angle(ankle - knee, -body.up), constants.level_shin))
 
 
-def _kneeling(leg: _Leg, constants: PostureConstants) -> float:
-    seen = 1.0 if leg.sigma <= constants.foot_sigma else np.nan
-    return least(seen, ramp(leg.shin, constants.shin_level), ramp(leg.knee, constants.bent_knee),
-                 ramp(leg.thigh, constants.over_knee))
-
-
-def _crouching(body: Body, legs: List[_Leg], foot: float, constants: PostureConstants) -> float:
-    """Return how far the hips are low over the feet, the trunk over them, and all knees bent."""
-    over = (float(body.hips @ body.up) - foot) / body.stature
+def _crouching(body: Body, legs: List[_Leg], constants: PostureConstants) -> float:
+    """Return how far the hips are low over the feet, the trunk over them, all knees bent and no shin on the floor."""
     ankles = body.joints[LEGS[:, 2]]
-    feet = ankles[np.isfinite(ankles[:, 0])].mean(axis=0)
-    lean = body.place - feet
+    ankles = ankles[np.isfinite(ankles[:, 0])]
+    over = float(body.hips @ body.up - (ankles @ body.up).min()) / body.stature
+    lean = body.place - ankles.mean(axis=0)
     away = float(np.linalg.norm(lean - (lean @ body.up) * body.up)) / body.stature
-    return least(ramp(over, constants.low_hips), ramp(over, constants.off_floor), ramp(away, constants.balance),
-                 *(ramp(leg.knee, constants.bent_knee) for leg in legs))
+    return least(ramp(over, constants.low_hips), ramp(away, constants.balance),
+                 *(least(leg.bent, 1 - leg.on_knee) for leg in legs))

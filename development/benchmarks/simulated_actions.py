@@ -1,0 +1,347 @@
+"""Simulated people who do things, and sequences with labels, for the ablation of the signals: counts of what is told."""
+import json
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from ablation_table import Counts
+from animated_skeleton import (
+    BENT_OVER, CROSS_LEGGED, CROUCHING, KNEELING, LYING, ON_ALL_FOURS, ON_ONE_KNEE, RUNNING, SITTING,
+    SITTING_ON_FLOOR, STANDING, UP, Limb, Motion, Pose, held, swinging,
+)
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.constants import SIGNALS, SignalConstants
+from openpose_ros_signals.geometry import body_of, joints_of, stature_of
+from openpose_ros_signals.person import BodyObservation, Person, Surroundings
+from openpose_ros_signals.postures import posture_degrees
+from openpose_ros_signals.reader import SignalReader, _observations
+from openpose_ros_signals.records import UNKNOWN, PersonSignals
+from openpose_ros_tools.alignment.people import pair_people
+from simulated_population import BEGIN, END, GESTURES, NEARLY, arm_of, gestures, nearly, seen_of
+from skeleton_extract_3d.landmarks import Landmarks3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
+from skeleton_extract_3d.points.transform import transform_people
+
+Random = np.random.RandomState
+Clip = List[Tuple[float, BodyObservation]]
+_NOTHING = Surroundings()
+# Postures are told from then on [s].
+SETTLED = 0.4
+# Frames this near to a change of a label do not count [s].
+MARGIN = 0.2
+SAME_PERSON = 0.6
+# Pointing is right within this angle [deg].
+RIGHT_RAY = 15.0
+WIDE_STEP = Pose(left_leg=Limb((0, 0.5, -1), (0, 0.2, -1)), right_leg=Limb((0, -0.4, -1), (0, -0.8, -0.8)))
+ON_A_BED = replace(LYING, left_leg=Limb((0, 1, 0), (0, 0, -1)), right_leg=Limb((0, 1, 0), (0, 0, -1)))
+ON_THE_BELLY = Pose(left_leg=Limb((0, -1, 0), (0, -1, 0)), right_leg=Limb((0, -1, 0), (0, -1, 0)), lean=90.0)
+KNEES_UP = replace(LYING, left_leg=Limb((0, 0.6, 0.8), (0, 0.6, -0.8)), right_leg=Limb((0, 0.6, 0.8), (0, 0.6, -0.8)))
+FOOT_ON_A_STEP = replace(STANDING, right_leg=Limb((0, 0.9, -0.4), (0, -0.1, -1)))
+FOOT_HELD_BEHIND = replace(STANDING, right_leg=Limb((0, -0.1, -1), (0, -0.6, 0.7)))
+POSES = {'standing': (STANDING, BENT_OVER, WIDE_STEP, RUNNING, FOOT_ON_A_STEP, FOOT_HELD_BEHIND),
+         'sitting': (SITTING, SITTING_ON_FLOOR, CROSS_LEGGED), 'crouching': (CROUCHING, replace(CROUCHING, lean=60.0)),
+         'kneeling': (KNEELING, ON_ONE_KNEE, ON_ALL_FOURS), 'lying': (LYING, ON_A_BED, ON_THE_BELLY, KNEES_UP)}
+
+
+def clip_of(seen: Iterator[Tuple[float, People3D]]) -> Clip:
+    """Return the observations of the one person of frames."""
+    return [(stamp, _observations(people, joints_of(people), Landmarks3D.empty())[0]) for stamp, people in seen]
+
+
+def told(clip: Clip, constants: SignalConstants) -> List[Tuple[float, PersonSignals]]:
+    """Return what is told of a person."""
+    person = Person(clip[0][0], constants)
+    return [(stamp, person.read(1, stamp, seen, UP, _NOTHING)) for stamp, seen in clip]
+
+
+def blinking(seen: Iterator[Tuple[float, People3D]], arm: str, random: Random) -> Iterator[Tuple[float, People3D]]:
+    """Yield the frames; in some clips a joint of an arm is hidden for a moment, and inferred somewhere near."""
+    begin = random.uniform(BEGIN + 0.8, END - 0.4) if random.rand() < 0.4 else np.inf
+    end = begin + random.uniform(0.1, 0.35)
+    hidden = np.array([name == f'{arm}_{random.choice(["wrist", "elbow"])}' for name in COCO_18.joints])
+    for stamp, people in seen:
+        if begin <= stamp <= end:
+            xyz = people.xyz + np.where(hidden[:, np.newaxis], random.normal(0, 0.15, people.xyz.shape), 0)
+            people = replace(people, xyz=xyz, status=np.where(hidden, INFERRED, people.status),
+                             sigma=np.where(hidden, 0.25, people.sigma))
+        yield stamp, people
+
+
+def varied(pose: Pose, random: Random) -> Pose:
+    """Return a pose as another person holds it."""
+    def limb(one: Limb) -> Limb:
+        return Limb(*(tuple(np.array(way) / np.linalg.norm(way) + random.normal(0, 0.08, 3))
+                      for way in (one.upper, one.lower)))
+    return replace(pose, left_leg=limb(pose.left_leg), right_leg=limb(pose.right_leg),
+                   lean=pose.lean + random.normal(0, 6), facing=random.uniform(0, 360))
+
+
+def _gesture_clips(count: int) -> List[Tuple[str, str, Clip]]:
+    found = []
+    for name in GESTURES:
+        random = Random(11)
+        for _ in range(count):
+            motion = gestures(name, random)
+            arm = arm_of(motion)
+            clip = clip_of(blinking(seen_of(motion, random), arm, random))
+            found.append((name, 'both' if name == 'arms_crossed' else arm, clip))
+    return found
+
+
+def score_gestures(clips: Sequence[Tuple[str, str, Clip]], constants: SignalConstants) -> Counts:
+    """Count what is told of gestures: frames, delays [s], and people of whom another one is told."""
+    found, delay, wrong, kinds = [], [], [], {name: [] for name in GESTURES}
+    for name, arm, clip in clips:
+        signals = told(clip, constants)
+        right = [(stamp, any((one.name, one.arm) == (name, arm) for one in person.gestures)) for stamp, person in signals]
+        held_frames = [one for stamp, one in right if BEGIN + 0.8 < stamp < END]
+        found.append((sum(held_frames), len(held_frames)))
+        first = next((stamp for stamp, one in right if one and stamp > BEGIN - 0.3), END)
+        delay.append((min(max(first - BEGIN, 0), END - BEGIN), 1))
+        wrong.append((any((one.name, one.arm) != (name, arm) for _, person in signals for one in person.gestures), 1))
+    return {'gestures': np.array(found, float), 'delay': np.array(delay, float), 'other gesture': np.array(wrong, float)}
+
+
+def _nearly_clips(count: int) -> List[Clip]:
+    found = []
+    for name in NEARLY:
+        random = Random(12)
+        found += [clip_of(seen_of(nearly(name, random), random, 5.0)) for _ in range(count)]
+    return found
+
+
+def score_nearly(clips: Sequence[Clip], constants: SignalConstants) -> Counts:
+    """Count people of whom a gesture, or a fall, is told falsely."""
+    alarms, falls = [], []
+    for clip in clips:
+        signals = told(clip, constants)
+        alarms.append((any(person.gestures for _, person in signals), 1))
+        falls.append((any(person.fall for _, person in signals), 1))
+    return {'false gesture': np.array(alarms, float), 'false fall': np.array(falls, float)}
+
+
+def _posture_clips(count: int) -> List[Tuple[str, Clip]]:
+    found = []
+    for name, poses in POSES.items():
+        random = Random(13)
+        found += [(name, clip_of(seen_of(held((0, varied(pose, random))), random, 1.2)))
+                  for pose in poses for _ in range(count)]
+    return found
+
+
+def score_postures(clips: Sequence[Tuple[str, Clip]], constants: SignalConstants) -> Counts:
+    """Count frames with the right posture, and with a wrong one."""
+    right, wrong = [], []
+    for name, clip in clips:
+        names = [person.posture.name for stamp, person in told(clip, constants) if stamp > SETTLED]
+        right.append((names.count(name), len(names)))
+        wrong.append((len(names) - names.count(name) - names.count(UNKNOWN), len(names)))
+    return {'posture': np.array(right, float), 'wrong posture': np.array(wrong, float)}
+
+
+def _fall_clips(count: int) -> List[Tuple[bool, Clip]]:
+    found = []
+    random = Random(14)
+    for _ in range(3 * count):
+        before, facing = (STANDING, SITTING, STANDING)[random.randint(3)], random.uniform(0, 360)
+        pose, flat = (replace(varied(one, random), facing=facing) for one in (before, random.choice([0, 1]) and LYING or ON_THE_BELLY))
+        takes = random.uniform(0.45, 1.0)
+        found.append((True, clip_of(seen_of(held((0, pose), (1, pose), (1 + takes, flat)), random, 3.0))))
+        # lies down slowly, lies back from the floor, bends over
+        slow = random.uniform(2.8, 4.5)
+        sits = replace(SITTING_ON_FLOOR, lean=-10.0, facing=facing)
+        lies = replace(LYING, facing=facing)
+        for motion, seconds in ((held((0, pose), (0.5, pose), (0.5 + slow, lies)), 6.0),
+                                (held((0, sits), (0.8, sits), (0.8 + takes, lies)), 3.0),
+                                (held((0, pose), (0.8, pose), (0.8 + takes, replace(pose, lean=85.0))), 3.0)):
+            found.append((False, clip_of(seen_of(motion, random, seconds))))
+    return found
+
+
+def score_falls(clips: Sequence[Tuple[bool, Clip]], constants: SignalConstants) -> Counts:
+    """Count falls that are told, once, and false ones."""
+    right, false = [], []
+    for falls, clip in clips:
+        stamps = {person.fall.stamp for _, person in told(clip, constants) if person.fall}
+        right.append((falls and len(stamps) == 1, falls))
+        false.append((not falls and len(stamps) > 0, not falls))
+    return {'falls': np.array(right, float), 'false falls': np.array(false, float)}
+
+
+def _walk_clips(count: int) -> List[Tuple[bool, Clip]]:
+    random, found = Random(15), []
+    for _ in range(2 * count):
+        found.append((True, clip_of(seen_of(nearly('walks', random), random, END))))
+        swaying = held(*((0.5 * number, replace(STANDING, lean=random.uniform(-5, 5))) for number in range(9)))
+        found.append((False, clip_of(seen_of(swaying, random, END))))
+        name = GESTURES[random.randint(len(GESTURES))]
+        found.append((False, clip_of(seen_of(gestures(name, random), random, END))))
+    return found
+
+
+def score_walks(clips: Sequence[Tuple[bool, Clip]], constants: SignalConstants) -> Counts:
+    """Count frames of walking people who are told to walk, and of others."""
+    right, false = [], []
+    for walks, clip in clips:
+        moving = [bool(person.walk and person.walk.moving) for stamp, person in told(clip, constants) if stamp > 0.7]
+        right.append((sum(moving) if walks else 0, len(moving) if walks else 0))
+        false.append((0 if walks else sum(moving), 0 if walks else len(moving)))
+    return {'walking': np.array(right, float), 'false walking': np.array(false, float)}
+
+
+def _place_clips(count: int) -> List[Tuple[np.ndarray, Clip]]:
+    """Return the true place below the trunk, and the clip, of people who hold postures, some with hidden legs."""
+    found = []
+    random = Random(16)
+    for pose in (STANDING, SITTING, LYING, KNEELING, CROUCHING):
+        for _ in range(count):
+            own = varied(pose, random)
+            clip = clip_of(seen_of(held((0, own)), random, 1.2))
+            found.append((np.zeros(3), clip))
+    return found
+
+
+def score_places(clips: Sequence[Tuple[np.ndarray, Clip]], constants: SignalConstants) -> Counts:
+    """Sum the errors of the height of the floor, by the body alone [m]."""
+    return {'floor': np.array([(np.sum([abs(person.floor.position[2]) for _, person in signals]), len(signals))
+                               for signals in (told(clip, constants) for _, clip in clips)])}
+
+
+Story = List[Tuple[float, People3D]]
+
+
+def _stories(count: int) -> List[Tuple[bool, float, Story]]:
+    """Return people who are lost and come back with another id, or are others; when, and frames."""
+    random, found = Random(17), []
+    for number in range(4 * count):
+        same = number % 2 == 0
+        gap, speed, facing = random.uniform(0.1, 0.8), random.uniform(0, 1.5), random.uniform(0, 2 * np.pi)
+        way = speed * np.array([np.cos(facing), np.sin(facing)])
+        back = 1.0 + gap
+        if same:
+            motion = lambda time, way=way: replace(STANDING, place=tuple(way * time))  # noqa: E731
+        else:  # the first has left; another one comes, elsewhere
+            other = way + random.uniform(1.2, 3.0) * np.array([np.cos(2 * facing), np.sin(2 * facing)])
+            motion = lambda time, way=way, other=other: replace(  # noqa: E731
+                STANDING, place=tuple(way * time if time < 1.0 else other))
+        frames = [(stamp, replace(people, ids=np.array([1 if stamp < 1.0 else 2])))
+                  for stamp, people in seen_of(motion, random, 2.4) if stamp < 1.0 or stamp >= back]
+        found.append((same, back, frames))
+    return found
+
+
+def score_stories(stories: Sequence[Tuple[bool, float, Story]], constants: SignalConstants) -> Counts:
+    """Count people who are taken as the same again, and others who are taken as the one before."""
+    kept, mixed = [], []
+    for same, back, frames in stories:
+        reader = SignalReader(constants)
+        first = frames[0][0]
+        for stamp, people in frames:
+            reader.update(people, stamp, UP)
+        remembered = any(one.since == first and one.seen > back for one in reader.present)
+        kept.append((same and remembered, same))
+        mixed.append((not same and remembered, not same))
+    return {'same person': np.array(kept, float), 'mixed up': np.array(mixed, float)}
+
+
+def suites(count: int) -> Dict[str, Callable[[SignalConstants], Counts]]:
+    """Return what counts for constants, by name; with a number of people of each kind."""
+    return {'gestures': partial(score_gestures, _gesture_clips(count)),
+            'nearly': partial(score_nearly, _nearly_clips(count)),
+            'postures': partial(score_postures, _posture_clips(count)), 'falls': partial(score_falls, _fall_clips(count)),
+            'walks': partial(score_walks, _walk_clips(count)), 'places': partial(score_places, _place_clips(count)),
+            'stories': partial(score_stories, _stories(count))}
+
+
+def scene_of(folder: Path, found: List[Tuple[float, People3D]], poses: np.ndarray) -> Dict[str, Any]:
+    """Return frames of a sequence: stamp, people in a frame that stands still, up, and by true id its truth.
+
+    Postures are those of the true joints, by the constants as they are.
+    """
+    truth = json.loads((folder / 'gt.json').read_text())
+    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    moves, frames = bool((poses != poses[0]).any()), []
+    for (stamp, people), frame, pose in zip(found, truth['frames'], poses):
+        joints = np.array([person['xyz'] for person in frame['people']], float).reshape(-1, len(order), 3)[:, order]
+        pairs = dict(pair_people(people.xyz, joints, SAME_PERSON))
+        up = pose[2, :3]
+        names = []
+        for one in joints:
+            own = (one, np.full(len(order), MEASURED), np.full(len(order), 0.02))
+            posture, degree = max(posture_degrees(body_of(stamp, own, up, stature_of(*own[:2]))).items(),
+                                  key=lambda item: np.nan_to_num(item[1]))
+            names.append(posture if degree > 0.8 else '')
+        if moves:
+            people, up = transform_people(people, pose[:3, :3], pose[:3, 3]), np.array([0.0, 0.0, 1.0])
+        frames.append((stamp, people, up, pairs, frame['people'], names, None if moves else pose))
+    return {'frames': frames, 'labelled': any('labels' in person for frame in truth['frames'] for person in frame['people'])}
+
+
+def _changes(frames: Sequence[Any]) -> Dict[Tuple[int, str], List[float]]:
+    """Return when each label of each person begins or ends [s]."""
+    states: Dict[Tuple[int, str], List[Tuple[float, bool]]] = {}
+    labels = {label for _, _, _, _, truth, _, _ in frames for person in truth for label in person.get('labels', ())}
+    for stamp, _, _, _, truth, _, _ in frames:
+        for person in truth:
+            for label in labels:
+                states.setdefault((person['id'], label), []).append((stamp, label in person.get('labels', ())))
+    return {key: [(a[0] + b[0]) / 2 for a, b in zip(value, value[1:]) if a[1] != b[1]] for key, value in states.items()}
+
+
+GESTURE_LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'stop')
+
+
+def score_scenes(scenes: Sequence[Dict[str, Any]], constants: SignalConstants) -> Counts:
+    """Count labels that are told in sequences, rays within 15 degrees, and postures."""
+    counts: Dict[str, List[Tuple[float, float]]] = {name: [] for name in (
+        'labels', 'beckon', 'wave', 'point', 'raise_hand', 'arms_crossed', 'ray 15', 'scene posture', 'scene wrong posture', 'unlabelled')}
+    for scene in scenes:
+        sums = {name: [0.0, 0.0] for name in counts}
+        reader, change = SignalReader(constants), _changes(scene['frames'])
+        for stamp, people, up, pairs, truth, names, pose in scene['frames']:
+            persons = reader.update(people, stamp, up)
+            for row, person in enumerate(persons):
+                true = truth[pairs[row]] if row in pairs else None
+                gestures_told = {gesture.name: gesture for gesture in person.gestures}
+                if true is None:
+                    continue
+                if names[pairs[row]]:
+                    sums['scene posture'][0] += person.posture.name == names[pairs[row]]
+                    sums['scene posture'][1] += 1
+                    sums['scene wrong posture'][0] += person.posture.name not in (UNKNOWN, names[pairs[row]])
+                    sums['scene wrong posture'][1] += 1
+                if not scene['labelled']:
+                    sums['unlabelled'][0] += len(gestures_told) > 0
+                    sums['unlabelled'][1] += 1
+                    continue
+                for label in GESTURE_LABELS:
+                    if any(abs(stamp - at) < MARGIN for at in change.get((true['id'], label), ())):
+                        continue
+                    holds, is_told = label in true['labels'], label in gestures_told
+                    for name in ('labels', label):
+                        if name in sums:
+                            sums[name][0] += 2 * (holds and is_told)
+                            sums[name][1] += holds + is_told
+            if scene['labelled'] and pose is not None:
+                _count_rays(sums, persons, pairs, truth)
+        for name, values in sums.items():
+            counts[name].append((values[0], values[1]))
+    return {name: np.array(values) for name, values in counts.items() if np.array(values)[:, 1].any()}
+
+
+def _count_rays(sums: Dict[str, List[float]], persons: Sequence[PersonSignals], pairs: Dict[int, int],
+                truth: Sequence[Dict[str, Any]]) -> None:
+    told_by = {pairs[row]: person for row, person in enumerate(persons) if row in pairs}
+    for number, person in enumerate(truth):
+        for detail in person.get('detail', ()):
+            if detail['label'] != 'point':
+                continue
+            sums['ray 15'][1] += 1
+            gesture = told_by[number].gesture('point') if number in told_by else None
+            if gesture and gesture.pointing:
+                ray, to = gesture.pointing, np.array(detail['target']) - gesture.pointing.origin
+                angle = np.degrees(np.arccos(np.clip(ray.direction @ to / np.linalg.norm(to), -1, 1)))
+                sums['ray 15'][0] += bool(angle <= RIGHT_RAY)

@@ -1,0 +1,236 @@
+"""Simulated cameras round walking people, and recorded ones, for the ablation of the fusion: counts of what is right."""
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ablation_table import Counts
+from openpose_ros_fusion.cameras import CameraJudge
+from openpose_ros_fusion.collector import Collector
+from openpose_ros_fusion.constants import FUSION, FusionConstants
+from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.observations import KeypointOffsets, Sighting, from_image, from_space
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.people import pair_people
+from simulated_errors import ErringCamera
+from simulated_rig import Room, looking_at_the_middle, walking
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+
+Random = np.random.RandomState
+Frames = List[Tuple[float, List[Sighting], np.ndarray]]
+# Of matched people, by the median of the joints; of joints [m].
+SAME_PERSON, NEAR_JOINT, PATIENCE = 0.4, 0.1, 0.5
+
+
+class Sums:
+    """Numerators and denominators of one unit."""
+
+    def __init__(self) -> None:
+        self.values: Dict[str, List[float]] = defaultdict(lambda: [0.0, 0.0])
+
+    def add(self, figure: str, numerator: float, denominator: float) -> None:
+        self.values[figure][0] += numerator
+        self.values[figure][1] += denominator
+
+
+def counts_of(units: Sequence[Sums]) -> Counts:
+    names = sorted({name for unit in units for name in unit.values})
+    return {name: np.array([unit.values[name] if name in unit.values else (0.0, 0.0) for unit in units])
+            for name in names}
+
+
+def score(fused: Sequence[Tuple[float, People3D]], truth: Sequence[np.ndarray], prefix: str,
+          seen: Optional[Sequence[np.ndarray]] = None) -> Sums:
+    """Compare fused people with true joints (P, 18, 3) [m], NaN where they do not count, row by row the same person."""
+    sums, ids, switches = Sums(), {}, 0
+    for number, ((_, people), joints) in enumerate(zip(fused, truth)):
+        pairs = pair_people(people.xyz, joints, SAME_PERSON)
+        sums.add(f'{prefix}missed', len(joints) - len(pairs), len(joints))
+        sums.add(f'{prefix}extra', len(people) - len(pairs), len(joints))
+        for row, other in pairs:
+            name = int(people.ids[row])
+            switches += other in ids and ids[other] != name
+            ids[other] = name
+            counts = np.isfinite(joints[other, :, 0]) & (True if seen is None else seen[number][other])
+            error = np.linalg.norm(people.xyz[row] - joints[other], axis=1)
+            found = counts & np.isfinite(error)
+            sums.add(f'{prefix}joints', (error[found] < NEAR_JOINT).sum(), counts.sum())
+            sums.add(f'{prefix}error mm', 1e3 * error[found].sum(), found.sum())
+            ratio = error[found] / people.sigma[row][found]
+            sums.add(f'{prefix}in 1 sigma', (ratio <= 1).sum(), found.sum())
+            sums.add(f'{prefix}in 2 sigma', (ratio <= 2).sum(), found.sum())
+            jump = np.linalg.norm(people.velocity[row], axis=1)
+            sums.add(f'{prefix}velocity', float(np.nansum(jump)) if False else 0.0, 1.0)
+    sums.values.pop(f'{prefix}velocity', None)
+    sums.add(f'{prefix}switches', switches, 1)
+    return sums
+
+
+def _story(seed: int, rgb: int) -> Frames:
+    """Return frames of 2-4 cameras, of which some have no depth, and the true joints.
+
+    Cameras err for a while, lose people at times and give them new ids, see a false person at times, are late, stand
+    a little elsewhere, and infer joints far off.
+    """
+    random, people = Random(seed), 1 + seed % 4
+    count = 2 + seed % 3
+    room = walking(4.5, people, seed)
+    rate = [10.0, 15.0, 30.0][seed % 3]
+    cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(2 * np.pi * (number + random.uniform(-.2, .2)) / max(count, 3)),
+                            random.choice([0.02, 0.04]), 0.3, 0.008 if number < rgb else None, Random(seed * 10 + number))
+               for number in range(count)]
+    late = random.uniform(0, 0.04, count)
+    beside = random.normal(0, 0.012, (count, 3))
+    away = {(number, person): (random.uniform(0.5, 3.5), random.uniform(0.1, 0.8)) for number in range(count)
+            for person in range(people)}
+    frames: Frames = []
+    for stamp in 0.1 + np.arange(int(4.0 * rate)) / rate:
+        truth, sightings = room.at(stamp), []
+        for number, camera in enumerate(cameras):
+            if random.rand() < 0.05:
+                continue
+            sighting = camera.see(room.at(stamp - late[number]), stamp - late[number])
+            keep = [person for person in range(people) if not away[number, person][0] < stamp < sum(away[number, person])]
+            ids = sighting.ids + [100 * (stamp > sum(away[number, person])) for person in range(people)]
+            positions = sighting.positions + beside[number]
+            status, sigma = sighting.status.copy(), sighting.sigma.copy()
+            if sighting.has_depth:
+                hidden = random.rand(*status.shape) < 0.06
+                positions = np.where(hidden[..., np.newaxis], positions + random.normal(0, 0.1, positions.shape), positions)
+                status, sigma = np.where(hidden, INFERRED, status), np.where(hidden, 0.1, sigma)
+            sighting = replace(sighting, ids=ids, positions=positions, status=status, sigma=sigma).select(np.array(keep, int))
+            if random.rand() < 0.03 and sighting.has_depth and len(sighting):  # a false person
+                other = sighting.select(np.array([0]))
+                away_by = random.uniform(0.5, 2.0) * np.array([1.0, 0.3, 0.0])
+                sighting = replace(sighting, ids=np.append(sighting.ids, 999), positions=np.concatenate([sighting.positions, other.positions + away_by]),
+                                   directions=np.concatenate([sighting.directions, other.directions]),
+                                   sigma=np.concatenate([sighting.sigma, other.sigma]), status=np.concatenate([sighting.status, other.status]),
+                                   confidence=np.concatenate([sighting.confidence, other.confidence]))
+            sightings.append(sighting)
+        frames.append((stamp, sightings, truth))
+    return frames
+
+
+def score_stories(stories: Sequence[Frames], prefix: str, constants: FusionConstants) -> Counts:
+    """Return the counts of simulated cameras."""
+    units = []
+    for frames in stories:
+        fusion = PeopleFusion(constants=constants)
+        fused = [(stamp, fusion.update(sightings, stamp)) for stamp, sightings, _ in frames]
+        units.append(score(fused[5:], [truth for _, _, truth in frames[5:]], prefix))
+    return counts_of(units)
+
+
+class RecordedCase(NamedTuple):
+    """Frames of recorded cameras, true joints, and which of them some camera sees."""
+
+    sightings: List[Tuple[float, List[Sighting]]]
+    truth: List[np.ndarray]
+    seen: List[np.ndarray]
+
+
+def score_recorded(cases: Sequence[Any], constants: FusionConstants) -> Counts:
+    """Return the counts of recorded cameras; sightings are made with the constants."""
+    units = []
+    for make, truth, seen, prefix in cases:
+        fusion = PeopleFusion(constants=constants)
+        fused = [(stamp, fusion.update(sightings, stamp)) for stamp, sightings in make(constants)]
+        units.append(score(fused, truth, prefix, seen))
+    return counts_of(units)
+
+
+Arrivals = List[Tuple[float, str, float]]
+
+
+def _arrivals(seed: int) -> Tuple[Arrivals, float]:
+    """Return when messages of three cameras arrive, and the time between common stamps."""
+    random = Random(seed)
+    rate = random.choice([5.0, 10.0, 15.0, 30.0])
+    shared = seed % 2 == 0
+    arrivals: Arrivals = []
+    for place, camera in enumerate('abc'):
+        own = rate / (2 if seed % 5 == 4 and camera == 'c' else 1)
+        latency = random.uniform(0.01, 0.1) if not shared else 0.05 + place * 0.3 / rate
+        for number in range(int(6 * own)):
+            if random.rand() < 0.04 or (seed % 7 == 3 and camera == 'b' and 2 < number / own < 4.5):
+                continue
+            arrivals.append((number / own + latency + random.exponential(0.004), camera, number / own + random.uniform(0, 0.003)))
+    return sorted(arrivals), 1 / rate
+
+
+def score_collector(streams: Sequence[Tuple[Arrivals, float]], constants: FusionConstants) -> Counts:
+    """Count messages of one time that make one update, and sum how long updates wait after their last message."""
+    empty = from_space('', 0.0, People3D.empty(COCO_18), (np.eye(3), np.zeros(3)))
+    units = []
+    for arrivals, period in streams:
+        collector, updates, sums = Collector('abc', PATIENCE, constants.collector), [], Sums()
+        for arrival, camera, stamp in arrivals:
+            while collector.deadline is not None and collector.deadline < arrival:
+                at = collector.deadline
+                updates += [(at, update) for update in collector.due(at)]
+            updates += [(arrival, update) for update in collector.add(replace(empty, camera=camera, stamp=stamp), arrival)]
+        came = {(camera, stamp): arrival for arrival, camera, stamp in arrivals}
+        for at, update in updates:
+            if update.stamp < 1.0:
+                continue
+            together = {camera for _, camera, stamp in arrivals if abs(stamp - update.stamp) < 0.3 * period}
+            sums.add('whole updates', len({one.camera for one in update.sightings} & together), len(together))
+            last = max(came[one.camera, one.stamp] for one in update.sightings)
+            sums.add('waits s', at - last, 1)
+        sums.add('dropped', sum(collector.dropped.values()) + sum(collector.out_of_time.values()), len(arrivals))
+        units.append(sums)
+    return counts_of(units)
+
+
+def _judged_rig(seed: int) -> Any:
+    random, room = Random(seed), walking(5.0, 2 + seed % 2, seed)
+    count = 2 + seed % 2
+    cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(2 * np.pi * number / 3), 0.03, 0.3, None, Random(seed + number))
+               for number in range(count)]
+    moved = random.normal(0, 1, 3)
+    moved *= (0.0, 0.09, 0.15)[seed % 3] / np.linalg.norm(moved)
+    late = random.choice([0.0, 0.05, -0.03])
+    return room, cameras, moved, late, random.uniform(10, 30)
+
+
+def score_judge(rigs: Sequence[Any], constants: FusionConstants) -> Counts:
+    """Count rigs whose wrong camera, and no other, is told, and sum errors of clocks [s]."""
+    units = []
+    for room, cameras, moved, late, rate in rigs:
+        sums, judge = Sums(), CameraJudge([camera.name for camera in cameras], constants.cameras)
+        cameras = [replace(camera, random=Random(7 + number)) for number, camera in enumerate(cameras)]
+        for number in range(int(4 * rate)):
+            time = 0.2 + number / rate
+            joints = room.at(time)
+            shape = joints.shape[:2]
+            fused = People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED, np.uint8), np.full(shape, 0.02),
+                             np.arange(len(joints)) + 1, (room.at(time + 0.02) - room.at(time - 0.02)) / 0.04)
+            known = {(camera.name, person + 1): person + 1 for camera in cameras for person in range(len(joints))}
+            seen = [camera.see(joints, time) for camera in cameras]
+            last = seen[-1]
+            seen[-1] = replace(cameras[-1].see(room.at(time), time), stamp=time + late)
+            seen[-1] = replace(seen[-1], positions=seen[-1].positions + moved)
+            del last
+            judge.update(seen, fused, time, known)
+        found = judge.judgements()
+        wrong = np.linalg.norm(moved) > 0
+        told = [found[camera.name].disagrees for camera in cameras]
+        expected = [wrong and (number == len(cameras) - 1 or len(cameras) == 2) for number in range(len(cameras))]
+        sums.add('judged', told == expected, 1)
+        offset = found[cameras[-1].name].clock_offset
+        sums.add('clock known', np.isfinite(offset), 1)
+        if np.isfinite(offset) and len(cameras) > 2:
+            sums.add('clock error s', abs(offset + late), 1)
+        units.append(sums)
+    return counts_of(units)
+
+
+def suites(count: int) -> Dict[str, Callable[[FusionConstants], Counts]]:
+    """Return what counts for constants, by name; with a number of stories of each kind."""
+    return {'depth': partial(score_stories, [_story(seed, 0) for seed in range(count)], ''),
+            'rgb': partial(score_stories, [_story(seed, 9) for seed in range(count)], 'rays '),
+            'mixed': partial(score_stories, [_story(seed, 1) for seed in range(count)], 'mixed '),
+            'collector': partial(score_collector, [_arrivals(seed) for seed in range(2 * count)]),
+            'judge': partial(score_judge, [_judged_rig(seed) for seed in range(count)])}
