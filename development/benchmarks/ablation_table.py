@@ -51,7 +51,7 @@ def names_of(constants: Any, prefix: str = '') -> Iterator[str]:
 def value_of(constants: Any, name: str) -> Any:
     """Return a constant by its dotted name."""
     for part in name.split('.'):
-        constants = getattr(constants, part)
+        constants = constants[part] if isinstance(constants, dict) else getattr(constants, part)
     return constants
 
 

@@ -73,7 +73,7 @@ def main() -> int:
         run = SUITES.get(variant.name.split('.')[0], tuple(suites))
         found[variant.name, variant.how] = {figure: change for suite in run if suite in suites for figure, change in changes(
             base[suite], suites[suite](variant.constants)).items()}
-        print(variant.name, variant.how, {k: tuple(round(x, 3) for x in v) for k, v in found[variant.name, variant.how].items() if v.is_clear},
+        print(variant.name, variant.how, {k: tuple(round(float(x), 3) for x in v[:3]) for k, v in found[variant.name, variant.how].items() if v.is_clear},
               file=sys.stderr, flush=True)
     print(table(SIGNALS, found, [*factors, *(() if arguments.near else ('without',))]))
     return 0

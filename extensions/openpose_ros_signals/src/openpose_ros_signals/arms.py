@@ -23,7 +23,7 @@ class Arm(NamedTuple):
         forearm: angle of the forearm to straight up [deg].
         over_eyes: height of the wrist over the eyes [statures].
         from_nose: distance of the wrist from the nose, or from eyes or ears where it is hidden [statures].
-        sigma: the greatest of the three joints [statures]; 0 if not estimated.
+        sure: whether the places of all three joints are known well.
         known: whether shoulder, elbow, wrist and the left of the body are seen.
     """
 
@@ -37,7 +37,7 @@ class Arm(NamedTuple):
     forearm: float
     over_eyes: float
     from_nose: float
-    sigma: float
+    sure: bool
     known: bool
 
 
@@ -47,11 +47,10 @@ def arm_of(body: Body, side: int) -> Arm:
     axes = body.axes * _OUTWARDS[side]
     reach, fore = wrist - shoulder, wrist - elbow
     bend, beside = angle(shoulder - elbow, fore), axes @ reach / body.stature
-    sigma = float(max(body.sigma[ARMS[side]])) / body.stature
     nose = body.joints[NOSE] if np.isfinite(body.joints[NOSE, 0]) else body.eyes
     return Arm(body.stamp, beside, axes @ fore / (length(fore) + 1e-12), reach / body.stature,
                wrist / body.stature, bend, angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
-               body.distance(wrist, nose), 0.0 if math.isnan(sigma) else sigma,
+               body.distance(wrist, nose), bool(body.sure[ARMS[side]].all()),
                not (math.isnan(bend) or math.isnan(beside[0])))
 
 

@@ -31,6 +31,8 @@ class PersonConstants:
     """Which joints count as known, and which ids are the same person."""
 
     most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
+    sure_sigma: float = constant(0.042, 'Motions to and fro, and knees on the floor, are told by joints with a lesser '
+                                        'sigma: those that are guessed swing, and bend.', unit='statures')
     statures: int = constant(100, 'The stature is the median of this many newest frames.', unit='frames')
     least_stature: float = constant(0.4, 'Stature estimates below this are ignored.', unit='m')
     history: float = constant(1.2, 'Motions are looked for in the joints of this time.', unit='s')
@@ -62,35 +64,33 @@ class GestureConstants:
 
     held_time: float = constant(0.1, 'An arm is held if its wrist moved little for this long.', unit='s')
     held: Ramp = constant((0.045, 0.03), 'Way of the wrist, beside the shoulder, in this time.', unit='statures')
+    settled: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: arms of a person that falls, sits down or '
+                                           'gets up make no gesture.', unit='statures/s')
     over_eyes: Ramp = constant((0.01, 0.04), 'Height of the wrist over the eyes, of a raised hand.', unit='statures')
     steep_arm: Ramp = constant((138.0, 146.0), 'Angle of the line from shoulder to wrist to straight down, of a '
-                                               'raised hand.', unit='deg')
+                                               'raised hand; less steep, it points.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow of a raised hand; less is a hand on the head.',
                                 unit='deg')
     straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
     arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, pointing.',
                               unit='deg')
-    arm_not_up: Ramp = constant((146.0, 138.0), 'The same: steeper is a raised hand.', unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
-    stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
-    stop_forearm: Ramp = constant((65.0, 55.0), 'Angle of the forearm to straight up, of a hand that says stop.',
-                                  unit='deg')
-    stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder.', unit='statures')
-    stop_height: Ramp = constant((-0.08, -0.03), 'Height of the wrist over the shoulder.', unit='statures')
-    rising: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: arms of a person that falls, sits down '
-                                          'or gets up make no gesture.', unit='statures/s')
-    off_face: Ramp = constant((0.10, 0.14), 'Distance of the wrist from the nose; nearer, the hand is at the face.',
+    off_face: Ramp = constant((0.12, 0.16), 'Distance of the wrist from the nose; nearer, the hand is at the head.',
                               unit='statures')
-    off_head: Ramp = constant((0.13, 0.17), 'The same, of a raised or waving hand: not at the head.', unit='statures')
+    hand_up: Ramp = constant((-0.04, 0.01), 'Height of the wrist over the shoulder, of a hand that says stop or waves.',
+                             unit='statures')
+    forearm_up: Ramp = constant((70.0, 57.0), 'Angle of the forearm to straight up, of a hand that says stop or waves.',
+                                unit='deg')
+    stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
+    stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder, of a hand that says stop.',
+                                unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
                                         'straight up, where hands are seen.', unit='deg')
     crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
                              unit='statures')
     inward: Ramp = constant((0.58, 0.70), 'Share of each forearm that points to the other side.')
-    level_forearm: Ramp = constant((0.55, 0.42), 'Share of each forearm that points up or down.')
     chest_height: Ramp = constant((0.24, 0.20), 'Height of the shoulders over each wrist.', unit='statures')
-    before_chest: Ramp = constant((0.0, 0.03), 'How far each wrist is before the trunk.', unit='statures')
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,6 @@ class SwingConstants:
     """Gestures that move to and fro."""
 
     pause: float = constant(0.6, 'From turn to turn it takes at most this time.', unit='s')
-    most_sigma: float = constant(0.042, 'Greatest sigma of the joints of an arm where it turns.', unit='statures')
     smooth: float = constant(0.05, 'A position is the mean of those that are at most this much earlier or later.',
                              unit='s')
     wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, waving: the longer of the '
@@ -106,17 +105,10 @@ class SwingConstants:
     wave_back: Ramp = constant((0.018, 0.030), 'The shorter of the last two, which may be under way.',
                                unit='statures')
     wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
-    wave_flat: float = constant(5.0, 'The last one is, if it goes outwards after a hand that came up: a hand that is '
-                                     'lowered does so too.')
-    wave_height: Ramp = constant((-0.04, 0.01), 'Height of the wrist over the shoulder.', unit='statures')
-    wave_forearm: Ramp = constant((75.0, 60.0), 'Angle of the forearm to straight up.', unit='deg')
-    wave_rising: float = constant(95.0, 'The motion counts from when the forearm is this near to straight up.',
-                                  unit='deg')
     beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, beckoning.',
                             unit='deg')
-    beckon_open: Ramp = constant((70.0, 80.0), 'Angle of the elbow where it is straightest in the motion.', unit='deg')
-    beckon_bent: Ramp = constant((90.0, 78.0), 'The same, where it is most bent; more open, hands are shaken.',
-                                 unit='deg')
+    beckon_bent: Ramp = constant((90.0, 78.0), 'Angle of the elbow where it is most bent; more open, hands are '
+                                               'shaken.', unit='deg')
     beckon_arm: Ramp = constant((25.0, 38.0), 'Angle of the line from shoulder to wrist to straight down.', unit='deg')
     beckon_elbow: float = constant(142.0, 'Angle of the elbow: straighter, the motion does not count.', unit='deg')
     beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')

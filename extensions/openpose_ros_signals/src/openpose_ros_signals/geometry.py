@@ -41,6 +41,7 @@ class Body(NamedTuple):
         sigma: (18,) [m]; NaN where hidden or not estimated.
         up: (3,) unit vector.
         stature: [m].
+        sure: (18,) bool, joints whose place is known well, see `PersonConstants`.
     """
 
     stamp: float
@@ -48,6 +49,7 @@ class Body(NamedTuple):
     sigma: np.ndarray
     up: np.ndarray
     stature: float
+    sure: np.ndarray = np.ones(len(COCO_18.joints), bool)
 
     @property
     def shoulders(self) -> np.ndarray:
@@ -118,18 +120,18 @@ def trunk_place(joints: np.ndarray) -> np.ndarray:
 
 
 def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float,
-            most_sigma: float = SIGNALS.person.most_sigma) -> Body:
+            constants: PersonConstants = SIGNALS.person) -> Body:
     """Return a person without the joints whose place is not known well.
 
     Args:
         joints: (18, 3) [m], their status (18,) and sigma (18,) [m].
         up: (3,) unit vector.
-        most_sigma: see `PersonConstants` [statures].
     """
     xyz, status, sigma = joints
     with np.errstate(invalid='ignore'):
-        known = (sigma <= most_sigma * stature) | (np.isnan(sigma) & (status == MEASURED))
-    return Body(stamp, np.where(known[:, np.newaxis], xyz, np.nan), np.where(known, sigma, np.nan), up, stature)
+        known, sure = ((sigma <= most * stature) | (np.isnan(sigma) & (status == MEASURED))
+                       for most in (constants.most_sigma, constants.sure_sigma))
+    return Body(stamp, np.where(known[:, np.newaxis], xyz, np.nan), np.where(known, sigma, np.nan), up, stature, sure)
 
 
 def stature_of(joints: np.ndarray, status: np.ndarray, constants: PersonConstants = SIGNALS.person,

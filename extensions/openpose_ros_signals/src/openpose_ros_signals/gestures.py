@@ -54,10 +54,10 @@ def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Bod
     wave = wave_degree(arms, signals.swing, constants)
     beckon = least(beckon_degree(arms, signals.swing, constants), 1 - wave)
     raised = least(ramp(arm.over_eyes, constants.over_eyes), ramp(arm.raised, constants.steep_arm),
-                   ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_head), held, 1 - wave)
+                   ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_face), held, 1 - wave)
     stop = least(_says_stop(arms, palm, body, constants), 1 - wave, 1 - beckon, 1 - raised)
     over_hips = body.height(arm.place * body.stature, body.hips)
-    point = least(extended(arm, constants), ramp(arm.raised, constants.arm_not_up), held, 1 - wave, 1 - beckon,
+    point = least(extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm), held, 1 - wave, 1 - beckon,
                   1 - stop, unless_hidden(1 - extended(other, constants)),
                   unless_hidden(ramp(over_hips, constants.over_hips)))
     return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
@@ -68,8 +68,8 @@ def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body, constants:
     arm = arms[-1]
     held = least(ramp(held_way(arms, constants.stop_time), constants.held), ramp(arm.wrist[1], constants.stop_ahead))
     if palm is None:
-        return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.stop_forearm),
-                     ramp(arm.wrist[2], constants.stop_height), ramp(arm.from_nose, constants.off_face))
+        return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.forearm_up),
+                     ramp(arm.wrist[2], constants.hand_up), ramp(arm.from_nose, constants.off_face))
     outwards = arm.reach - (arm.reach @ body.up) * body.up
     return least(held, ramp(angle(palm.normal, outwards), constants.palm),
                  ramp(angle(palm.fingers, body.up), constants.palm))
@@ -83,8 +83,7 @@ def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstant
     degrees = [ramp(apart, constants.crossed), ramp(-left.fore[0], constants.inward),
                ramp(-right.fore[0], constants.inward)]
     for arm in (left, right):
-        degrees += [ramp(abs(arm.fore[2]), constants.level_forearm), ramp(-arm.wrist[2], constants.chest_height),
-                    ramp(arm.wrist[1], constants.before_chest)]
+        degrees.append(ramp(-arm.wrist[2], constants.chest_height))
     return least(*degrees)
 
 
@@ -95,11 +94,11 @@ def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCon
         arms: of one side, in the last second, the newest last.
     """
     arm = arms[-1]
-    posture = least(ramp(arm.wrist[2], constants.wave_height), ramp(arm.forearm, constants.wave_forearm),
-                    unless_hidden(ramp(arm.from_nose, held.off_head)))
+    posture = least(ramp(arm.wrist[2], held.hand_up), ramp(arm.forearm, held.forearm_up),
+                    unless_hidden(ramp(arm.from_nose, held.off_face)))
     if not posture > 0:
         return posture
-    run = _while(arms, [one.forearm < constants.wave_rising for one in arms])
+    run = _while(arms, [one.fore[2] > 0 for one in arms])
     ways = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
     ends = turns(ways[:, 0], constants.wave_back[0])
     if not _lively(run, ends, constants):
@@ -107,13 +106,12 @@ def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCon
     before, last = np.diff(ways[ends[-3:]], axis=0)
     # a hand that is raised and lowered again by the side does not wave; at the top, a straight arm moves level
     lowered = last[0] > 0 and _level(before) < constants.wave_level
-    if _level(last) < (constants.wave_flat if lowered else constants.wave_level):
+    if lowered or _level(last) < constants.wave_level:
         return 0.0
     if run[ends[-2]].elbow > held.straight_arm[1] and len(ends) < 4:
         return 0.0
     shorter, longer = sorted((abs(before[0]), abs(last[0])))
-    return least(posture, ramp(longer, constants.wave),
-                 ramp(shorter, constants.wave if lowered else constants.wave_back))
+    return least(posture, ramp(longer, constants.wave), ramp(shorter, constants.wave_back))
 
 
 def _level(way: np.ndarray) -> float:
@@ -140,9 +138,8 @@ def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureC
     before, last = np.abs(np.diff(elbows[ends[-3:]]))
     ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
     along = (np.abs(ways[:, 0]) <= constants.beckon_side * np.linalg.norm(ways, axis=1)).all()
-    opened = ramp(elbows[ends[-3:]].max(), constants.beckon_open)
     bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
-    return least(posture, opened, bent, ramp(min(before, last), constants.beckon)) if along else 0.0
+    return least(posture, bent, ramp(min(before, last), constants.beckon)) if along else 0.0
 
 
 def turns(values: np.ndarray, least_way: float) -> List[int]:
@@ -176,8 +173,7 @@ def _lively(run: Sequence[Arm], ends: List[int], constants: SwingConstants) -> b
     if len(ends) < 3:
         return False
     begin, turn, end = (run[row] for row in ends[-3:])
-    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= constants.pause
-            and max(turn.sigma, end.sigma) <= constants.most_sigma)
+    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= constants.pause and turn.sure and end.sure)
 
 
 def _while(arms: Sequence[Arm], holds: Sequence[bool]) -> List[Arm]:

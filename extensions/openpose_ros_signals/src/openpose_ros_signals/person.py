@@ -114,7 +114,7 @@ class Person:
         if np.isfinite(stature):
             self._statures.append(stature)
             self.stature = float(np.median(np.array(self._statures)))
-        body = body_of(stamp, seen.joints, up, self.stature, constants.most_sigma)
+        body = body_of(stamp, seen.joints, up, self.stature, constants)
         self.stamp = stamp
         place = trunk_place(seen.joints[0])
         if np.isfinite(place).all():
@@ -142,7 +142,7 @@ class Person:
         constants = self._constants
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body, constants.gesture)
         self._crossed.take(body.stamp, crossed)
-        settled = least(ramp(motion.rising_speed(self._bodies, constants.motion), constants.gesture.rising),
+        settled = least(ramp(motion.rising_speed(self._bodies, constants.motion), constants.gesture.settled),
                         unless_hidden(1 - crossed))
         up = 0.0 if self._postures['lying'].on else 1.0
         found = []

@@ -9,7 +9,7 @@ from openpose_ros_signals.records import POSTURES
 
 
 class _Leg(NamedTuple):
-    """A leg: how far the thigh is level, the knee bent, and the shin level, 0 to 1; NaN if hidden."""
+    """A leg: how far the thigh is level, the knee bent, and the shin level, 0 to 1; NaN if hidden, or guessed."""
 
     level: float
     bent: float
@@ -35,7 +35,7 @@ def _leg(body: Body, joints: np.ndarray, constants: PostureConstants) -> _Leg:
     hip, knee, ankle = body.joints[joints]
     return _Leg(ramp(angle(knee - hip, -body.up), constants.level_thigh),
                 ramp(angle(hip - knee, ankle - knee), constants.bent_knee),
-                ramp(angle(ankle - knee, -body.up), constants.level_shin))
+                ramp(angle(ankle - knee, -body.up), constants.level_shin) if body.sure[joints[2]] else np.nan)
 
 
 def _crouching(body: Body, legs: List[_Leg], constants: PostureConstants) -> float:
@@ -46,4 +46,4 @@ def _crouching(body: Body, legs: List[_Leg], constants: PostureConstants) -> flo
     lean = body.place - ankles.mean(axis=0)
     away = float(np.linalg.norm(lean - (lean @ body.up) * body.up)) / body.stature
     return least(ramp(over, constants.low_hips), ramp(away, constants.balance),
-                 *(least(leg.bent, 1 - leg.on_knee) for leg in legs))
+                 *(least(leg.bent, unless_hidden(1 - leg.on_knee)) for leg in legs))
