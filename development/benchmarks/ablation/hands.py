@@ -1,24 +1,27 @@
 #!/usr/bin/python3
 """Ablation of hands and faces: each constant at half and at twice its value; what moves by how much.
 
-Sequences with known hands (see chain_runs.py). Bodies are found once, and what a network gives for a crop is remembered.
+Sequences with known hands (see chain_runs.py). Bodies are found once, and what a network gives for a crop is kept.
 Figures: hands found (median of the points within half a hand), points of hands within a tenth and a fifth of a hand,
 hands where no true one is, faces found and the error of their points in widths of the face, runs of the networks per
-frame; without a limit of time, with two runs per frame for three hands and faces (`short`), and every third frame alone (`slow`).
+frame; without a limit of time, with two runs per frame for three hands and faces (`short`), every third frame (`slow`).
 
     ./run bench ablation hands SEQUENCE...
 """
+import dataclasses
 import hashlib
+import itertools
 import json
 import pickle
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 
-from ablation_table import FACTORS, NEAR_FACTORS, Counts, changes, names_of, print_base, scaled, table, value_of
+from ablations.variation import Counts, Sums, add_options, counts_of, run
 from chain_runs import BEGIN, Finder, open_sequence
 from common import Parser
 from openpose_ros_pkg.command_line import run_command
@@ -31,12 +34,25 @@ from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 from skeleton_extract_3d.chain_settings import ChainSettings
 
-GROUPS = {'landmark': landmark_network.LANDMARKS, 'hand': regions.HAND_REGION, 'face': regions.FACE_REGION}
+SHARED = (landmark_network.LANDMARKS, regions.HAND_REGION, regions.FACE_REGION)
 # Frames of a unit of the bootstrap, least visible joints of a true hand or face, time of a run [s].
 BLOCK, LEAST_VISIBLE, RUN = 6, 8, 0.01
 # Points of the faces that are found by those of gt.json: the 68 of iBUG.
 FACE_POINTS = {'right_eye_outer': 36, 'right_eye_inner': 39, 'left_eye_inner': 42, 'left_eye_outer': 45, 'nose_tip': 30,
                'mouth_right': 48, 'mouth_left': 54}
+
+
+# By word: every so many-th frame, and the time of the networks.
+LIMITS = (('', 1, None), ('short ', 1, 2 * RUN), ('slow ', 3, None))
+
+
+@dataclass(frozen=True)
+class AllConstants:
+    """Constants of hands and faces; the shared instances get these values while they are scored."""
+
+    landmark: landmark_network.LandmarkConstants = field(default_factory=lambda: replace(SHARED[0]))
+    hand: regions.HandRegionConstants = field(default_factory=lambda: replace(SHARED[1]))
+    face: regions.FaceRegionConstants = field(default_factory=lambda: replace(SHARED[2]))
 
 
 class Remembered:
@@ -66,32 +82,35 @@ def people_of(folder: Path, cache: Path) -> List[Any]:
     return [(frame.time, frame.bgr, one) for frame, one in zip(source, people)]
 
 
-def counts_of(sequences: Sequence[Tuple[Dict[str, Any], List[Any]]], networks: Dict[Any, Remembered]) -> Counts:
+def score(sequences: Sequence[Tuple[Dict[str, Any], List[Any]]], networks: Dict[Any, Remembered],
+          constants: AllConstants) -> Counts:
     """Return the counts of all sequences, in blocks of frames."""
-    blocks: List[Dict[str, np.ndarray]] = []
-    for truth, frames in sequences:
-        for word, step, seconds in (('', 1, None), ('short ', 1, 2 * RUN), ('slow ', 3, None)):
-            detector = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
-            for number in range(0, len(frames), step):
-                if number % BLOCK == 0:
-                    blocks.append({})
-                stamp, bgr, people = frames[number]
-                before = [network.runs for network in networks.values()]
-                for one in detector._networks.values():
-                    one.seconds = RUN
-                found = detector.detect(bgr, people, None, '', BEGIN + stamp, seconds)
-                runs = sum(network.runs for network in networks.values()) - sum(before)
-                _count(blocks[-1], word, truth, number, found)
-                _add(blocks[-1], f'{word}runs', runs, 1)
-    return {name: np.array([block.get(name, np.zeros(2)) for block in blocks])
-            for name in sorted({name for block in blocks for name in block})}
+    before = [dataclasses.asdict(record) for record in SHARED]
+    _set(SHARED, [dataclasses.asdict(record) for record in (constants.landmark, constants.hand, constants.face)])
+    units: List[Sums] = []
+    for (truth, frames), (word, step, seconds) in itertools.product(sequences, LIMITS):
+        detector = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
+        for number in range(0, len(frames), step):
+            if number % BLOCK == 0:
+                units.append(Sums())
+            stamp, bgr, people = frames[number]
+            runs = sum(network.runs for network in networks.values())
+            for one in detector._networks.values():
+                one.seconds = RUN
+            found = detector.detect(bgr, people, None, '', BEGIN + stamp, seconds)
+            _count(units[-1], word, truth, number, found)
+            units[-1].add(f'{word}runs', sum(network.runs for network in networks.values()) - runs, 1)
+    _set(SHARED, before)
+    return counts_of(units)
 
 
-def _add(block: Dict[str, np.ndarray], name: str, numerator: float, denominator: float) -> None:
-    block[name] = block.get(name, np.zeros(2)) + (numerator, denominator)
+def _set(records: Sequence[Any], values: Sequence[Dict[str, Any]]) -> None:
+    for record, each in zip(records, values):
+        for name, value in each.items():
+            object.__setattr__(record, name, value)
 
 
-def _count(block: Dict[str, np.ndarray], word: str, truth: Dict[str, Any], number: int, found: Any) -> None:
+def _count(sums: Sums, word: str, truth: Dict[str, Any], number: int, found: Any) -> None:
     person = truth['frames'][number]['people'][0]
     matched = 0
     for hand in person['hands']:
@@ -103,10 +122,10 @@ def _count(block: Dict[str, np.ndarray], word: str, truth: Dict[str, Any], numbe
         matched += right
         if visible.sum() < LEAST_VISIBLE:
             continue
-        _add(block, f'{word}hands', right, 1)
+        sums.add(f'{word}hands', right, 1)
         for name, limit in (('0.1', 0.1), ('0.2', 0.2)):
-            _add(block, f'{word}points {name}', (errors[0][visible] < limit).sum() if right else 0, visible.sum())
-    _add(block, f'{word}false hands', len(found.hands) - matched, 1)
+            sums.add(f'{word}points {name}', (errors[0][visible] < limit).sum() if right else 0, visible.sum())
+    sums.add(f'{word}false hands', len(found.hands) - matched, 1)
     face = dict(zip(truth['face_points'], zip(person['face']['uv'], person['face']['vis'])))
     names = [name for name in FACE_POINTS if name in face]
     if sum(face[name][1] == 2 for name in names) >= len(names) - 2:
@@ -114,44 +133,28 @@ def _count(block: Dict[str, np.ndarray], word: str, truth: Dict[str, Any], numbe
         width = np.ptp(true[:, 0]) + 1e-6
         errors = [np.linalg.norm(one[[FACE_POINTS[name] for name in names], :2] - true, axis=1).mean() / width
                   for one in found.faces.keypoints]
-        _add(block, f'{word}faces', bool(errors and errors[0] < 0.5), 1)
+        sums.add(f'{word}faces', bool(errors and errors[0] < 0.5), 1)
         if errors and errors[0] < 0.5:
-            _add(block, f'{word}face error', errors[0], 1)
+            sums.add(f'{word}face error', errors[0], 1)
 
 
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with known hands')
-    parser.add_argument('--only', default='', help='constants whose dotted names begin like this')
-    parser.add_argument('--before', type=Path, help='counts to compare with; the file is written if it is not there')
-    parser.add_argument('--near', action='store_true', help='factors 0.8 and 1.25: which constants are fragile')
-    parser.add_argument('--cache', type=Path, default=Path('logs/ablation'), help='folder for what networks give')
+    add_options(parser)
     arguments = parser.parse_args()
     arguments.cache.mkdir(parents=True, exist_ok=True)
     memory = arguments.cache / 'landmark_networks.pickle'
-    known = pickle.loads(memory.read_bytes()) if memory.is_file() else {kind.model.name: {} for kind in (HAND, FACE)}  # noqa: S301
+    known = {kind.model.name: {} for kind in (HAND, FACE)}
+    if memory.is_file():
+        known = pickle.loads(memory.read_bytes())  # noqa: S301  a file of this program
     networks = {kind.model: Remembered(create_backend(kind.model, weights_path(kind.model, ''), BackendParams()),
                                        known[kind.model.name]) for kind in (HAND, FACE)}
     sequences = [(json.loads((folder / 'gt.json').read_text()), people_of(folder, arguments.cache))
                  for folder in arguments.sequences]
-    base = counts_of(sequences, networks)
-    print_base({'hands': base}, arguments.before)
-    factors, found = NEAR_FACTORS if arguments.near else FACTORS, {}
-    everything = {f'{group}.{name}': record for group, record in GROUPS.items() for name in names_of(record)}
-    for path, record in everything.items():
-        if not path.startswith(arguments.only):
-            continue
-        name = path.partition('.')[2]
-        value = value_of(record, name)
-        for how, factor in factors.items():
-            object.__setattr__(record, name, scaled(value, factor))
-            found[path, how] = changes(base, counts_of(sequences, networks))
-            object.__setattr__(record, name, value)
-            print(path, how, {k: tuple(round(float(x), 3) for x in v[:3]) for k, v in found[path, how].items() if v.is_clear},
-                  file=sys.stderr, flush=True)
-        memory.write_bytes(pickle.dumps(known))
-    print(table(GROUPS, found, [*factors]))
+    run(AllConstants(), {'hands': partial(score, sequences, networks)}, {}, arguments)
+    memory.write_bytes(pickle.dumps(known))
     return 0
 
 

@@ -1,44 +1,26 @@
-"""Simulated cameras round walking people, and recorded ones, for the ablation of the fusion: counts of what is right."""
-from collections import defaultdict
-from dataclasses import dataclass, replace
+"""For the ablation of the fusion: simulated cameras round walking people, recorded ones, counts of what is right."""
+from dataclasses import replace
 from functools import partial
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ablation_table import Counts
+from ablations.variation import Counts, Sums, counts_of
 from openpose_ros_fusion.cameras import CameraJudge
 from openpose_ros_fusion.collector import Collector
-from openpose_ros_fusion.constants import FUSION, FusionConstants
+from openpose_ros_fusion.constants import FusionConstants
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.observations import KeypointOffsets, Sighting, from_image, from_space
+from openpose_ros_fusion.observations import Sighting, from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from simulated_errors import ErringCamera
-from simulated_rig import Room, looking_at_the_middle, walking
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from simulated_rig import looking_at_the_middle, walking
+from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 
 Random = np.random.RandomState
 Frames = List[Tuple[float, List[Sighting], np.ndarray]]
 # Of matched people, by the median of the joints; of joints [m].
 SAME_PERSON, NEAR_JOINT, PATIENCE = 0.4, 0.1, 0.5
-
-
-class Sums:
-    """Numerators and denominators of one unit."""
-
-    def __init__(self) -> None:
-        self.values: Dict[str, List[float]] = defaultdict(lambda: [0.0, 0.0])
-
-    def add(self, figure: str, numerator: float, denominator: float) -> None:
-        self.values[figure][0] += numerator
-        self.values[figure][1] += denominator
-
-
-def counts_of(units: Sequence[Sums]) -> Counts:
-    names = sorted({name for unit in units for name in unit.values})
-    return {name: np.array([unit.values[name] if name in unit.values else (0.0, 0.0) for unit in units])
-            for name in names}
 
 
 def score(fused: Sequence[Tuple[float, People3D]], truth: Sequence[np.ndarray], prefix: str,
@@ -61,56 +43,54 @@ def score(fused: Sequence[Tuple[float, People3D]], truth: Sequence[np.ndarray], 
             ratio = error[found] / people.sigma[row][found]
             sums.add(f'{prefix}in 1 sigma', (ratio <= 1).sum(), found.sum())
             sums.add(f'{prefix}in 2 sigma', (ratio <= 2).sum(), found.sum())
-            jump = np.linalg.norm(people.velocity[row], axis=1)
-            sums.add(f'{prefix}velocity', float(np.nansum(jump)) if False else 0.0, 1.0)
-    sums.values.pop(f'{prefix}velocity', None)
     sums.add(f'{prefix}switches', switches, 1)
     return sums
 
 
 def _story(seed: int, rgb: int) -> Frames:
-    """Return frames of 2-4 cameras, of which some have no depth, and the true joints.
+    """Return frames of 2 to 4 cameras, of which some have no depth, and the true joints.
 
-    Cameras err for a while, lose people at times and give them new ids, see a false person at times, are late, stand
-    a little elsewhere, and infer joints far off.
+    Errors of a camera last a while; it is late, stands a little elsewhere, misses frames, loses each person once and
+    gives it a new id then, infers joints far off, and sees a false person at times.
     """
-    random, people = Random(seed), 1 + seed % 4
-    count = 2 + seed % 3
-    room = walking(4.5, people, seed)
-    rate = [10.0, 15.0, 30.0][seed % 3]
-    cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(2 * np.pi * (number + random.uniform(-.2, .2)) / max(count, 3)),
-                            random.choice([0.02, 0.04]), 0.3, 0.008 if number < rgb else None, Random(seed * 10 + number))
-               for number in range(count)]
-    late = random.uniform(0, 0.04, count)
-    beside = random.normal(0, 0.012, (count, 3))
-    away = {(number, person): (random.uniform(0.5, 3.5), random.uniform(0.1, 0.8)) for number in range(count)
-            for person in range(people)}
+    random, people, count = Random(seed), 1 + seed % 4, 2 + seed % 3
+    room, rate = walking(4.5, people, seed), (10.0, 15.0, 30.0)[seed % 3]
+    angles = 2 * np.pi * (np.arange(count) + random.uniform(-0.2, 0.2, count)) / max(count, 3)
+    cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(angle), random.choice([0.02, 0.04]), 0.3,
+                            0.008 if number < rgb else None, Random(seed * 10 + number))
+               for number, angle in enumerate(angles)]
+    late, beside = random.uniform(0, 0.04, count), random.normal(0, 0.012, (count, 3))
+    leaves = random.uniform(0.5, 3.5, (count, people))
+    comes = leaves + random.uniform(0.1, 0.8, leaves.shape)
     frames: Frames = []
     for stamp in 0.1 + np.arange(int(4.0 * rate)) / rate:
-        truth, sightings = room.at(stamp), []
+        seen = []
         for number, camera in enumerate(cameras):
             if random.rand() < 0.05:
                 continue
             sighting = camera.see(room.at(stamp - late[number]), stamp - late[number])
-            keep = [person for person in range(people) if not away[number, person][0] < stamp < sum(away[number, person])]
-            ids = sighting.ids + [100 * (stamp > sum(away[number, person])) for person in range(people)]
-            positions = sighting.positions + beside[number]
-            status, sigma = sighting.status.copy(), sighting.sigma.copy()
-            if sighting.has_depth:
-                hidden = random.rand(*status.shape) < 0.06
-                positions = np.where(hidden[..., np.newaxis], positions + random.normal(0, 0.1, positions.shape), positions)
-                status, sigma = np.where(hidden, INFERRED, status), np.where(hidden, 0.1, sigma)
-            sighting = replace(sighting, ids=ids, positions=positions, status=status, sigma=sigma).select(np.array(keep, int))
-            if random.rand() < 0.03 and sighting.has_depth and len(sighting):  # a false person
-                other = sighting.select(np.array([0]))
-                away_by = random.uniform(0.5, 2.0) * np.array([1.0, 0.3, 0.0])
-                sighting = replace(sighting, ids=np.append(sighting.ids, 999), positions=np.concatenate([sighting.positions, other.positions + away_by]),
-                                   directions=np.concatenate([sighting.directions, other.directions]),
-                                   sigma=np.concatenate([sighting.sigma, other.sigma]), status=np.concatenate([sighting.status, other.status]),
-                                   confidence=np.concatenate([sighting.confidence, other.confidence]))
-            sightings.append(sighting)
-        frames.append((stamp, sightings, truth))
+            sighting = replace(sighting, ids=sighting.ids + 100 * (stamp > comes[number]),
+                               positions=sighting.positions + beside[number])
+            seen.append(_with_faults(sighting.select(np.flatnonzero(
+                (stamp <= leaves[number]) | (stamp >= comes[number]))), random))
+        frames.append((stamp, seen, room.at(stamp)))
     return frames
+
+
+def _with_faults(sighting: Sighting, random: Random) -> Sighting:
+    """Return a sighting with joints that are inferred far off, and at times a false person; rays as they are."""
+    if not sighting.has_depth:
+        return sighting
+    hidden = random.rand(*sighting.status.shape) < 0.06
+    positions = sighting.positions + np.where(hidden[..., np.newaxis], random.normal(0, 0.1, (*hidden.shape, 3)), 0.0)
+    sighting = replace(sighting, positions=positions, status=np.where(hidden, INFERRED, sighting.status),
+                       sigma=np.where(hidden, 0.1, sighting.sigma))
+    if random.rand() >= 0.03:
+        return sighting
+    both = sighting.select(np.append(np.arange(len(sighting)), 0))
+    away = np.zeros((len(both), 1, 1))
+    away[-1] = random.uniform(0.5, 2.0)
+    return replace(both, ids=np.append(sighting.ids, 999), positions=both.positions + away * np.array([1.0, 0.3, 0.0]))
 
 
 def score_stories(stories: Sequence[Frames], prefix: str, constants: FusionConstants) -> Counts:
@@ -121,14 +101,6 @@ def score_stories(stories: Sequence[Frames], prefix: str, constants: FusionConst
         fused = [(stamp, fusion.update(sightings, stamp)) for stamp, sightings, _ in frames]
         units.append(score(fused[5:], [truth for _, _, truth in frames[5:]], prefix))
     return counts_of(units)
-
-
-class RecordedCase(NamedTuple):
-    """Frames of recorded cameras, true joints, and which of them some camera sees."""
-
-    sightings: List[Tuple[float, List[Sighting]]]
-    truth: List[np.ndarray]
-    seen: List[np.ndarray]
 
 
 def score_recorded(cases: Sequence[Any], constants: FusionConstants) -> Counts:
@@ -156,7 +128,8 @@ def _arrivals(seed: int) -> Tuple[Arrivals, float]:
         for number in range(int(6 * own)):
             if random.rand() < 0.04 or (seed % 7 == 3 and camera == 'b' and 2 < number / own < 4.5):
                 continue
-            arrivals.append((number / own + latency + random.exponential(0.004), camera, number / own + random.uniform(0, 0.003)))
+            stamp = number / own + random.uniform(0, 0.003)
+            arrivals.append((number / own + latency + random.exponential(0.004), camera, stamp))
     return sorted(arrivals), 1 / rate
 
 
@@ -170,7 +143,8 @@ def score_collector(streams: Sequence[Tuple[Arrivals, float]], constants: Fusion
             while collector.deadline is not None and collector.deadline < arrival:
                 at = collector.deadline
                 updates += [(at, update) for update in collector.due(at)]
-            updates += [(arrival, update) for update in collector.add(replace(empty, camera=camera, stamp=stamp), arrival)]
+            updates += [(arrival, update) for update in collector.add(
+                replace(empty, camera=camera, stamp=stamp), arrival)]
         came = {(camera, stamp): arrival for arrival, camera, stamp in arrivals}
         for at, update in updates:
             if update.stamp < 1.0:
@@ -187,7 +161,7 @@ def score_collector(streams: Sequence[Tuple[Arrivals, float]], constants: Fusion
 def _judged_rig(seed: int) -> Any:
     random, room = Random(seed), walking(5.0, 2 + seed % 2, seed)
     count = 2 + seed % 2
-    cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(2 * np.pi * number / 3), 0.03, 0.3, None, Random(seed + number))
+    cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(2 * np.pi * number / 3), 0.03, 0.3)
                for number in range(count)]
     moved = random.normal(0, 1, 3)
     moved *= (0.0, 0.09, 0.15)[seed % 3] / np.linalg.norm(moved)
@@ -209,10 +183,7 @@ def score_judge(rigs: Sequence[Any], constants: FusionConstants) -> Counts:
                              np.arange(len(joints)) + 1, (room.at(time + 0.02) - room.at(time - 0.02)) / 0.04)
             known = {(camera.name, person + 1): person + 1 for camera in cameras for person in range(len(joints))}
             seen = [camera.see(joints, time) for camera in cameras]
-            last = seen[-1]
-            seen[-1] = replace(cameras[-1].see(room.at(time), time), stamp=time + late)
-            seen[-1] = replace(seen[-1], positions=seen[-1].positions + moved)
-            del last
+            seen[-1] = replace(seen[-1], stamp=time + late, positions=seen[-1].positions + moved)
             judge.update(seen, fused, time, known)
         found = judge.judgements()
         wrong = np.linalg.norm(moved) > 0

@@ -1,19 +1,32 @@
-"""Simulated people who do things, and sequences with labels, for the ablation of the signals: counts of what is told."""
+"""For the ablation of the signals: simulated people who do things, sequences with labels, counts of what is told."""
 import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
-from ablation_table import Counts
+from ablations.variation import Counts, Sums, counts_of
 from animated_skeleton import (
-    BENT_OVER, CROSS_LEGGED, CROUCHING, KNEELING, LYING, ON_ALL_FOURS, ON_ONE_KNEE, RUNNING, SITTING,
-    SITTING_ON_FLOOR, STANDING, UP, Limb, Motion, Pose, held, swinging,
+    BENT_OVER,
+    CROSS_LEGGED,
+    CROUCHING,
+    KNEELING,
+    LYING,
+    ON_ALL_FOURS,
+    ON_ONE_KNEE,
+    RUNNING,
+    SITTING,
+    SITTING_ON_FLOOR,
+    STANDING,
+    UP,
+    Limb,
+    Pose,
+    held,
 )
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_signals.constants import SIGNALS, SignalConstants
+from openpose_ros_signals.constants import SignalConstants
 from openpose_ros_signals.geometry import body_of, joints_of, stature_of
 from openpose_ros_signals.person import BodyObservation, Person, Surroundings
 from openpose_ros_signals.postures import posture_degrees
@@ -93,16 +106,18 @@ def _gesture_clips(count: int) -> List[Tuple[str, str, Clip]]:
 
 def score_gestures(clips: Sequence[Tuple[str, str, Clip]], constants: SignalConstants) -> Counts:
     """Count what is told of gestures: frames, delays [s], and people of whom another one is told."""
-    found, delay, wrong, kinds = [], [], [], {name: [] for name in GESTURES}
+    found, delay, wrong = [], [], []
     for name, arm, clip in clips:
         signals = told(clip, constants)
-        right = [(stamp, any((one.name, one.arm) == (name, arm) for one in person.gestures)) for stamp, person in signals]
+        right = [(stamp, any((one.name, one.arm) == (name, arm) for one in person.gestures))
+                 for stamp, person in signals]
         held_frames = [one for stamp, one in right if BEGIN + 0.8 < stamp < END]
         found.append((sum(held_frames), len(held_frames)))
         first = next((stamp for stamp, one in right if one and stamp > BEGIN - 0.3), END)
         delay.append((min(max(first - BEGIN, 0), END - BEGIN), 1))
         wrong.append((any((one.name, one.arm) != (name, arm) for _, person in signals for one in person.gestures), 1))
-    return {'gestures': np.array(found, float), 'delay': np.array(delay, float), 'other gesture': np.array(wrong, float)}
+    return {'gestures': np.array(found, float), 'delay': np.array(delay, float),
+            'other gesture': np.array(wrong, float)}
 
 
 def _nearly_clips(count: int) -> List[Clip]:
@@ -147,7 +162,8 @@ def _fall_clips(count: int) -> List[Tuple[bool, Clip]]:
     random = Random(14)
     for _ in range(3 * count):
         before, facing = (STANDING, SITTING, STANDING)[random.randint(3)], random.uniform(0, 360)
-        pose, flat = (replace(varied(one, random), facing=facing) for one in (before, random.choice([0, 1]) and LYING or ON_THE_BELLY))
+        pose, flat = (replace(varied(one, random), facing=facing)
+                      for one in (before, (ON_THE_BELLY, LYING)[random.randint(2)]))
         takes = random.uniform(0.45, 1.0)
         found.append((True, clip_of(seen_of(held((0, pose), (1, pose), (1 + takes, flat)), random, 3.0))))
         # lies down slowly, lies back from the floor, bends over
@@ -251,7 +267,8 @@ def suites(count: int) -> Dict[str, Callable[[SignalConstants], Counts]]:
     """Return what counts for constants, by name; with a number of people of each kind."""
     return {'gestures': partial(score_gestures, _gesture_clips(count)),
             'nearly': partial(score_nearly, _nearly_clips(count)),
-            'postures': partial(score_postures, _posture_clips(count)), 'falls': partial(score_falls, _fall_clips(count)),
+            'postures': partial(score_postures, _posture_clips(count)),
+            'falls': partial(score_falls, _fall_clips(count)),
             'walks': partial(score_walks, _walk_clips(count)), 'places': partial(score_places, _place_clips(count)),
             'stories': partial(score_stories, _stories(count))}
 
@@ -277,7 +294,8 @@ def scene_of(folder: Path, found: List[Tuple[float, People3D]], poses: np.ndarra
         if moves:
             people, up = transform_people(people, pose[:3, :3], pose[:3, 3]), np.array([0.0, 0.0, 1.0])
         frames.append((stamp, people, up, pairs, frame['people'], names, None if moves else pose))
-    return {'frames': frames, 'labelled': any('labels' in person for frame in truth['frames'] for person in frame['people'])}
+    labelled = any('labels' in person for frame in truth['frames'] for person in frame['people'])
+    return {'frames': frames, 'labelled': labelled}
 
 
 def _changes(frames: Sequence[Any]) -> Dict[Tuple[int, str], List[float]]:
@@ -295,53 +313,41 @@ GESTURE_LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'stop
 
 
 def score_scenes(scenes: Sequence[Dict[str, Any]], constants: SignalConstants) -> Counts:
-    """Count labels that are told in sequences, rays within 15 degrees, and postures."""
-    counts: Dict[str, List[Tuple[float, float]]] = {name: [] for name in (
-        'labels', 'beckon', 'wave', 'point', 'raise_hand', 'arms_crossed', 'ray 15', 'scene posture', 'scene wrong posture', 'unlabelled')}
-    for scene in scenes:
-        sums = {name: [0.0, 0.0] for name in counts}
-        reader, change = SignalReader(constants), _changes(scene['frames'])
-        for stamp, people, up, pairs, truth, names, pose in scene['frames']:
-            persons = reader.update(people, stamp, up)
-            for row, person in enumerate(persons):
-                true = truth[pairs[row]] if row in pairs else None
-                gestures_told = {gesture.name: gesture for gesture in person.gestures}
-                if true is None:
-                    continue
-                if names[pairs[row]]:
-                    sums['scene posture'][0] += person.posture.name == names[pairs[row]]
-                    sums['scene posture'][1] += 1
-                    sums['scene wrong posture'][0] += person.posture.name not in (UNKNOWN, names[pairs[row]])
-                    sums['scene wrong posture'][1] += 1
-                if not scene['labelled']:
-                    sums['unlabelled'][0] += len(gestures_told) > 0
-                    sums['unlabelled'][1] += 1
-                    continue
-                for label in GESTURE_LABELS:
-                    if any(abs(stamp - at) < MARGIN for at in change.get((true['id'], label), ())):
-                        continue
-                    holds, is_told = label in true['labels'], label in gestures_told
-                    for name in ('labels', label):
-                        if name in sums:
-                            sums[name][0] += 2 * (holds and is_told)
-                            sums[name][1] += holds + is_told
-            if scene['labelled'] and pose is not None:
-                _count_rays(sums, persons, pairs, truth)
-        for name, values in sums.items():
-            counts[name].append((values[0], values[1]))
-    return {name: np.array(values) for name, values in counts.items() if np.array(values)[:, 1].any()}
+    """Count what is told in sequences: labels (F1), rays within 15 degrees, postures; gestures without labels."""
+    return counts_of([_score_scene(scene, constants) for scene in scenes])
 
 
-def _count_rays(sums: Dict[str, List[float]], persons: Sequence[PersonSignals], pairs: Dict[int, int],
+def _score_scene(scene: Dict[str, Any], constants: SignalConstants) -> Sums:
+    sums, reader, change = Sums(), SignalReader(constants), _changes(scene['frames'])
+    for stamp, people, up, pairs, truth, names, pose in scene['frames']:
+        persons = reader.update(people, stamp, up)
+        for row, person in ((row, person) for row, person in enumerate(persons) if row in pairs):
+            true, posture = truth[pairs[row]], names[pairs[row]]
+            if posture:
+                sums.add('scene posture', person.posture.name == posture, 1)
+                sums.add('scene wrong posture', person.posture.name not in (UNKNOWN, posture), 1)
+            names_told = {gesture.name for gesture in person.gestures}
+            if not scene['labelled']:
+                sums.add('unlabelled', len(names_told) > 0, 1)
+                continue
+            for label in GESTURE_LABELS:
+                if any(abs(stamp - at) < MARGIN for at in change.get((true['id'], label), ())):
+                    continue
+                holds, is_told = label in true['labels'], label in names_told
+                for name in ('labels', label):
+                    sums.add(name, 2 * (holds and is_told), holds + is_told)
+        if scene['labelled'] and pose is not None:
+            _count_rays(sums, persons, pairs, truth)
+    return sums
+
+
+def _count_rays(sums: Sums, persons: Sequence[PersonSignals], pairs: Dict[int, int],
                 truth: Sequence[Dict[str, Any]]) -> None:
     told_by = {pairs[row]: person for row, person in enumerate(persons) if row in pairs}
-    for number, person in enumerate(truth):
-        for detail in person.get('detail', ()):
-            if detail['label'] != 'point':
-                continue
-            sums['ray 15'][1] += 1
-            gesture = told_by[number].gesture('point') if number in told_by else None
-            if gesture and gesture.pointing:
-                ray, to = gesture.pointing, np.array(detail['target']) - gesture.pointing.origin
-                angle = np.degrees(np.arccos(np.clip(ray.direction @ to / np.linalg.norm(to), -1, 1)))
-                sums['ray 15'][0] += bool(angle <= RIGHT_RAY)
+    for number, detail in ((number, detail) for number, person in enumerate(truth)
+                           for detail in person.get('detail', ()) if detail['label'] == 'point'):
+        gesture, right = told_by[number].gesture('point') if number in told_by else None, False
+        if gesture and gesture.pointing:
+            ray, to = gesture.pointing, np.array(detail['target']) - gesture.pointing.origin
+            right = ray.direction @ to / np.linalg.norm(to) >= np.cos(np.radians(RIGHT_RAY))
+        sums.add('ray 15', right, 1)
