@@ -6,7 +6,6 @@ elsewhere. Recorded stages: folders with one sequence per camera (see chain_runs
 
     ./run bench ablation fusion --stories 12 STAGE...
 """
-import pickle
 import sys
 from functools import partial
 from pathlib import Path
@@ -15,31 +14,26 @@ from typing import Any, List, Sequence, Tuple
 import numpy as np
 
 from ablations import rigs, variation
-from chain_runs import VISIBLE, Finder, camera_poses, open_sequence, read_truth
+from ablations.kept import found_in
+from chain_runs import VISIBLE, camera_poses, open_sequence, read_truth
 from common import Parser
 from openpose_ros_fusion.constants import FUSION, FusionConstants
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.command_line import run_command
-from openpose_ros_pkg.params.parameters import build
-from skeleton_extract_3d.chain_settings import ChainSettings
 
 PEOPLE = ('depth', 'rgb', 'mixed', 'stages')
 SUITES = {'collector': ('collector',), 'cameras': ('judge',), 'single_view': ('rgb', 'mixed', 'stages'), 'shape': ()}
 
 
 def record(stage: Path, cache: Path) -> List[Any]:
-    """Return model, pose and frames of the cameras of a folder."""
-    path = cache / f'{stage.resolve().parent.name}_{stage.name}_cameras.pickle'
-    if not path.is_file():
-        recorded = []
-        for folder in sorted(stage.glob('cam*')):
-            source = open_sequence(folder)
-            run, pose = Finder(build(ChainSettings, {})).run(source), camera_poses(folder, source)[0]
-            recorded.append((folder.name, source.camera, (pose[:3, :3], pose[:3, 3]),
-                             [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]))
-        cache.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(pickle.dumps(recorded))
-    return pickle.loads(path.read_bytes())  # noqa: S301  a file of this program
+    """Return name, model, pose and frames (stamp [s], people in space and in the image) of the cameras of a folder."""
+    recorded = []
+    for folder in sorted(stage.glob('cam*')):
+        source, (in_space, in_image) = open_sequence(folder), found_in(folder, cache / stage.name)
+        pose = camera_poses(folder, source)[0]
+        recorded.append((folder.name, source.camera, (pose[:3, :3], pose[:3, 3]),
+                         [(stamp, people, image) for (stamp, people), image in zip(in_space, in_image)]))
+    return recorded
 
 
 def cases_of(stage: Path, recorded: List[Any]) -> List[Any]:

@@ -12,7 +12,6 @@ import dataclasses
 import hashlib
 import itertools
 import json
-import pickle
 import sys
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -21,8 +20,9 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 
+from ablations.kept import found_in
 from ablations.variation import Counts, Sums, add_options, counts_of, run
-from chain_runs import BEGIN, Finder, open_sequence
+from chain_runs import BEGIN, open_sequence
 from common import Parser
 from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.landmarks import landmark_network, regions
@@ -31,8 +31,6 @@ from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.models import weights_path
-from openpose_ros_pkg.params.parameters import build
-from skeleton_extract_3d.chain_settings import ChainSettings
 
 SHARED = (landmark_network.LANDMARKS, regions.HAND_REGION, regions.FACE_REGION)
 # Frames of a unit of the bootstrap, least visible joints of a true hand or face, time of a run [s].
@@ -58,8 +56,8 @@ class AllConstants:
 class Remembered:
     """A network that computes each crop once."""
 
-    def __init__(self, network: Any, known: Dict[bytes, Any]) -> None:
-        self._network, self._known, self.runs = network, known, 0
+    def __init__(self, network: Any) -> None:
+        self._network, self._known, self.runs = network, {}, 0
         self.name, self.description, self.fallback = network.name, network.description, network.fallback
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Any]:
@@ -72,14 +70,9 @@ class Remembered:
 
 
 def people_of(folder: Path, cache: Path) -> List[Any]:
-    """Return images, people and hidden joints of a sequence."""
-    path, source = cache / f'{folder.resolve().parent.name}_{folder.name}_bodies.pickle', open_sequence(folder)
-    if not path.is_file():
-        run = Finder(build(ChainSettings, {})).run(source)
-        cache.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(pickle.dumps(run.people))
-    people = pickle.loads(path.read_bytes())  # noqa: S301  a file of this program
-    return [(frame.time, frame.bgr, one) for frame, one in zip(source, people)]
+    """Return stamp [s], image, and people of the frames of a sequence."""
+    return [(frame.time, frame.bgr, people)
+            for frame, people in zip(open_sequence(folder), found_in(folder, cache)[1])]
 
 
 def score(sequences: Sequence[Tuple[Dict[str, Any], List[Any]]], networks: Dict[Any, Remembered],
@@ -144,17 +137,11 @@ def main() -> int:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with known hands')
     add_options(parser)
     arguments = parser.parse_args()
-    arguments.cache.mkdir(parents=True, exist_ok=True)
-    memory = arguments.cache / 'landmark_networks.pickle'
-    known = {kind.model.name: {} for kind in (HAND, FACE)}
-    if memory.is_file():
-        known = pickle.loads(memory.read_bytes())  # noqa: S301  a file of this program
-    networks = {kind.model: Remembered(create_backend(kind.model, weights_path(kind.model, ''), BackendParams()),
-                                       known[kind.model.name]) for kind in (HAND, FACE)}
+    networks = {kind.model: Remembered(create_backend(kind.model, weights_path(kind.model, ''), BackendParams()))
+                for kind in (HAND, FACE)}
     sequences = [(json.loads((folder / 'gt.json').read_text()), people_of(folder, arguments.cache))
                  for folder in arguments.sequences]
     run(AllConstants(), {'hands': partial(score, sequences, networks)}, {}, arguments)
-    memory.write_bytes(pickle.dumps(known))
     return 0
 
 

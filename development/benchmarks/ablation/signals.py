@@ -7,19 +7,17 @@ once; their people are kept in --cache.
 
     ./run bench ablation signals --people 12 SEQUENCE...
 """
-import pickle
 import sys
 from functools import partial
 from pathlib import Path
 from typing import Any, Dict
 
 from ablations import actions, variation
-from chain_runs import Finder, camera_poses, open_sequence
+from ablations.kept import found_in
+from chain_runs import camera_poses, open_sequence
 from common import Parser
 from openpose_ros_pkg.command_line import run_command
-from openpose_ros_pkg.params.parameters import build
 from openpose_ros_signals.constants import SIGNALS
-from skeleton_extract_3d.chain_settings import ChainSettings
 
 SUITES = {'posture': ('postures', 'falls', 'scenes'), 'gesture': ('gestures', 'nearly', 'scenes'),
           'swing': ('gestures', 'nearly', 'scenes'), 'pointing': ('scenes',), 'motion': ('falls', 'walks', 'nearly'),
@@ -28,13 +26,7 @@ SUITES = {'posture': ('postures', 'falls', 'scenes'), 'gesture': ('gestures', 'n
 
 def read_scene(folder: Path, cache: Path) -> Dict[str, Any]:
     """Return the truth of a sequence, and what the chain finds in it."""
-    path = cache / f'{folder.resolve().parent.name}_{folder.name}_signals.pickle'
-    if not path.is_file():
-        source = open_sequence(folder)
-        found = Finder(build(ChainSettings, {})).run(source).frames
-        cache.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(pickle.dumps(actions.scene_of(folder, found, camera_poses(folder, source))))
-    return pickle.loads(path.read_bytes())  # noqa: S301  a file of this program
+    return actions.scene_of(folder, found_in(folder, cache)[0], camera_poses(folder, open_sequence(folder)))
 
 
 def main() -> int:

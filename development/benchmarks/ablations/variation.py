@@ -6,7 +6,7 @@ alike.
 """
 import argparse
 import dataclasses
-import pickle
+import json
 import sys
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence
@@ -81,6 +81,13 @@ def value_of(constants: Any, name: str) -> Any:
     return constants
 
 
+def unit_of(constants: Any, name: str) -> str:
+    """Return the unit of a constant by its dotted name; '': it has none."""
+    *path, last = name.split('.')
+    group = value_of(constants, '.'.join(path)) if path else constants
+    return next(field.metadata['unit'] for field in dataclasses.fields(group) if field.name == last)
+
+
 def with_value(constants: Any, name: str, value: Any) -> Any:
     """Return nested constants with another value of one of them."""
     first, _, rest = name.partition('.')
@@ -88,19 +95,22 @@ def with_value(constants: Any, name: str, value: Any) -> Any:
     return dataclasses.replace(constants, **{first: changed})
 
 
-def scaled(value: Any, factor: float) -> Any:
-    """Return a number, or a tuple of them, times a factor; integers stay such, of 1 at least."""
+def scaled(value: Any, factor: float, is_share: bool = False) -> Any:
+    """Return a number, or a tuple of them, times a factor; integers stay such, of 1 at least, shares are 1 at most."""
     if isinstance(value, tuple):
-        return tuple(scaled(each, factor) for each in value)
-    return max(round(value * factor), 1) if isinstance(value, int) else value * factor
+        return tuple(scaled(each, factor, is_share) for each in value)
+    if isinstance(value, int):
+        return max(round(value * factor), 1)
+    return min(value * factor, 1.0) if is_share else value * factor
 
 
 def variants(constants: Any, names: Sequence[str], factors: Mapping[str, float]) -> Iterator[Variant]:
     """Yield constants with one of them times each factor; with far ones also with conditions that always hold."""
     for name in names:
-        value = value_of(constants, name)
+        value, unit = value_of(constants, name), unit_of(constants, name)
         for how, factor in factors.items():
-            yield Variant(name, how, with_value(constants, name, scaled(value, factor)))
+            is_share = not unit and isinstance(value, float) and 0 < value <= 1
+            yield Variant(name, how, with_value(constants, name, scaled(value, factor, is_share)))
         if factors is FACTORS and isinstance(value, tuple):
             yield Variant(name, WITHOUT, with_value(constants, name, ALWAYS))
 
@@ -136,11 +146,13 @@ def moved(found: Mapping[str, Change]) -> str:
 def print_base(base: Mapping[str, Counts], path: Optional[Path]) -> None:
     """Print the figures of all suites, and how they differ from those in a file; without one it is written."""
     if path and not path.is_file():
-        path.write_bytes(pickle.dumps(dict(base)))
-    before = pickle.loads(path.read_bytes()) if path else {}  # noqa: S301  a file of these programs
+        path.write_text(json.dumps({suite: {figure: values.tolist() for figure, values in counts.items()}
+                                    for suite, counts in base.items()}))
+    before = json.loads(path.read_text()) if path else {}
     rows: List[Sequence[str]] = [('figure', 'value', 'units', 'change', '')]
     for suite, counts in base.items():
-        differs = changes(before[suite], counts) if suite in before else {}
+        known = {figure: np.array(values) for figure, values in before.get(suite, {}).items()}
+        differs = changes(known, {figure: counts[figure] for figure in counts if figure in known})
         for figure, sums in counts.items():
             change = differs.get(figure)
             rows.append((figure, f'{sums[:, 0].sum() / max(sums[:, 1].sum(), 1e-12):.4f}',
