@@ -19,7 +19,7 @@ OFFSETS = KeypointOffsets()
 
 
 def test_offsets_turn_with_the_body_and_are_mirrored():
-    np.testing.assert_allclose(body_axes(BODY, 0.05)[0], np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]).T, atol=0.02)
+    np.testing.assert_allclose(body_axes(BODY)[0], np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]).T, atol=0.02)
     offsets = OFFSETS.of_bodies(BODY)[0]
     np.testing.assert_allclose(OFFSETS.of_bodies(BODY @ TURNED.T)[0], offsets @ TURNED.T, atol=1e-12)
     outwards, up, forwards, _ = {name: values for name, *values in FUSION.shape.keypoints}['hip']
@@ -31,9 +31,9 @@ def test_a_body_without_shoulders_or_seen_as_a_line_has_no_offsets():
     joints = np.repeat(BODY, 2, axis=0)
     joints[0, COCO_18.index['left_shoulder']] = np.nan
     joints[1, COCO_18.index['left_shoulder']] = joints[1, COCO_18.index['right_shoulder']]
-    assert np.isnan(body_axes(joints, 0.05)).any(axis=(1, 2)).all()
+    assert np.isnan(body_axes(joints)).any(axis=(1, 2)).all()
     assert (OFFSETS.of_bodies(joints) == 0).all()
-    assert body_axes(joints[:0], 0.05).shape == (0, 3, 3) and OFFSETS.of_bodies(joints[:0]).shape == (0, 18, 3)
+    assert body_axes(joints[:0]).shape == (0, 3, 3) and OFFSETS.of_bodies(joints[:0]).shape == (0, 18, 3)
 
 
 def test_fusion_takes_the_offsets_off():

@@ -57,7 +57,7 @@ def associate(tracks: Tracks, sightings: Sequence[Sighting], known: KnownIds, id
         joints = np.isfinite(sighting.positions).all(axis=2).sum(axis=1)
         # a person with fewer joints would not be recognized, and take a new id in each frame
         new = (rows < 0) & (joints >= constants.association.least_joints)
-        if tracks.stamp - sighting.stamp <= constants.association.most_late and new.any():
+        if tracks.stamp - sighting.stamp <= constants.motion.reported_gap and new.any():
             rows = np.where(new, len(tracks) + np.cumsum(new) - 1, rows)
             tracks = tracks.joined(Tracks.begun(tracks.stamp, ids, sighting.positions[new]))
         pairs.append((sighting, rows))
@@ -76,10 +76,7 @@ def match_people(sighting: Sighting, tracks: Tracks, known: KnownIds, constants:
     # a person that was known before is recognized by any joint
     distances = median_distances(sighting, tracks.at(sighting.stamp, constants.motion), association.least_joints,
                                  np.where(was, 1, association.least_joints))
-    gates = np.minimum(association.gate + association.gate_growth * abs(sighting.stamp - tracks.seen),
-                       association.most_gate)
-    cost = np.where(was, association.known_share, 1.0) * distances
-    for person, row in match(cost[people], (distances <= gates)[people]):
+    for person, row in match(distances[people], (distances <= association.gate)[people]):
         rows[people[person]] = row
     return rows
 

@@ -80,7 +80,7 @@ class Collector:
             return None
         delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._begun)),
                     default=0.0)
-        return self._begun + min(self._constants.least_wait + self._constants.delay_factor * delay, self.patience)
+        return self._begun + min(self._constants.least_wait + delay, self.patience)
 
     def add(self, sighting: Sighting, now: float) -> List[Update]:
         """Take a sighting; return the updates that are complete by it.
@@ -90,10 +90,10 @@ class Collector:
         """
         updates: List[Update] = []
         camera = self._cameras[sighting.camera]
-        if sighting.stamp <= self._last and now - self._updated > self._constants.reset:
+        if sighting.stamp <= self._last and now - self._updated > self._constants.silent:
             self._last = float('-inf')
         elif not self._in_time(sighting.stamp, now):
-            if now - self._updated <= self._constants.reset:
+            if now - self._updated <= self._constants.silent:
                 camera.is_out_of_time = True
                 camera.out_of_time += 1
                 return []
@@ -137,7 +137,7 @@ class Collector:
         if self._last == float('-inf'):
             return True
         apart, elapsed = stamp - self._last, now - self._updated
-        return -self._constants.reset <= apart <= self._constants.reset + max(elapsed, 0.0)
+        return -self._constants.silent <= apart <= self._constants.silent + max(elapsed, 0.0)
 
     def _begin(self, now: float) -> None:
         """Forget what came before, and expect a message of every camera."""
@@ -159,7 +159,7 @@ class Collector:
 
     def _is_expected(self, camera: _Camera, now: float) -> bool:
         """Return whether a message of a camera is on its way that belongs to the open update."""
-        if now - camera.arrival > max(self._constants.silent, self._constants.delay_factor * camera.interval):
+        if now - camera.arrival > max(self._constants.silent, camera.interval):
             return False
         if not camera.period:
             return camera.pending is None
@@ -175,7 +175,7 @@ class Collector:
         new = [camera for camera in waiting if camera.stamp > self._last]
         middle = new[(len(new) - 1) // 2].stamp
         sightings = [camera.pending for camera in waiting
-                     if camera.pending is not None and abs(camera.stamp - middle) <= self._constants.reset]
+                     if camera.pending is not None and abs(camera.stamp - middle) <= self._constants.silent]
         for camera in waiting:
             left_out = camera.pending not in sightings
             camera.is_out_of_time = left_out and camera in new

@@ -12,25 +12,15 @@ KeypointOffsetRows = Tuple[Tuple[str, float, float, float, float], ...]
 class AssociationConstants:
     """Which person of a camera is which track."""
 
-    gate: float = constant(0.35, 'Greatest median distance of the joints, or of their rays.', unit='m')
-    ray_gate: float = constant(
-        0.12, 'Greatest mean distance between the rays of cameras to `ray_share` of the joints of a person.', unit='m',
+    gate: float = constant(0.35, 'Greatest median distance of the joints, or of their rays, from where a track is '
+                                 'expected.', unit='m')
+    same_place: float = constant(
+        0.12, 'People are one whose rays, to `ray_share` of the joints, pass by each other nearer than this in the '
+              'mean over the cameras; tracks are one whose joints are nearer than this (median).', unit='m',
         source='MVOR, real people 2.6 m away, found by OpenPose: 85 % of the detections of one person in two cameras '
                'are nearer, 4 % of those of different people')
-    gate_growth: float = constant(1.0, 'The gate grows by this with the time between the last detection of a track and '
-                                       'a sighting.', unit='m/s')
-    most_gate: float = constant(0.8, 'The gate grows up to this.', unit='m')
-    known_share: float = constant(0.7, 'Factor of the distance to the track that had this id of the camera before: ids '
-                                       'of a camera are mostly right.')
-    least_joints: int = constant(4, 'Joints that have to be common to compare two people.')
-    most_late: float = constant(0.3, 'Sightings that are older than the newest one by more begin no track: where '
-                                     'people were is not known well enough to tell which are new.', unit='s')
-    same_place: float = constant(0.15, 'Two tracks nearer than this (median of the joints) are one.', unit='m')
+    least_joints: int = constant(4, 'Joints that have to be common to compare two people, or to place one.')
     ray_share: float = constant(0.75, 'Share of the joints whose rays have to meet.')
-    ray_distance: float = constant(3.0, 'Distance from the camera for which the errors of two rays that meet are '
-                                        'weighed.', unit='m')
-    strangers: float = constant(2.0, 'People of two cameras are different ones where their rays pass by each other by '
-                                     'this many gates.')
 
 
 @dataclass(frozen=True)
@@ -46,15 +36,12 @@ class EstimateConstants:
     rounds: int = constant(5, 'Rounds of reweighting.')
     least_information: float = constant(1.0, 'Mean information over the axes without which a joint has no position.',
                                         unit='1/m^2')
-    inferred: float = constant(2.0, 'Factor of the sigma of INFERRED joints beside measured ones: what a camera infers '
-                                    'comes from the joints that other cameras measure too.')
-    least_sigma: float = constant(0.003, 'No camera measures a joint better, per axis.', unit='m')
     unknown_sigma: float = constant(0.05, 'Sigma per axis of a joint whose message tells none: 0, negative or NaN.',
                                     unit='m')
     pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis, for rays.', unit='px')
     common_sigma: float = constant(
-        0.012, 'Error that all cameras have in common, per axis: keypoints lie beside the joints alike in all views.',
-        unit='m')
+        0.012, 'Error that all cameras have in common, per axis: keypoints lie beside the joints alike in all views. '
+               'No camera measures a joint better.', unit='m')
 
 
 @dataclass(frozen=True)
@@ -71,8 +58,6 @@ class ShapeConstants:
         'the line of sight.', unit='m',
         source='robust least squares over ten rendered sequences of single cameras, 26 people; ridge chosen by leaving '
                'out one sequence after the other')
-    least_width: float = constant(0.05, 'Shoulders that are closer together, across the trunk, tell no direction.',
-                                  unit='m', source='chosen')
 
 
 @dataclass(frozen=True)
@@ -82,9 +67,7 @@ class SingleViewConstants:
     size_gain: float = constant(0.2, 'Share by which the size of the person is corrected at each update.',
                                 source='chosen: 0 drifts, 1 is noisy')
     size_error: float = constant(0.05, 'Error of the distance by the size in the image, as a share of it.')
-    least_joints: int = constant(6, 'Joints by which a body is placed.')
     outlier: float = constant(0.05, 'Distance from its ray at which a joint has half of its weight (Cauchy).', unit='m')
-    rounds: int = constant(3, 'Rounds of reweighting.')
 
 
 @dataclass(frozen=True)
@@ -95,9 +78,9 @@ class MotionConstants:
     first_speed: float = constant(1.0, 'Standard deviation of the speed of a new joint per axis.', unit='m/s')
     swing: float = constant(0.3, 'Time in which the motion of a joint beside that of its body fades (1 / e).', unit='s')
     most_gap: float = constant(1.0, 'A track that no camera sees for longer ends.', unit='s')
-    reported_gap: float = constant(0.2, 'A track is reported where predicted, while not seen for less.', unit='s')
-    confirmed: float = constant(0.15, 'A person that one camera alone sees is reported once seen for this time.',
-                                unit='s')
+    reported_gap: float = constant(
+        0.2, 'A track is reported where predicted, while not seen for less. A person that one camera alone sees is '
+             'reported once seen for this time, and people of messages that are older begin no track.', unit='s')
 
 
 @dataclass(frozen=True)
@@ -106,13 +89,12 @@ class CollectorConstants:
 
     near: float = constant(0.5, 'Messages whose stamps are this share of the shortest period apart make one update.')
     most_near: float = constant(0.04, 'The same in seconds, at most: people move in between.', unit='s')
-    least_wait: float = constant(0.05, 'Wait for a camera that is never later than the others.', unit='s')
-    delay_factor: float = constant(1.5, 'Factor of the usual delay of a camera, which gives the wait for it.')
+    least_wait: float = constant(0.05, 'Wait for a camera beyond its usual delay.', unit='s')
     fading: float = constant(0.95, 'Factor by which the remembered greatest delay of a camera fades with each message.')
-    silent: float = constant(1.0, 'No message is expected of a camera that sent none for longer, or for longer than it '
-                                  'usually pauses.', unit='s')
-    reset: float = constant(1.0, 'Stamps that are further from those of the others are out of time; when no others '
-                                 'came for as long, the collector starts anew.', unit='s')
+    silent: float = constant(
+        1.0, 'No message is expected of a camera that sent none for longer, or for longer than it usually pauses. '
+             'Stamps that are further from those of the others are out of time; when no others came for as long, the '
+             'collector starts anew.', unit='s')
     growth: float = constant(1.1, 'The period of a camera grows by this factor per message at most: lost messages '
                                   'lengthen a step.')
 
@@ -127,7 +109,6 @@ class CameraConstants:
     outlier: float = constant(0.3, 'Joints that are further apart are not compared: one of them is elsewhere.',
                               unit='m')
     clock_error: float = constant(0.015, 'A clock offset is reported once its standard deviation is below.', unit='s')
-    silent: float = constant(1.0, 'A camera that sent no message for longer is reported.', unit='s')
 
 
 @dataclass(frozen=True)

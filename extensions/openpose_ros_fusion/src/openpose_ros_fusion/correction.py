@@ -73,14 +73,10 @@ class Correction:
             owner = rows[people]
             moved = -tracks.moves(sighting.stamp - tracks.stamp, constants.motion)[owner]
             spread = tracks.spread_after(abs(tracks.stamp - sighting.stamp), constants.motion)[owner]
-            factor = np.where((sighting.status[people] == INFERRED) & (views.measured_by[owner] > 0),
-                              constants.estimate.inferred ** -2, 1.0)
             points = sighting.points(people) + moved - beside[owner]
             if sighting.has_depth:
                 points = points - self._offsets.of_depth(sighting.directions[people])
-            # the variance is divided by the factor with that of the measurement
-            information = sighting.information(assumed[owner], people, factor * spread)
-            parts.append(Measurements(owner, points, factor[..., np.newaxis, np.newaxis] * information))
+            parts.append(Measurements(owner, points, sighting.information(assumed[owner], people, spread)))
         return Measurements.joined(parts)
 
 

@@ -58,7 +58,7 @@ class PeopleFusion:
             tracks, matches = tracks_where_rays_meet(tracks, matches, self._known.ids, self._ids, constants)
         tracks, matches = merge(tracks, matches, constants.association)
         if not matches.all_have_depth:
-            tracks = place_by_size(tracks, matches, constants.single_view)
+            tracks = place_by_size(tracks, matches, constants)
         tracks, joints = self._correction.corrected(tracks, matches)
         self._tracks = tracks
         self._known = _remembered(self._known, tracks, matches, stamp, constants.motion.most_gap)
@@ -85,7 +85,7 @@ def _reported(tracks: Tracks, joints: FusedJoints, constants: FusionConstants) -
     """Return the people that are seen now, or not for long, by two cameras or for some time."""
     motion = constants.motion
     kept = np.flatnonzero((tracks.stamp - tracks.seen <= motion.reported_gap)
-                          & ((tracks.cameras > 1) | (tracks.seen - tracks.born >= motion.confirmed)))
+                          & ((tracks.cameras > 1) | (tracks.seen - tracks.born >= motion.reported_gap)))
     status = np.where(np.isfinite(tracks.positions).all(axis=2), joints.status, MISSING)[kept]
     missing = status == MISSING
     xyz = np.where(missing[..., np.newaxis], np.nan, tracks.positions[kept])

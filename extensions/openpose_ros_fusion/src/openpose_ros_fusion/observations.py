@@ -113,11 +113,10 @@ class KeypointOffsets:
         rows = np.array([by_name[joint.replace('left_', '').replace('right_', '')] for joint in COCO_18.joints])
         rows[[joint.startswith('right_') for joint in COCO_18.joints], 0] *= -1
         self._beside, self._deeper = rows[:, :3], rows[:, 3]  # (18, 3) left, up and forwards, (18,) deeper [m]
-        self._least_width = constants.least_width
 
     def of_bodies(self, joints: np.ndarray) -> np.ndarray:
         """Return B b of the joints of people (P, 18, 3) [m], of the same shape; zero where the axes are not known."""
-        offsets = np.matmul(self._beside, np.swapaxes(body_axes(joints, self._least_width), 1, 2))
+        offsets = np.matmul(self._beside, np.swapaxes(body_axes(joints), 1, 2))
         return np.where(np.isfinite(offsets), offsets, 0.0)
 
     def of_depth(self, directions: np.ndarray) -> np.ndarray:
@@ -126,12 +125,11 @@ class KeypointOffsets:
         return np.where(np.isfinite(offsets), offsets, 0.0)
 
 
-def body_axes(joints: np.ndarray, least_width: float) -> np.ndarray:
+def body_axes(joints: np.ndarray) -> np.ndarray:
     """Return the directions left, up and forwards of bodies, the columns of (P, 3, 3); NaN where they are not known.
 
     Args:
         joints: (P, 18, 3) [m]; up leads from the hips to the shoulders.
-        least_width: of the shoulders across the trunk [m].
     """
     shoulders, hips = joints[:, SHOULDERS], joints[:, HIPS]
     up = shoulders.mean(axis=1) - hips.mean(axis=1)
@@ -140,7 +138,7 @@ def body_axes(joints: np.ndarray, least_width: float) -> np.ndarray:
         up = up / np.linalg.norm(up, axis=1, keepdims=True)
         left = left - (left * up).sum(axis=1, keepdims=True) * up
         width = np.linalg.norm(left, axis=1, keepdims=True)
-        left = np.where(width > least_width, left / width, np.nan)
+        left = np.where(width > 0, left / width, np.nan)
     return np.stack([left, up, np.cross(left, up)], axis=2)
 
 
@@ -160,7 +158,7 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform,
     sigma = values_in(people.sigma.astype(np.float64), people.skeleton, COCO_18, np.nan) / _AXES
     status = values_in(people.status, people.skeleton, COCO_18, MISSING)
     with np.errstate(invalid='ignore'):
-        sigma = np.where(sigma > 0, np.maximum(sigma, constants.least_sigma), constants.unknown_sigma)
+        sigma = np.where(sigma > 0, np.maximum(sigma, constants.common_sigma), constants.unknown_sigma)
     return Sighting(camera, stamp, origin, people.ids, positions, directions,
                     np.where(status == MISSING, np.nan, sigma), status,
                     values_in(people.confidence, people.skeleton, COCO_18, 0.0))

@@ -1,7 +1,7 @@
 """Cameras without depth: people are where their rays meet; one alone places them by their size."""
 import itertools
 from dataclasses import replace
-from typing import Iterator, List, Mapping, Optional, Tuple
+from typing import Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
@@ -24,15 +24,15 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
     They are new, or a track whose place is not known: one that no camera sees, or one alone and without depth.
     """
     matches = _without_strangers(matches, constants.association)
-    met = _meetings(tracks, matches, constants.association)
+    met = _meetings(tracks, matches, constants)
     for meeting in met:
         tracks, matches = _with_meeting(tracks, matches, meeting, ids, constants)
     # people that are placed now have not moved since
-    near = replace(constants, association=replace(constants.association, gate=constants.association.ray_gate))
+    near = replace(constants, association=replace(constants.association, gate=constants.association.same_place))
     return tracks, match_the_rest(tracks, matches, known, near) if met else matches
 
 
-def _meetings(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> List[_Meeting]:
+def _meetings(tracks: Tracks, matches: Matches, constants: FusionConstants) -> List[_Meeting]:
     """Return the people whose rays meet, of those of cameras without depth that have no track or are in one view alone.
 
     Groups of people, one of each camera at most, grow from those that meet best, as long as the mean distance between
@@ -41,7 +41,7 @@ def _meetings(tracks: Tracks, matches: Matches, constants: AssociationConstants)
     # the last entry is for people without a track, of row -1
     alone = np.append(matches.views == 1, True)
     people = [(number, person) for number, (sighting, rows) in enumerate(matches.pairs)
-              if not sighting.has_depth and tracks.stamp - sighting.stamp <= constants.most_late
+              if not sighting.has_depth and tracks.stamp - sighting.stamp <= constants.motion.reported_gap
               for person in np.flatnonzero(alone[rows]).tolist()]
     if len({camera for camera, _ in people}) < 2:
         return []
@@ -50,9 +50,10 @@ def _meetings(tracks: Tracks, matches: Matches, constants: AssociationConstants)
     for first, second in itertools.combinations(np.unique(camera), 2):
         one, other = np.flatnonzero(camera == first), np.flatnonzero(camera == second)
         cost[np.ix_(one, other)] = ray_distances(matches.pairs[first][0].select(person[one]),
-                                                 matches.pairs[second][0].select(person[other]), constants)
+                                                 matches.pairs[second][0].select(person[other]), constants.association)
     cost = np.minimum(cost, cost.T)
-    groups = fcluster(linkage(cost[np.triu_indices(len(cost), 1)], 'average'), constants.ray_gate, 'distance')
+    groups = fcluster(linkage(cost[np.triu_indices(len(cost), 1)], 'average'), constants.association.same_place,
+                      'distance')
     meetings = [dict(zip(camera[groups == group].tolist(), person[groups == group].tolist()))
                 for group in np.unique(groups)]
     return [meeting for meeting in meetings if len(meeting) > 1]
@@ -65,12 +66,7 @@ def _with_meeting(tracks: Tracks, matches: Matches, meeting: _Meeting, ids: Iter
     if len({row for row in rows if row >= 0}) > 1:
         return tracks, matches  # they have tracks of their own
     seen = [(matches.pairs[camera][0], np.array([person])) for camera, person in meeting.items()]
-    away = constants.association.ray_distance
-    measured = Measurements(
-        np.zeros(len(seen), int), np.concatenate([sighting.points(person) for sighting, person in seen]),
-        np.concatenate([sighting.information(sighting.origin + away * sighting.directions[person], person)
-                        for sighting, person in seen]))
-    positions = estimate_joints(1, measured, constants.estimate).positions
+    positions = _where_rays_meet(seen, constants)
     row = max(rows)
     if row < 0:
         row = _unseen_near(positions[0], tracks, matches.views, constants.association)
@@ -83,6 +79,19 @@ def _with_meeting(tracks: Tracks, matches: Matches, meeting: _Meeting, ids: Iter
     return tracks, Matches(len(tracks), pairs)
 
 
+def _where_rays_meet(seen: Sequence[Tuple[Sighting, np.ndarray]], constants: FusionConstants) -> np.ndarray:
+    """Return the joints (1, 18, 3) [m] of a person that cameras see: by rays of equal weight, then of equal angles."""
+    owner = np.zeros(len(seen), int)
+    points = np.concatenate([sighting.points(person) for sighting, person in seen])
+    at = np.concatenate([sighting.origin + sighting.directions[person] for sighting, person in seen])
+    for _ in range(2):
+        information = np.concatenate([sighting.information(at[[row]], person)
+                                      for row, (sighting, person) in enumerate(seen)])
+        positions = estimate_joints(1, Measurements(owner, points, information), constants.estimate).positions
+        at = np.broadcast_to(positions, points.shape)
+    return positions
+
+
 def _without_strangers(matches: Matches, constants: AssociationConstants) -> Matches:
     """Return the matches without tracks of which cameras without depth see different people: their rays do not meet."""
     rays = [number for number, (sighting, _) in enumerate(matches.pairs) if not sighting.has_depth]
@@ -93,7 +102,7 @@ def _without_strangers(matches: Matches, constants: AssociationConstants) -> Mat
     has_depth[-1] = True  # people without a track
     for first, second in itertools.combinations(rays, 2):
         (sighting, rows), (other_sighting, other_rows) = matches.pairs[first], matches.pairs[second]
-        near = ray_distances(sighting, other_sighting, constants) <= constants.strangers * constants.ray_gate
+        near = ray_distances(sighting, other_sighting, constants) <= constants.same_place
         compared = (rows[:, np.newaxis] == other_rows) & ~has_depth[rows][:, np.newaxis]
         for counts, found in ((meet, compared & near), (miss, compared & ~near)):
             counts[first] += found.sum(axis=1)
@@ -108,7 +117,7 @@ def _unseen_near(joints: np.ndarray, tracks: Tracks, views: np.ndarray, constant
     distances = np.linalg.norm(tracks.positions - joints, axis=2)
     near = np.array([np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else np.inf for each in distances])
     near[views > 0] = np.inf
-    return int(near.argmin()) if near.min(initial=np.inf) <= constants.most_gate else -1
+    return int(near.argmin()) if near.min(initial=np.inf) <= constants.gate else -1
 
 
 def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants) -> np.ndarray:
@@ -146,7 +155,7 @@ def ray_gaps(origin: np.ndarray, rays: np.ndarray, other: np.ndarray, others: np
         return np.where(scale > 1e-4, gap, np.nan), (depth > 0) & (depth_other > 0)
 
 
-def place_by_size(tracks: Tracks, matches: Matches, constants: SingleViewConstants) -> Tracks:
+def place_by_size(tracks: Tracks, matches: Matches, constants: FusionConstants) -> Tracks:
     """Return the tracks with those in the view of one camera alone, without depth, where their size puts them.
 
     They are moved as predicted, without a change of pose and as large as they are known to be, to where their joints
@@ -156,11 +165,11 @@ def place_by_size(tracks: Tracks, matches: Matches, constants: SingleViewConstan
     for sighting, rows in matches.pairs:
         for person in np.flatnonzero(alone[rows]):
             row = rows[person]
-            body = with_size(tracks.positions[row], lengths[row], constants)
+            body = with_size(tracks.positions[row], lengths[row], constants.single_view)
             shift = shift_onto_rays(body, sighting, person, constants)
             if shift is not None:
                 distance = float(np.linalg.norm(np.nanmean(body, axis=0) + shift - sighting.origin))
-                tracks = _moved(tracks, row, body + shift, (constants.size_error * distance) ** 2)
+                tracks = _moved(tracks, row, body + shift, (constants.single_view.size_error * distance) ** 2)
     return tracks
 
 
@@ -177,7 +186,7 @@ def with_size(joints: np.ndarray, lengths: np.ndarray, constants: SingleViewCons
     return middle + scale * (joints - middle)
 
 
-def shift_onto_rays(joints: np.ndarray, sighting: Sighting, person: int, constants: SingleViewConstants
+def shift_onto_rays(joints: np.ndarray, sighting: Sighting, person: int, constants: FusionConstants
                     ) -> Optional[np.ndarray]:
     """Return by what (3,) [m] a body (18, 3) has to be moved so that its joints are nearest to the rays of a person.
 
@@ -186,16 +195,16 @@ def shift_onto_rays(joints: np.ndarray, sighting: Sighting, person: int, constan
     """
     rays = sighting.directions[person]
     used = np.isfinite(joints).all(axis=1) & np.isfinite(rays).all(axis=1)
-    if used.sum() < constants.least_joints:
+    if used.sum() < constants.association.least_joints:
         return None
     offsets, rays = sighting.origin - joints[used], rays[used]
     weights = np.ones(len(rays))
-    for _ in range(constants.rounds):
+    for _ in range(constants.estimate.rounds):
         across = np.eye(3) - rays[:, :, np.newaxis] * rays[:, np.newaxis]
         shift = np.linalg.solve((weights[:, np.newaxis, np.newaxis] * across).sum(axis=0),
                                 np.einsum('k,kij,kj->i', weights, across, offsets))
         left = np.linalg.norm(np.einsum('kij,kj->ki', across, offsets - shift), axis=1)
-        weights = 1 / (1 + (left / constants.outlier) ** 2)
+        weights = 1 / (1 + (left / constants.single_view.outlier) ** 2)
     return shift
 
 

@@ -49,7 +49,7 @@ class PeopleFusionNode:
         self._arrived = threading.Condition()
         self._fusion = PeopleFusion(constants=constants)
         self._collector = Collector(params.names, params.patience, constants.collector)
-        self._judge, self._silent = CameraJudge(params.names, constants.cameras), constants.cameras.silent
+        self._judge, self._silent = CameraJudge(params.names, constants.cameras), constants.collector.silent
         # the judge is the fusion thread's; diagnostics read this, which is replaced and never changed
         self._judged: Mapping[str, CameraJudgement] = {name: CameraJudgement() for name in params.names}
         self._judged_at = -float('inf')
