@@ -48,10 +48,10 @@ def load(path: Path) -> Counts:
 
 
 def tags_of(folder: Path) -> Dict[str, str]:
-    """Return kind, sensor and, where it is known, light of a scene by its meta.json; scenario 07_hug is a hug."""
+    """Return kind, sensor and, where it is known, light of a scene by its meta.json; scenario 07_hug is of kind hug."""
     path = folder / 'meta.json'
     meta = json.loads(path.read_text()) if path.is_file() else {}
-    tags = {'kind': str(meta.get('scenario', folder.name)).lstrip('0123456789_'),
+    tags = {'kind': str(meta.get('scenario', folder.name)).strip('0123456789_'),
             'sensor': str(meta.get('sensor', 'kinect_v2'))}
     return {**tags, 'light': str(meta['light'])} if 'light' in meta else tags
 
