@@ -1,0 +1,127 @@
+"""Repeatability: the same recording computed in other ways.
+
+`process_bag` runs in processes of its own on a recording of the shipped sequence; each table of people is compared with
+that of the first run.
+"""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from common import DEMO, ROOT
+from nodes import make_bag
+from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
+from results import Options, Section, Table
+from scoring.figures import Figure
+
+# Runs a processor's instructions in software; its processor has no AVX-512.
+EMULATOR = ('qemu-x86_64', '-cpu', 'max')
+PROGRAM = 'import sys; from openpose_ros_tools.ros.process_bag.program import main; sys.exit(main(sys.argv[1:]))'
+# NumPy, OpenCV and OpenBLAS choose their code by the processor too.
+NO_AVX_512 = {'ONEDNN_MAX_CPU_ISA': 'AVX2', 'OPENBLAS_CORETYPE': 'Haswell',
+              'OPENCV_CPU_DISABLE': 'AVX512-COMMON,AVX512-SKX,AVX512-CLX,AVX512-ICL',
+              'NPY_DISABLE_CPU_FEATURES': 'AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR'}
+
+
+class Way(NamedTuple):
+    """A way to compute the recording."""
+
+    name: str
+    text: str
+    arguments: Sequence[str] = ()
+    environment: Mapping[str, str] = MappingProxyType({})
+    emulated: bool = False
+    reference: str = 'first'
+
+
+AUTO = ('--set', 'precision=auto')
+WAYS = (Way('first', 'one process, f32'), Way('again', 'the same again'), Way('jobs_4', '--jobs 4', ('--jobs', '4')),
+        Way('threads_1', 'one thread', ('--set', 'threads=1')),
+        Way('threads_3', 'three threads', ('--set', 'threads=3')),
+        Way('avx2', 'AVX-512 switched off', (), NO_AVX_512),
+        Way('emulated', 'emulated processor without AVX-512', emulated=True),
+        Way('bf16', 'bf16', AUTO), Way('bf16_again', 'bf16 again', AUTO, reference='bf16'),
+        Way('bf16_threads_1', 'bf16, one thread', (*AUTO, '--set', 'threads=1'), reference='bf16'),
+        Way('avx2_auto', 'precision auto, AVX-512 switched off', AUTO, NO_AVX_512, reference='avx2'))
+TEXT = '''`process_bag` on the shipped sequence: 40 frames, two people, one hidden for a while. Each table of people is
+compared with another, joint by joint. AVX-512 is switched off by ONEDNN_MAX_CPU_ISA=AVX2 for the networks and by
+variables of their own for NumPy, OpenCV and OpenBLAS; with it OpenVINO can not compute in bf16, and the package falls
+back to f32 by itself. QEMU emulates a whole processor without AVX-512. bf16 (`precision: auto`) is what nodes use where
+the processor has it; recordings are computed in f32.'''
+QUICK = ('first', 'again', 'threads_1')
+
+
+class Difference(NamedTuple):
+    """How a table of people differs from another.
+
+    Attributes:
+        same: to the byte.
+        people: in frames, that only one of the tables has; of so many.
+        status: joints with another status, of so many.
+        errors: (N,) distances of the joints of people that both have [mm].
+    """
+
+    same: bool
+    people: Tuple[int, int]
+    status: Tuple[int, int]
+    errors: np.ndarray
+
+
+def measure(options: Options) -> Section:
+    """Compute the recording in each way, and compare the tables."""
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as name:
+        folder = Path(name)
+        bag = make_bag(DEMO, folder / 'cross.bag', cloud=False)
+        ways = [way for way in WAYS if (way.name in QUICK if options.quick else
+                                        not way.emulated or shutil.which(EMULATOR[0]))]
+        for way in ways:
+            compute(bag, folder / f'{way.name}.csv', way)
+            print(way.text, flush=True)
+        found = {way: difference(folder / f'{way.reference}.csv', folder / f'{way.name}.csv') for way in ways[1:]}
+    figures: Dict[str, Figure] = {}
+    rows: List[List[Any]] = [['computed', 'compared with', 'people of one only', 'other status', 'median [mm]',
+                              '99 % [mm]', 'maximum [mm]', 'same to the byte']]
+    for way, each in found.items():
+        figures.update(figures_of(way, each))
+        rows.append([way.text, next(one.text for one in WAYS if one.name == way.reference),
+                     *(figures[f'{way.name}_{part}'] for part in ('people', 'status', 'median', 'p99', 'maximum')),
+                     'yes' if each.same else 'no'])
+    return Section(TEXT, figures, [Table('', rows)])
+
+
+def compute(bag: Path, table: Path, way: Way) -> None:
+    """Make the table of people of a recording, in a process of its own."""
+    settings = ['--csv', str(table), '--csv-layout', 'extended', '--set', 'compiled_cache=off']
+    environment = {**os.environ, **way.environment, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    program = [*(EMULATOR if way.emulated else ()), sys.executable, '-c', PROGRAM]
+    subprocess.run([*program, str(bag), '-o', str(table.with_suffix('.bag')), *settings, *way.arguments],
+                   env=environment, cwd=str(ROOT), stdout=subprocess.DEVNULL, check=True)
+
+
+def difference(one: Path, other: Path) -> Difference:
+    """Compare two tables: people by stamp and track id."""
+    tables = [read_keypoint_csv(path) for path in (one, other)]
+    rows = [{key: row for row, key in enumerate(zip(table.stamps.tolist(), table.ids.tolist()))} for table in tables]
+    both = sorted(rows[0].keys() & rows[1].keys())
+    first, second = (table.select(np.array([places[key] for key in both], int)) for table, places in zip(tables, rows))
+    errors = 1e3 * np.linalg.norm(first.positions.astype(float) - second.positions, axis=2)
+    return Difference(one.read_bytes() == other.read_bytes(),
+                      (len(rows[0].keys() ^ rows[1].keys()), len(rows[0].keys() | rows[1].keys())),
+                      (int((first.status != second.status).sum()), first.status.size), errors[np.isfinite(errors)])
+
+
+def figures_of(way: Way, found: Difference) -> Dict[str, Figure]:
+    """Return the figures of a way by name."""
+    errors, count = found.errors, len(found.errors)
+    values = {'people': Figure(found.people[0], n=found.people[1], digits=0, text='people in frames that one has'),
+              'status': Figure(found.status[0], n=found.status[1], digits=0, text='joints with another status')}
+    for name, share in (('median', 0.5), ('p99', 0.99), ('maximum', 1.0)):
+        value = float(np.quantile(errors, share)) if count else None
+        values[name] = Figure(value, n=count, unit='mm', digits=3, text=f'{name} difference of joints')
+    return {f'{way.name}_{name}': figure._replace(text=f'{way.text}: {figure.text}') for name, figure in values.items()}
