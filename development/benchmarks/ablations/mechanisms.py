@@ -1,0 +1,83 @@
+"""Mechanisms, each with the values that turn it off."""
+import numpy as np
+
+from ablations.variants import Variant
+
+FAR, NEVER = 1e6, 1e6
+
+# Of the estimator.
+METHOD = (
+    Variant('size in the image', {'trunk.size_weight': 0.0}),
+    Variant('depth of the frame before, trunk', {'trunk.before_weight': 0.0}),
+    Variant('depth of the frame before, joints', {'costs.memory_limit': 0.0}),
+    Variant('trunk refined by its surfaces', {'trunk.least_support': FAR}),
+    Variant('surfaces spread over candidates', {'costs.kernel_shifts': (0,), 'costs.kernel_shares': (1.0,)}),
+    Variant('low scores make hidden likelier', {'costs.hidden_slope': 0.0}),
+    Variant('covered by the own body', {'costs.hidden_covered': 1.0}),
+    Variant('surfaces of other people', {'occluders.others_reach': 0.0}),
+    Variant('furniture before the body', {'occluders.furniture': 1.0}),
+    Variant('arms stand out from the trunk', {'occluders.flat': 1.0}),
+    Variant('far side of the body', {'occluders.far_side': 1.0}),
+    Variant('head depth from its keypoints', {'head.weight': 0.0}),
+    Variant('facing by the head', {'head.most_pixel': 0.0}),
+    Variant('head refined by its surfaces', {'head.least_support': FAR}),
+    Variant('lengths of bones in the inference', {'inference.length_limit': 0.0}),
+    Variant('directions of limbs', {'inference.direction_limit': 0.0}),
+    Variant('turn of shoulders and hips', {'inference.turn_limit': 0.0}),
+    Variant('facing of the frame before', {'track.expectation.most_turning_weight': 0.0}),
+    Variant('support against the front', {'measuring.against_front': 0.0}),
+    Variant('impossible bones', {'measuring.shortest': 0.0, 'measuring.longest': FAR}),
+    Variant('folded limbs', {'measuring.folded': 0.0}),
+    Variant('lengths of bones pull joints', {'track.bone_constraints.most_violation': 0.0}),
+    Variant('learnt sizes', {'sizes.least_bones': 1000, 'sizes.prior_frames': FAR}),
+    Variant('errors that repeat', {'track.innovation.independent': -1.0, 'track.innovation.repeated': -2.0}),
+    Variant('wild measurements', {'track.joint_filter.trusted_deviations': FAR}),
+    Variant('joints come along after a gap', {'track.correction.out_of_sight': FAR}),
+    Variant('joints off the smoothed path are inferred', {'track.correction.measured_reach': FAR}),
+    Variant('joints without a keypoint hang down', {'track.completion.rest_time': FAR}),
+    Variant('hidden people walk on', {'track.out_of_sight.greatest_speed': 0.0}),
+    Variant('hidden people in free view are dropped', {'track.out_of_sight.free_share': 1.0}),
+    Variant('one body in one place', {'track.one_body.thickness': 0.0, 'track.one_body.halves_apart': 0.0}),
+    Variant('halves of a person joined', {'track.identity.halves_common': -1}),
+    Variant('repeated people', {'track.identity.repeated_distance': 0.0}),
+    Variant('same place overrules the depth', {'track.identity.same_place': 0.0}),
+    Variant('clothes', {}, {'use_clothes': False}),
+    Variant('reidentification', {}, {'return_timeout': 0.0}),
+    Variant('waiting for an id', {'track.returning.patience': 0.0}),
+    Variant('places in reidentification', {'track.returning.room': 2 * np.pi, 'track.returning.greatest_spread': FAR,
+                                           'track.returning.spread_at_once': FAR}),
+    Variant('smoothing', {}, {'smoothing': False}),
+    Variant('occlusion', {}, {'occlusion': False}),
+)
+FLOOR = (Variant('contact with the floor', {'track.standing.reach': 0.0}),)
+
+# Of the search of an image.
+DETECTION = (
+    Variant('mean shift of the vote', {'ensemble.mean_shift_steps': 0}),
+    Variant('candidates below the thresholds', {'detect.candidates.decoded_share': 1.0,
+                                                'detect.candidates.most_decoded': 1.0,
+                                                'detect.candidates.direct_person': 0.15}),
+    Variant('peaks beside limbs', {'decode.paf.peak_weight': 0.0}),
+    Variant('foreshortened limbs', {'decode.paf.foreshortened_limb': 0.0}),
+    Variant('long limbs', {'decode.paf.long_limb': FAR}),
+    Variant('turned crops', {'detect.crops.least_tilt': 360.0}),
+    Variant('others covered in crops', {'detect.cover.sure_joint': 2.0}),
+    Variant('order by depth', {'detect.layers.least_gap': FAR}),
+    Variant('joints on nearer people do not count', {'detect.layers.reach': 0.0}),
+    Variant('doubted opinions', {'detect.layers.doubt': 1.0}),
+    Variant('two limbs in one place', {'detect.layers.one_place': 0.0}),
+    Variant('head recovery', {'detect.head_recovery.most': 0}),
+    Variant('crop refinement', {}, {'look_closer': 0}),
+)
+
+# Of people who are followed.
+FOLLOWING = (
+    Variant('fading opinions', {'detect.following.least_weight': 2.0}),
+    Variant('margin of lost people', {'detect.following.lost_margin': 1.0}),
+    Variant('urgency of changed parts', {'detect.schedule.changed': 1.0}),
+    Variant('urgency of parts with lost people', {'detect.schedule.lost': 1.0}),
+    Variant('tracks in space place crops', {'detect.following.same_in_space': -FAR}),
+    Variant('velocity in the image', {'detect.tracking.velocity_gain': 0.0}),
+    Variant('extrapolation in the image', {'detect.tracking.extrapolation': 0.0}),
+    Variant('cost of fragments', {'detect.tracking.fragment_cost': 0.0}),
+)
