@@ -12,39 +12,61 @@ and `following` (people followed, half a full search of work per frame).
     ./run bench ablation --out FOLDER --table development/notes/ablation.md
 """
 import json
+import subprocess
 import sys
 from pathlib import Path
-from typing import Callable, Dict, List, Sequence, Tuple
+from typing import Any, Dict
 
-from common import Parser  # first: it makes the packages known
-from ablations import mechanisms, variants
-from ablations.scenes import Counts, Runner, Scene, lifted
+import numpy as np
+
+from common import ROOT, Parser  # first: it makes the packages known
+from ablations import mechanisms, table, variants
+from ablations.scenes import Runner, Scene, lifted
+from ablations.effects import Sums
 from ablations.variants import Variant
 
 BASE = Variant('as it is', {})
-PARTS: Dict[str, Tuple[Callable[[], List[Variant]], Sequence[Variant]]] = {
-    'estimator': (variants.of_method, mechanisms.METHOD),
-    'floor': (variants.of_floor, mechanisms.FLOOR),
-    'detection': (lambda: variants.of_instances(variants.DETECTION), mechanisms.DETECTION),
-    'following': (lambda: variants.of_instances(variants.FOLLOWING), mechanisms.FOLLOWING)}
+PARTS = {'estimator': mechanisms.METHOD, 'floor': mechanisms.FLOOR, 'detection': mechanisms.DETECTION,
+         'following': mechanisms.FOLLOWING}
+# Why constants that move nothing are kept, by path, or by the path of their class.
+REASONS: Dict[str, str] = {}
 
 
-def counts_of(scene: Scene, part: str, runner: Runner) -> Dict[str, Counts]:
-    """Return the counts of a scene by variant."""
-    constants, off = PARTS[part]
-    everything = [BASE, *constants(), *off]
+def sums_of(scene: Scene, part: str, runner: Runner) -> Dict[str, Sums]:
+    """Return the sums of a scene by variant."""
+    everything = [BASE, *variants.of_part(part), *PARTS[part]]
     if part == 'following':
-        runs = {one.name: runner.followed(scene, one) for one in everything}
-        return {name: {**scene.score(in_space), **scene.score_image(people)} for name, (people, in_space) in runs.items()}
+        runs = ((one.name, *runner.followed(scene, one)) for one in everything)
+        return {name: {**scene.score(in_space), **scene.score_image(people)} for name, people, in_space in runs}
     people = runner.found(scene, BASE)
     frames = scene.on_floor if part == 'floor' else scene.frames
     if part != 'detection':
         return {one.name: scene.score(lifted(frames, people, one)) for one in everything}
-    counts = {}
+    sums = {}
     for one in everything:
         found = runner.found(scene, one)
-        counts[one.name] = {**scene.score(lifted(frames, found, BASE)), **scene.score_image(found)}
-    return counts
+        sums[one.name] = {**scene.score(lifted(frames, found, BASE)), **scene.score_image(found)}
+    return sums
+
+
+def values_of(part: str) -> Dict[str, Any]:
+    """Return the constants of a part as text by path, and under '' the names of its mechanisms."""
+    texts = {path: text_of(value) for path, (value, _) in variants.all_paths(part)}
+    return {**texts, '': [one.name for one in PARTS[part]]}
+
+
+def text_of(value: Any) -> str:
+    """Return a value as text; of many numbers the first ones."""
+    if isinstance(value, (tuple, np.ndarray)):
+        text = ', '.join(str(one) for one in np.asarray(value, object).ravel())
+        return text if len(text) < 40 else f'{text[:30].rpartition(",")[0]}, ...'
+    return f'{value:g}'
+
+
+def commit() -> str:
+    """Return the commit of the code."""
+    return subprocess.run(['git', 'rev-parse', '--short=8', 'HEAD'], cwd=str(ROOT), check=True,
+                          stdout=subprocess.PIPE).stdout.decode().strip()
 
 
 def main() -> int:
@@ -60,9 +82,13 @@ def main() -> int:
     for folder in arguments.scenes:
         path = arguments.out / f'{folder.name}.{arguments.part}.json'
         if not path.exists():
-            path.write_text(json.dumps(counts_of(Scene.read(folder), arguments.part, runner)))
+            found = sums_of(Scene.read(folder), arguments.part, runner)
+            path.write_text(json.dumps({'commit': commit(), 'values': values_of(arguments.part), 'sums': found}))
             runner.forget()
             print(path, flush=True)
+    if arguments.table:
+        present = {path for part in PARTS for path, _ in variants.all_paths(part)}
+        arguments.table.write_text(table.report(arguments.out, present, REASONS))
     return 0
 
 

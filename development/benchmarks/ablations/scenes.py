@@ -1,5 +1,4 @@
 """Scenes with known joints on which variants run: images, points and truth are read once for all variants."""
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
@@ -8,7 +7,7 @@ import numpy as np
 
 import chain_runs
 from ablations import variants
-from ablations.counts import image_counts, people_counts
+from ablations.effects import Sums, image_switches, sums_of
 from ablations.variants import Variant
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -25,7 +24,6 @@ from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.depth import DepthImage
 
-Counts = Dict[str, Any]
 # Work of the networks for a frame where people are followed, in units of `chain_runs.WORK`: half a full pass.
 BUDGET = 0.5
 
@@ -64,11 +62,9 @@ class RememberedNetworks(Networks):
 class Scene:
     """The frames of a sequence, with and without the floor, and the true joints."""
 
-    name: str
+    folder: Path
     frames: List[Frame]
     on_floor: List[Frame]
-    truth: Dict[str, Any]
-    order: List[int]
     fps: float
 
     @classmethod
@@ -79,15 +75,19 @@ class Scene:
         frames = [Frame('', chain_runs.BEGIN + one.time, one.bgr, DepthImage(one.depth, sequence.camera),
                         tracking_from_points=(pose[:3, :3], pose[:3, 3]) if moves else None)
                   for one, pose in zip(sequence, poses)]
-        truth, order = chain_runs.read_truth(folder)
-        return cls(chain_runs.name_of(folder), frames,
-                   [replace(frame, floor=pose[2]) for frame, pose in zip(frames, poses)], truth, order, sequence.fps)
+        return cls(folder, frames, [replace(frame, floor=pose[2]) for frame, pose in zip(frames, poses)],
+                   sequence.fps or 1.0)
 
-    def score(self, found: Sequence[People3D]) -> Counts:
-        return people_counts(self.truth, self.order, [(0.0, people) for people in found])
+    def score(self, found: Sequence[People3D]) -> Sums:
+        """Return the sums of people in space."""
+        return sums_of(self.folder, [(frame.stamp - chain_runs.BEGIN, people)
+                                     for frame, people in zip(self.frames, found)])
 
-    def score_image(self, found: Sequence[People2D]) -> Counts:
-        return image_counts(self.truth, self.order, found)
+    def score_image(self, found: Sequence[People2D]) -> Sums:
+        """Return the sums of people in the images."""
+        truth, order = chain_runs.read_truth(self.folder)
+        return image_switches([[(person['id'], np.array(person['uv'])[order], np.array(person['vis'])[order])
+                                for person in frame['people']] for frame in truth['frames']], found)
 
 
 class Runner:

@@ -5,7 +5,7 @@ Half and twice: arrays and tuples as a whole; integers are rounded, at least 1, 
 """
 import contextlib
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Tuple
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def scaled(value: Any, factor: float, at_most: float = np.inf) -> Any:
     return min(value * factor, at_most)
 
 
-def half_and_twice(paths: Iterator[Tuple[str, Any]]) -> List[Variant]:
+def half_and_twice(paths: Iterable[Tuple[str, Any]]) -> List[Variant]:
     """Return two variants of each constant that is not 0."""
     variants = []
     for path, (value, metadata) in paths:
@@ -107,16 +107,15 @@ def in_detection(values: Values) -> Iterator[None]:
             object.__setattr__(*place, value)
 
 
-def of_method() -> List[Variant]:
-    """Return the variants of the constants of the estimator, but for the floor."""
-    return [one for one in half_and_twice(constant_paths(METHOD)) if not one.name.startswith('track.standing.')]
+def all_paths(part: str) -> List[Tuple[str, Any]]:
+    """Return path, value and metadata of the constants of a part: estimator, floor, detection, following."""
+    if part in ('estimator', 'floor'):
+        return [(path, value) for path, value in constant_paths(METHOD)
+                if path.startswith('track.standing.') == (part == 'floor')]
+    instances = DETECTION if part == 'detection' else FOLLOWING
+    return [pair for name, record in instances.items() for pair in constant_paths(record, name)]
 
 
-def of_floor() -> List[Variant]:
-    """Return the variants of the contact with the floor."""
-    return [one for one in half_and_twice(constant_paths(METHOD)) if one.name.startswith('track.standing.')]
-
-
-def of_instances(instances: Mapping[str, Any]) -> List[Variant]:
-    """Return the variants of shared instances of constants."""
-    return [one for name, record in instances.items() for one in half_and_twice(constant_paths(record, name))]
+def of_part(part: str) -> List[Variant]:
+    """Return the variants of the constants of a part."""
+    return half_and_twice(all_paths(part))
