@@ -19,11 +19,11 @@ from typing import Any, Dict
 
 import numpy as np
 
-from common import ROOT, Parser  # first: it makes the packages known
 from ablations import mechanisms, table, variants
-from ablations.scenes import Runner, Scene, lifted
 from ablations.effects import Sums
+from ablations.scenes import Runner, Scene, lifted
 from ablations.variants import Variant
+from common import ROOT, Parser
 
 BASE = Variant('as it is', {})
 PARTS = {'estimator': mechanisms.METHOD, 'floor': mechanisms.FLOOR, 'detection': mechanisms.DETECTION,

@@ -77,7 +77,7 @@ def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
 def figures(scenes: Sequence[Sums], weights: np.ndarray) -> Dict[str, np.ndarray]:
     """Return the figures of pooled scenes for each row of weights (B, S), (B,) each."""
     found = {}
-    for name, first in scenes[0].items():
+    for name in scenes[0]:
         sums = weights @ np.array([scene[name] for scene in scenes], np.float64)
         if name == 'visible_median':
             found[name] = _medians(sums)

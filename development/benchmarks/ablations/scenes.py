@@ -1,7 +1,7 @@
 """Scenes with known joints on which variants run: images, points and truth are read once for all variants."""
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 

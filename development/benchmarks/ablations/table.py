@@ -55,7 +55,8 @@ def report(out: Path, present: Set[str], reasons: Mapping[str, str]) -> str:
             of = effects(sums['as it is'], sums)
             parts += [f'## {title}', _mechanisms([name for name in sums if name in values['']], of),
                       *_constants({path: text for path, text in values.items() if path}, of, present, reasons)]
-    return '\n\n'.join([_HEAD.format(scenes=', '.join(numbers), commit=' and '.join(sorted(code))).strip(), *parts]) + '\n'
+    head = _HEAD.format(scenes=', '.join(numbers), commit=' and '.join(sorted(code)))
+    return '\n\n'.join([head.strip(), *parts]) + '\n'
 
 
 def _mechanisms(names: Sequence[str], of: Mapping[str, Mapping[str, Effect]]) -> str:

@@ -5,14 +5,23 @@ Half and twice: arrays and tuples as a whole; integers are rounded, at least 1, 
 """
 import contextlib
 from dataclasses import fields, is_dataclass, replace
+from types import MappingProxyType
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg import ensemble
 from openpose_ros_pkg.decode import direct, paf
-from openpose_ros_pkg.detect import crops, detector, following, head_recovery, occlusion_masks, schedule, target_rate
-from openpose_ros_pkg.detect import tracking
+from openpose_ros_pkg.detect import (
+    crops,
+    detector,
+    following,
+    head_recovery,
+    occlusion_masks,
+    schedule,
+    target_rate,
+    tracking,
+)
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 
 # Shared instances of the constants of detection, by the names of their modules.
@@ -37,7 +46,7 @@ class Variant(NamedTuple):
 
     name: str
     constants: Values
-    parameters: Values = {}
+    parameters: Values = MappingProxyType({})
 
 
 def constant_paths(values: Any, path: str = '') -> Iterator[Tuple[str, Any]]:
@@ -61,7 +70,7 @@ def scaled(value: Any, factor: float, at_most: float = np.inf) -> Any:
     if isinstance(value, (str, bool)):
         return value
     if isinstance(value, int):
-        rounded = int(round(value * factor))
+        rounded = round(value * factor)
         if value > 9 and value % 2:
             rounded += 1 - rounded % 2
         return max(rounded, 1) if value > 0 else rounded
