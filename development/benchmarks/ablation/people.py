@@ -8,8 +8,8 @@ they show: paired differences over scenes with 95 % bootstrap intervals.
 Parts: `estimator` (searched in full; the 2D result is the same for all variants), `floor` (known floor), `detection`,
 and `following` (people followed, half a full search of work per frame).
 
-    ./run bench ablation --out FOLDER --part estimator SCENE [SCENE ...]
-    ./run bench ablation --out FOLDER --table development/notes/ablation.md
+    ./run bench ablation people --out FOLDER --part estimator SCENE [SCENE ...]
+    ./run bench ablation people --out FOLDER --table development/notes/ablation.md
 """
 import json
 import subprocess
