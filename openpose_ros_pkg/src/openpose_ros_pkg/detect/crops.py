@@ -39,9 +39,6 @@ class CropConstants:
         0.25, 'Joints with a lower score, often hidden ones, do not widen the crop.')
     least_tilt: float = constant(
         60.0, 'People who are tilted by more, from ankles to shoulders, are turned upright.', unit='deg')
-    border: float = constant(
-        COVER.head, 'Border of bodies around their joints, as a share of the longer side of the box.')
-    same_person: float = constant(ENSEMBLE.duplicate, 'Poses with a greater similarity are the person of the crop.')
 
 
 CROP = CropConstants()
@@ -79,8 +76,8 @@ def prepare_crop(image: CrowdImage, person: np.ndarray, refinement: CropRefineme
     joint_sigmas = sigmas(skeleton)
     nearer = np.zeros(len(people), bool) if foreground is None else foreground.nearer
     others = [other for other, is_nearer in zip(people, nearer)
-              if not is_nearer and _reaches(other, (left, top), (right, bottom), constants.border)
-              and similarity(other, person, joint_sigmas) < constants.same_person]
+              if not is_nearer and _reaches(other, (left, top), (right, bottom))
+              and similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
     return cover_others(crop, person, others, skeleton, foreground).turned(turns)
 
 
@@ -163,10 +160,10 @@ def _middle(person: np.ndarray, skeleton: SkeletonModel, joint: str, least: floa
     return sure.mean(axis=0) if len(sure) else np.full(2, np.nan)
 
 
-def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int], border_share: float) -> bool:
+def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int]) -> bool:
     """Return whether a body may reach into a part of the image: its limbs and head are broader than its joints."""
     low, high = extent(person)
-    border = border_share * (high - low).max()
+    border = COVER.head * (high - low).max()
     return bool((high + border >= corner).all() and (low - border <= opposite).all())
 
 

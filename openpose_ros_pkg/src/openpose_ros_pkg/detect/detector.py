@@ -10,7 +10,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, Recipe, recipe_of
-from openpose_ros_pkg.detect.target_rate import fitted_to_rate
+from openpose_ros_pkg.detect.target_rate import RATE, fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
@@ -23,9 +23,6 @@ from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
-# Width and height of a usual image [px]: what the networks see depends on the ratio alone. For another ratio they are
-# compiled with its first image: 0.3 s of processor time where they are kept on disk, 1.6 s where not.
-USUAL_SIZE = (960, 540)
 _log = logging.getLogger(__name__)
 
 
@@ -33,11 +30,9 @@ _log = logging.getLogger(__name__)
 class CandidateConstants:
     """Thresholds of candidates where several networks vote: what one network doubts, others may confirm."""
 
-    decoded_share: float = constant(
-        0.8, 'Share of `person_min_score` that a candidate of a network with part affinity fields needs.')
-    most_decoded: float = constant(0.2, 'That score is at most this.')
-    direct_person: float = constant(0.05, 'Person score that a candidate of MoveNet or RTMO needs.')
-    direct_joint: float = constant(0.0, 'Joint score that a candidate of MoveNet or RTMO needs.')
+    decoded_person: float = constant(
+        0.2, 'Person score that a candidate of a network with part affinity fields needs, or `person_min_score`.')
+    direct_person: float = constant(0.05, 'Person score that a candidate of MoveNet or RTMO needs; its joints none.')
 
 
 CANDIDATES = CandidateConstants()
@@ -179,7 +174,7 @@ class Detector:
 
     def warm_up(self) -> None:
         """Let the networks see a blank image, and crops of it, so that they are compiled before the first image."""
-        recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, USUAL_SIZE
+        recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, RATE.image_size
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
         rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
         person = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)
@@ -268,9 +263,8 @@ def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSetti
            constants: CandidateConstants = CANDIDATES) -> Setup:
     decode, direct = settings.decode, settings.direct
     if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
-        score = min(constants.decoded_share * decode.person_min_score, constants.most_decoded)
-        decode = replace(decode, person_min_score=score)
-        direct = replace(direct, direct_person_score=constants.direct_person, direct_joint_score=constants.direct_joint)
+        decode = replace(decode, person_min_score=min(decode.person_min_score, constants.decoded_person))
+        direct = replace(direct, direct_person_score=constants.direct_person, direct_joint_score=0.0)
     return Setup(recipe, networks, decode, direct, settings)
 
 

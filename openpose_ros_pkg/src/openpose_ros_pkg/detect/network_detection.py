@@ -8,7 +8,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.crop_search import Run, Search, SearchPlan, assign, likely, look, search_parts
 from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import USUAL_SIZE, ComputedImage, Detector, prepare_frame
+from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_frame
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, next_parts, small_grey
@@ -20,6 +20,7 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingConstants,
     TrackingParams,
 )
+from openpose_ros_pkg.detect.target_rate import RATE
 from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
@@ -161,9 +162,9 @@ class NetworkDetection:
     def warm_up(self) -> None:
         """Let the networks compute blank images, as `Detector.warm_up` does, and the parts that they will search."""
         self.detector.warm_up()
-        plan, (width, height) = self._plan, USUAL_SIZE
+        plan, (width, height) = self._plan, RATE.image_size
         blank = np.zeros((height, width, 3), np.uint8)
-        parts = plan.parts(USUAL_SIZE) if plan.follows else ()
+        parts = plan.parts(RATE.image_size) if plan.follows else ()
         by_size = {(part.number, part.right - part.left): part for part in parts if part.right - part.left < width}
         with self.lock:
             self._learn(search_parts(plan.setup, blank, list(by_size.values())).runs)

@@ -25,7 +25,9 @@ class TargetRateConstants:
     least_scale: float = constant(
         0.5, 'Least scale of the input of a single network: with smaller ones people are not found.')
     expected_people: int = constant(2, 'Number of people in an image whose crop refinement is foreseen.')
-    image_size: Tuple[int, int] = constant((960, 540), 'Width and height of a foreseen image.', unit='px')
+    image_size: Tuple[int, int] = constant(
+        (960, 540), 'Width and height of a foreseen image, for whose ratio the networks are compiled before the first '
+                    'one; for another ratio that takes 0.3 to 1.6 s then.', unit='px')
     timed_runs: int = constant(3, 'Runs of a network that are timed; the quickest counts.')
 
 

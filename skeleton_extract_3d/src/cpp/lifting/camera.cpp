@@ -23,7 +23,6 @@ std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const D
   }
   openpose_ros_pkg::PinholeFitConstants constants;
   constants.least_points = method.camera_fit.least_points;
-  constants.least_square = method.camera_fit.least_square;
   const std::optional<openpose_ros_pkg::PinholeFit> fit = openpose_ros_pkg::fittedPinhole(seen, constants);
   if (!fit)
   {

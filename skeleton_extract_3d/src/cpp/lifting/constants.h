@@ -120,7 +120,7 @@ struct Constants : Step
 
   struct Occluders : Step
   {
-    double least_square = get("least_square"), covering_share = get("covering_share");
+    double covering_share = get("covering_share");
   } occluders{ get<py::object>("occluders") };
 
   struct Measuring : Step
@@ -135,7 +135,6 @@ struct Constants : Step
   {
     int mode = get<int>("mode");
     double nearest = get("nearest"), pair_error = get("pair_error"), level = get("level");
-    double least_length = get("least_length");
     float length_limit = get<float>("length_limit"), direction_limit = get<float>("direction_limit");
     float turn_limit = get<float>("turn_limit");
     std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
@@ -155,7 +154,6 @@ struct Constants : Step
   struct CameraFit : Step
   {
     std::size_t least_points = get<std::size_t>("least_points");
-    double least_square = get("least_square");
   } camera_fit{ get<py::object>("camera_fit") };
 
   struct BoneConstraints : Step

@@ -181,9 +181,9 @@ private:
     Direction across = (at[0] - at[1]) * (1 / (variance[0] + variance[1] + error)) +
                        (at[2] - at[3]) * (1 / (variance[2] + variance[3] + error));
     across.y *= s_.level;
-    const Direction left = unit(unit(across, s_.least_length) + person.left_before, s_.least_length);
-    const Direction up = unit(at[0] + at[1] - (at[2] + at[3]), s_.least_length);
-    return { left, unit(cross(left, up), s_.least_length) };
+    const Direction left = unit(unit(across) + person.left_before);
+    const Direction up = unit(at[0] + at[1] - (at[2] + at[3]));
+    return { left, unit(cross(left, up)) };
   }
 
   /** Add the costs of shoulders and hips that are turned otherwise than the person. */

@@ -42,10 +42,12 @@ inline Direction cross(const Direction& a, const Direction& b)
   return { a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x };
 }
 
+constexpr double LEAST_LENGTH = 1e-3;  ///< of a vector with a direction [m]
+
 /** Return a vector of length 1, or a shorter one if it had less than the least length. */
-inline Direction unit(const Direction& v, double least_length)
+inline Direction unit(const Direction& v)
 {
-  const double length = std::max(std::sqrt(dot(v, v)), least_length);
+  const double length = std::max(std::sqrt(dot(v, v)), LEAST_LENGTH);
   return { v.x / length, v.y / length, v.z / length };
 }
 

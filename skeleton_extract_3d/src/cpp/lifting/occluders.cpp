@@ -11,13 +11,14 @@ namespace skeleton_extract_3d
 namespace
 {
 constexpr double INFINITELY_FAR = std::numeric_limits<double>::infinity();
+constexpr double LEAST_SQUARE = 1e-6;  ///< of a length that divides [px^2]
 
 /** Parts of one body in the image, as arrays that compilers make vector instructions of. */
 class BodyParts
 {
 public:
   explicit BodyParts(const Constants& method)
-    : ends_(method.body.part_joints), radii_(method.body.part_radii), least_square_(method.occluders.least_square)
+    : ends_(method.body.part_joints), radii_(method.body.part_radii)
   {
   }
 
@@ -31,7 +32,7 @@ public:
       along_x_[i] = end[0] - start[0];
       along_y_[i] = end[1] - start[1];
       const double square = along_x_[i] * along_x_[i] + along_y_[i] * along_y_[i];
-      square_[i] = square < least_square_ ? least_square_ : square;  // NaN stays
+      square_[i] = square < LEAST_SQUARE ? LEAST_SQUARE : square;  // NaN stays
     }
   }
 
@@ -78,7 +79,6 @@ public:
 private:
   const std::vector<Index>& ends_;
   const std::vector<double>& radii_;
-  double least_square_;
   std::vector<double> x_ = std::vector<double>(radii_.size()), y_ = x_, along_x_ = x_, along_y_ = x_;
   std::vector<double> square_ = x_, distance_ = x_, share_ = x_;
 };

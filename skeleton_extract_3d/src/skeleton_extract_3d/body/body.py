@@ -3,6 +3,7 @@
 All of it is for an adult of `BodyConstants.adult_stature` and scales with the stature. Joints are those of COCO_18; a
 network's other joints are in `extra_joints`.
 """
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Tuple
@@ -84,13 +85,6 @@ class BodyConstants:
     forearm: float = constant(0.241, 'Elbow to wrist.', unit='m', source=_LENGTHS)
     thigh: float = constant(0.394, 'Hip to knee.', unit='m', source=_LENGTHS)
     shin: float = constant(0.400, 'Knee to ankle.', unit='m', source=_LENGTHS)
-    sized_bones: BetweenJoints = constant(
-        (('neck', 'right_hip', 0.510), ('neck', 'left_hip', 0.510), ('right_shoulder', 'right_hip', 0.506),
-         ('left_shoulder', 'left_hip', 0.506), ('right_hip', 'right_knee', 0.394), ('left_hip', 'left_knee', 0.394),
-         ('right_knee', 'right_ankle', 0.400), ('left_knee', 'left_ankle', 0.400),
-         ('right_shoulder', 'left_shoulder', 0.331), ('right_shoulder', 'right_elbow', 0.269),
-         ('left_shoulder', 'left_elbow', 0.269)),
-        'Pairs of joints that tell the size of a person in the image, and their distances.', unit='m', source=_LENGTHS)
     under_skin: ByJoint = constant(
         (('nose', 0.003), ('eye', 0.010), ('ear', 0.015), ('neck', 0.085), ('shoulder', 0.067), ('elbow', 0.045),
          ('wrist', 0.028), ('hip', 0.115), ('knee', 0.078), ('ankle', 0.060)),
@@ -153,6 +147,16 @@ class BodyConstants:
     def accelerations(self) -> np.ndarray:
         """(18,) `relative_acceleration` of all joints."""
         return _by_joint(self.relative_acceleration)
+
+    @cached_property
+    def sized_bones(self) -> BetweenJoints:
+        """Eleven pairs of joints that tell the size of a person in the image, and their distances [m]."""
+        shoulders, hips, trunk = self.shoulder_width / 2, self.hip_width / 2, self.trunk_length
+        sides = [(('neck', f'{side}_hip', float(np.hypot(trunk, hips))),
+                  (f'{side}_shoulder', f'{side}_hip', float(np.hypot(trunk, shoulders - hips))),
+                  (f'{side}_hip', f'{side}_knee', self.thigh), (f'{side}_knee', f'{side}_ankle', self.shin),
+                  (f'{side}_shoulder', f'{side}_elbow', self.upper_arm)) for side in ('right', 'left')]
+        return (*itertools.chain(*sides), ('right_shoulder', 'left_shoulder', self.shoulder_width))
 
     @cached_property
     def sized_pairs(self) -> np.ndarray:

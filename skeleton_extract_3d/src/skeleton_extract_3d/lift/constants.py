@@ -156,8 +156,6 @@ class OccluderConstants:
     flat: float = constant(0.15, "Likelihood that a surface on the trunk is an arm's if it does not stand out.")
     shortest_limb: float = constant(3.0, 'A limb that is shorter in the image points at the camera.', unit='px',
                                     source='chosen')
-    least_square: float = constant(1e-6, 'Parts of a body that are shorter in the image are points.', unit='px^2',
-                                   source='chosen')
     turned_away: float = constant(
         0.4, 'The side of a body whose direction points away by more is the far one.', unit='cosine')
     far_side: float = constant(
@@ -197,7 +195,6 @@ class InferenceConstants:
                                  unit='m')
     level: float = constant(0.5, 'Share of the slope of shoulders and hips that counts as a turn.', unit='share')
     nearest: float = constant(0.15, 'No candidate is nearer.', unit='m', source='chosen')
-    least_length: float = constant(1e-3, 'Shorter vectors have no direction.', unit='m', source='chosen')
     mode: int = constant(3, 'A depth is the mean of this many candidates on both sides of the best one.',
                          unit='steps', source='chosen')
 

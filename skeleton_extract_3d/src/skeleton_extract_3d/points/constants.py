@@ -14,7 +14,6 @@ class CameraFitConstants:
     least_points: int = constant(12, 'At least this many of them must be valid.', unit='points', source='chosen')
     tolerance: float = constant(3.0, 'Greatest median distance of the points from their pixels.', unit='px',
                                 source='chosen')
-    least_square: float = constant(1e-12, 'Slopes x / z whose sum of squares is less fit no camera.', source='chosen')
 
 
 @dataclass(frozen=True)

@@ -18,15 +18,6 @@ def _rest_sigmas() -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class MemoryConstants:
-    """Limits of the memory of an estimator."""
-
-    greatest_backstep: float = constant(0.5, 'Stamps that go back by more are a new beginning (bag loop).', unit='s')
-    most_tracks: int = constant(1000, 'Tracks of a camera: where stamps stand still, none ever ends.', unit='tracks',
-                                source='chosen')
-
-
-@dataclass(frozen=True)
 class JointFilterConstants:
     """How measurements correct a filter."""
 
@@ -239,7 +230,6 @@ class StandingConstants:
 class TrackConstants:
     """All of them."""
 
-    memory: MemoryConstants = MemoryConstants()
     joint_filter: JointFilterConstants = JointFilterConstants()
     innovation: InnovationConstants = InnovationConstants()
     birth: BirthConstants = BirthConstants()

@@ -4,6 +4,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -14,7 +15,7 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import EstimatorSettings, IdentityParams
-from skeleton_extract_3d.track.constants import MemoryConstants, TrackConstants
+from skeleton_extract_3d.track.constants import TrackConstants
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
 
 
@@ -60,7 +61,7 @@ class Memory:
         """Return the memory, without tracks that ended, in the frame of reference of a frame, and its view."""
         stamp, pose = frame.stamp, frame.tracking_from_points
         before = self.stamp
-        if not params.tracking or (before is not None and stamp < before - constants.memory.greatest_backstep):
+        if not params.tracking or (before is not None and stamp < before - TRACKING.reset_backstep):
             before = None
         tracks = gone = Tracks.none()
         if before is not None:
@@ -77,13 +78,12 @@ class Memory:
         """Return the tracks with a detection within `track_timeout`, and those within `return_timeout`."""
         tracks = self.tracks
         recent = stamp - tracks.last_seen <= params.track_timeout
-        recent[:-constants.memory.most_tracks] = False
+        recent[:-TRACKING.most_tracks] = False
         gone = self.gone.joined(tracks.select(~recent))
         gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
         return tracks.select(recent), gone.select(stamp - gone.last_seen <= params.return_timeout)
 
-    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings,
-                 constants: MemoryConstants = METHOD.track.memory) -> Optional[People2D]:
+    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings) -> Optional[People2D]:
         """Return the tracks as people expected in or outside an image of a width and height [px]; scores are 1.
 
         Tracks move with constant velocity since the newest frame. None after a gap that ends all tracks, when the clock
@@ -93,7 +93,7 @@ class Memory:
         if camera is None or self.stamp is None:
             return None
         elapsed = stamp - self.stamp
-        if not -constants.greatest_backstep <= elapsed <= settings.identity.track_timeout:
+        if not -TRACKING.reset_backstep <= elapsed <= settings.identity.track_timeout:
             return None
         tracks = self.tracks.predicted(elapsed, settings.smoothing)
         position = tracks.joints.position
