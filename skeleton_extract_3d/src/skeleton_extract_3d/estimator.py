@@ -140,7 +140,7 @@ class PeopleEstimator:
         """Return the memory after a frame, and its people; without depth, which is no measurement, the memory stays."""
         if has_depth:
             people = self._identified(memory, people_2d, frame, camera)
-            agreement = memory.agreement.with_frame(people.observed, self._method.plausibility)
+            agreement = memory.agreement.with_frame(people.observed, self._method)
             return self._placed(people._replace(memory=replace(people.memory, agreement=agreement)))
         empty = OrganizedCloud.without_points(frame.grid.width, frame.grid.height)
         people = self._identified(memory, people_2d, replace(frame, points=empty), camera)
@@ -155,14 +155,14 @@ class PeopleEstimator:
         expected = memory.tracks.predicted(view.elapsed, settings.smoothing, method.body)
         bgr = frame.bgr if settings.identity.use_clothes else None
         observed = observe(people_2d, frame.image_size, view.points, camera, method)
-        clothes = observe_clothes(observed, view.points, bgr, method.track.appearance)
+        clothes = observe_clothes(observed, view.points, bgr, method)
         clock.lap('observe')
         compared = compare(expected, observed, method)
         row = assign(expected, clothes, compared, view.stamp, settings.identity, method.track.identity)
         whole, row = joined(expected, observed, compared, row, method.track.identity)
         if whole is not observed.people_2d:
             observed = observe(whole, frame.image_size, view.points, camera, method)
-            clothes = observe_clothes(observed, view.points, bgr, method.track.appearance)
+            clothes = observe_clothes(observed, view.points, bgr, method)
         clock.lap('identity')
         return _Identified(memory, view, expected, row, observed, clothes, clock.laps)
 

@@ -12,6 +12,7 @@ from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_fr
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, next_parts, small_grey
+from openpose_ros_pkg.detect.target_rate import RATE
 from openpose_ros_pkg.detect.tracking import (
     TRACKING,
     ImageTracks,
@@ -20,7 +21,6 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingConstants,
     TrackingParams,
 )
-from openpose_ros_pkg.detect.target_rate import RATE
 from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in

@@ -1,6 +1,5 @@
 """Constants of measured sizes, of joints that COCO_18 does not have, and of the frames of joints."""
 from dataclasses import dataclass
-from typing import Tuple
 
 from openpose_ros_pkg.params.constants import constant
 
@@ -9,7 +8,8 @@ from openpose_ros_pkg.params.constants import constant
 class SizeConstants:
     """How stature and bones of a person are learnt."""
 
-    least_score: float = constant(0.5, 'Keypoints with a lower score do not measure.')
+    least_score: float = constant(
+        0.5, 'Keypoints with a lower score may be beside the body: they measure neither sizes nor clothes.')
     least_bones: int = constant(3, 'A stature is measured by at least this many bones at once.', source='chosen')
     most_frames: float = constant(30.0, 'A frame counts at least one in this many, so sizes may still change.',
                                   unit='frames')
@@ -24,15 +24,12 @@ class SizeConstants:
 class ExtraJointConstants:
     """Joints at the end of a body that COCO_18 does not have: the top of the head, toes and heels."""
 
-    head_reach: float = constant(0.35, "The top of the head is within this distance of the neck's depth.", unit='m',
-                                 source='chosen')
-    head_offset: float = constant(0.03, 'Depth of the top of the head under the surface.', unit='m', source='chosen')
     foot_reach: float = constant(0.25, "Toes and heels are within this distance of the ankle's depth.", unit='m',
                                  source='chosen')
-    foot_offset: float = constant(0.02, 'Depth of toes and heels under the surface.', unit='m', source='chosen')
+    offset: float = constant(0.02, 'Depth of the top of the head, toes and heels under the surface.', unit='m',
+                             source='chosen')
     window: float = constant(0.03, 'Half the side of the window around the keypoint; feet are narrow.', unit='m',
                              source='chosen')
-    window_limits: Tuple[float, float] = constant((1.5, 20.0), 'Limits of this window.', unit='px', source='chosen')
     measured_sigma: float = constant(0.04, 'Error of a joint that is measured.', unit='m', source='chosen')
     inferred_sigma: float = constant(0.12, 'Error of a joint with the depth of the joint that it hangs on.', unit='m',
                                      source='chosen')
@@ -42,8 +39,6 @@ class ExtraJointConstants:
 class JointFrameConstants:
     """The frames of joints."""
 
-    least_length: float = constant(0.01, 'Joints that are closer together show no direction.', unit='m',
-                                   source='chosen')
     least_bend: float = constant(
         0.2, 'Sine of the bend of elbow or knee (12 degrees) from which on the bending axis turns the limb.',
         source='error of two directions with 3 cm at the end of a bone of 25 cm')

@@ -4,7 +4,6 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.constants import ExtraJointConstants
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift.records import ObservedPeople
@@ -19,11 +18,10 @@ _FEET = tuple(f'{side}_{part}' for side in ('left', 'right') for part in ('big_t
 
 
 class _Hanging(NamedTuple):
-    """A joint at the end of a body: the joint that it hangs on, how far it is, and the depth under the skin [m]."""
+    """A joint at the end of a body: the joint that it hangs on, and how far it is at most [m]."""
 
     parent: str
     reach: float
-    offset: float
 
 
 # Positions, status, sigma and velocity of one joint of the first people: arrays of `People3D` without the joints' axis.
@@ -52,7 +50,7 @@ def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameVie
         return people.xyz[:, row], people.status[:, row], people.sigma[:, row], people.velocity[:, row]
     if name in _BETWEEN:
         return _between(people, _BETWEEN[name])
-    hanging = _hanging(name, method.extra_joints)
+    hanging = _hanging(name, method)
     unknown = np.full((len(people), 3), np.nan)
     missing = unknown, np.full(len(people), MISSING), unknown[:, 0], unknown
     if hanging is None:
@@ -64,11 +62,11 @@ def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameVie
                  for values, rest in zip(joint, missing))
 
 
-def _hanging(name: str, constants: ExtraJointConstants) -> Optional[_Hanging]:
+def _hanging(name: str, method: MethodConstants) -> Optional[_Hanging]:
     if name == 'head_top':
-        return _Hanging('neck', constants.head_reach, constants.head_offset)
+        return _Hanging('neck', method.body.neck_to_head + method.body.head_axes[1])
     if name in _FEET:
-        return _Hanging(f'{name.split("_")[0]}_ankle', constants.foot_reach, constants.foot_offset)
+        return _Hanging(f'{name.split("_")[0]}_ankle', method.extra_joints.foot_reach)
     return None
 
 
@@ -99,8 +97,8 @@ def _at_the_end(people: People3D, uv: np.ndarray, view: FrameView, hanging: _Han
     near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)
     focal = view.camera.focal_in((points.width, points.height))
-    radius = np.clip(constants.window * focal / np.where(known, near[:, 2], 1.0), *constants.window_limits)
-    depth = window_depths(points, uv[:, None], radius, method.windows)[:, 0] + hanging.offset
+    radius = np.clip(constants.window * focal / np.where(known, near[:, 2], 1.0), *method.windows.limits)
+    depth = window_depths(points, uv[:, None], radius, method.windows)[:, 0] + constants.offset
     own = np.abs(depth - near[:, 2:]) < hanging.reach
     measured = known & (2 * own.sum(axis=1) > np.isfinite(depth).sum(axis=1))
     surface = lower_median(np.where(own, depth, np.nan))

@@ -27,8 +27,7 @@ _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
 def joint_frames(people: People3D, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the axes of the frames of all joints, (P, K, 3, 3) float64: columns x, y, z in the frame of the people."""
     constants, at = method.joint_frames, _positions(people)
-    least = constants.least_length
-    thorax, pelvis = _trunk(at, least)
+    thorax, pelvis = _trunk(at)
     head = _frame_or(_head(at, method), thorax)
     frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, head)}
     limbs = np.array([[at[joint] for joint in joints] for joints in _LIMBS])
@@ -36,15 +35,15 @@ def joint_frames(people: People3D, method: MethodConstants = METHOD) -> np.ndarr
         frames.update(zip(joints, (upper, lower, lower)))
     for side in ('left', 'right'):
         ankle, toe = f'{side}_ankle', f'{side}_big_toe'
-        foot = _frame_or(_swung(frames[ankle], _unit(at[toe] - at[ankle], least)), frames[ankle])
+        foot = _frame_or(_swung(frames[ankle], _unit(at[toe] - at[ankle])), frames[ankle])
         frames.update(dict.fromkeys((ankle, toe, f'{side}_small_toe', f'{side}_heel'), foot))
     return np.stack([frames[joint] for joint in people.skeleton.joints], axis=1)
 
 
 @np.errstate(invalid='ignore', divide='ignore')
-def pelvis_frames(people: People3D, constants: JointFrameConstants = METHOD.joint_frames) -> np.ndarray:
+def pelvis_frames(people: People3D) -> np.ndarray:
     """Return the axes of the frame of mid_hip, also of joint sets without it; see `joint_frames`, (P, 3, 3) float64."""
-    return _trunk(_positions(people), constants.least_length)[1]
+    return _trunk(_positions(people))[1]
 
 
 def _positions(people: People3D) -> Dict[str, np.ndarray]:
@@ -54,21 +53,21 @@ def _positions(people: People3D) -> Dict[str, np.ndarray]:
             for joint in MESSAGE_JOINTS}
 
 
-def _trunk(at: Dict[str, np.ndarray], least: float) -> Tuple[np.ndarray, np.ndarray]:
+def _trunk(at: Dict[str, np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
     """Return the frames of the upper trunk and of the pelvis, (P, 3, 3)."""
     left, right, left_hip, right_hip = (at[joint] for joint in (
         'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip'))
-    up = _unit(_known(at['neck'], (left + right) / 2) - _known(at['mid_hip'], (left_hip + right_hip) / 2), least)
-    thorax, pelvis = _upright(up, left - right, least), _upright(up, left_hip - right_hip, least)
+    up = _unit(_known(at['neck'], (left + right) / 2) - _known(at['mid_hip'], (left_hip + right_hip) / 2))
+    thorax, pelvis = _upright(up, left - right), _upright(up, left_hip - right_hip)
     return _frame_or(_frame_or(thorax, pelvis), np.eye(3)), _frame_or(_frame_or(pelvis, thorax), np.eye(3))
 
 
 def _head(at: Dict[str, np.ndarray], method: MethodConstants) -> np.ndarray:
     """Return the frame of the head, (P, 3, 3); NaN where nose, an ear, or both of ears and eyes are missing."""
-    least, (left, right) = method.joint_frames.least_length, (at['left_ear'], at['right_ear'])
-    y = _unit(_known(left - right, at['left_eye'] - at['right_eye']), least)
+    left, right = at['left_ear'], at['right_ear']
+    y = _unit(_known(left - right, at['left_eye'] - at['right_eye']))
     to_nose = at['nose'] - _known((left + right) / 2, _known(left, right))
-    ahead = _unit(to_nose - _dot(to_nose, y) * y, least)
+    ahead = _unit(to_nose - _dot(to_nose, y) * y)
     above = np.cross(ahead, y)
     # angle by which the line from the middle of the ears to the nose points down when the head looks straight ahead
     nose_down = np.arctan2(*method.body.head_points[0, 1:])
@@ -80,7 +79,7 @@ def _limbs(trunks: np.ndarray, joints: np.ndarray, constants: JointFrameConstant
     """Return the frames of the upper and the lower parts of limbs, (4, P, 3, 3) each, by those that they hang on and
     joints (4, 3, P, 3) [m]: root, middle and end of each limb.
     """
-    along, further = np.moveaxis(_unit(np.diff(joints, axis=1), constants.least_length), 1, 0)
+    along, further = np.moveaxis(_unit(np.diff(joints, axis=1)), 1, 0)
     stretched = trunks @ _STRETCHED
     _, y, z = np.moveaxis(_swung(stretched, along), -1, 0)
     bending = _SENSES * np.cross(further, along)  # as long as the sine of the bend
@@ -93,9 +92,9 @@ def _limbs(trunks: np.ndarray, joints: np.ndarray, constants: JointFrameConstant
     return _frame_or(upper, trunks), _frame_or(lower, trunks)
 
 
-def _upright(up: np.ndarray, left: np.ndarray, least: float) -> np.ndarray:
+def _upright(up: np.ndarray, left: np.ndarray) -> np.ndarray:
     """Return the frames with z along unit vectors `up` and y as far to the left as that allows; NaN if not known."""
-    y = _unit(left - _dot(left, up) * up, least)
+    y = _unit(left - _dot(left, up) * up)
     return np.stack([np.cross(y, up), y, up], axis=-1)
 
 
@@ -113,10 +112,10 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray((a * b).sum(axis=-1, keepdims=True))
 
 
-def _unit(vectors: np.ndarray, least: float) -> np.ndarray:
-    """Return vectors with length 1; NaN for those that are not longer than `least` [m]."""
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors with length 1; NaN for those without a length."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.where(length > least, vectors / length, np.nan)
+    return np.where(length > 0, vectors / length, np.nan)
 
 
 def _known(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ from skeleton_extract_3d.body.body import TRUNK
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median
-from skeleton_extract_3d.points.constants import PlausibilityConstants
 from skeleton_extract_3d.points.plausibility import Doubt
 
 # A trunk with fewer joints, or depths, is not judged.
@@ -25,10 +24,10 @@ class Agreement(NamedTuple):
     sizes: np.ndarray = np.zeros(0)
     fits: np.ndarray = np.zeros(0, bool)
 
-    def with_frame(self, observed: ObservedPeople, constants: PlausibilityConstants = METHOD.plausibility
-                   ) -> 'Agreement':
+    def with_frame(self, observed: ObservedPeople, method: MethodConstants = METHOD) -> 'Agreement':
         """Return it with the people of one more frame whose trunk has enough joints and depths."""
-        joints = observed.known[:, TRUNK] & (observed.scores[:, TRUNK] > constants.sure_score)
+        constants = method.plausibility
+        joints = observed.known[:, TRUNK] & (observed.scores[:, TRUNK] > method.sizes.least_score)
         depths = np.where(joints, lower_median(observed.samples[:, TRUNK]), np.nan)
         middle = lower_median(depths)
         with np.errstate(invalid='ignore'):
@@ -38,7 +37,7 @@ class Agreement(NamedTuple):
         judged = ((count >= _LEAST_JOINTS) & (np.isfinite(depths).sum(axis=1) >= _LEAST_DEPTHS)
                   & np.isfinite(observed.adult_depth))
         with np.errstate(invalid='ignore'):
-            fits = (sizes > least) & (sizes < most) & (near >= constants.least_near * count)
+            fits = (sizes > least) & (sizes < most) & (2 * near > count)
         last = slice(-constants.sightings, None)
         return Agreement(np.concatenate([self.sizes, sizes[judged]])[last],
                          np.concatenate([self.fits, fits[judged]])[last])
@@ -47,7 +46,7 @@ class Agreement(NamedTuple):
         """Return the doubt that the depth is that of the image, if there is one."""
         constants = method.plausibility
         count, unfit = len(self.fits), int((~self.fits).sum())
-        if count < constants.least_sightings or unfit <= constants.most_unfit * count:
+        if count < constants.sightings or 2 * unfit <= count:
             return None
         stature = float(np.median(self.sizes)) * method.body.adult_stature
         return Doubt('people do not fit the depth',

@@ -84,7 +84,7 @@ class CameraModel:
                 raise BadInputError(f'camera matrix K: c{axis} is {centre:g} px, far outside of {self.width} x '
                                     f'{self.height} px; is K of another resolution?')
         if self.distortion.size:
-            u, v = (np.linspace(0, size - 1, count) for size, count in zip(sizes, limits.grid))
+            u, v = (np.linspace(0, size - 1, count) for size, count in zip(sizes, METHOD.camera_fit.grid))
             share = np.isfinite(self.rays(np.stack(np.meshgrid(u, v), axis=-1))).all(axis=1).mean()
             if share < limits.least_rays:
                 raise BadInputError(f'distortion D = {self.distortion.tolist()} folds the image: {share:.0%} of its '

@@ -25,10 +25,9 @@ class CameraLimitConstants:
         unit='longer sides of the image', source='chosen')
     centre: float = constant(1.0, 'Greatest distance of the principal point from the middle of the image, which may be '
                                   'a part of a larger one.', unit='sizes of the image', source='chosen')
-    grid: Tuple[int, int] = constant((9, 5), 'Columns and rows of the pixels whose lines of sight are computed.',
-                                     unit='pixels', source='chosen')
-    least_rays: float = constant(0.15, 'Least share of these at which the distortion can be inverted; fisheye lenses '
-                                       'have corners where it can not.', source='chosen')
+    least_rays: float = constant(
+        0.15, 'Least share of the pixels at which the distortion can be inverted; fisheye lenses have corners where it '
+              'can not.', source='chosen')
 
 
 @dataclass(frozen=True)
@@ -50,11 +49,7 @@ class PlausibilityConstants:
     sizes: Tuple[float, float] = constant(
         (0.57, 1.6), 'Limits of the depth at the trunk over that at which an adult would look as large: without '
                      'faults it is 0.80 to 1.39, of small children from 0.55 on.', unit='share')
-    spread: float = constant(0.35, 'Joints of the trunk are no further from its median depth.', unit='m')
-    least_near: float = constant(0.6, 'Least share of them that are not.')
-    sure_score: float = constant(0.4, 'Only joints with at least this score are judged.', source='chosen')
-    sightings: int = constant(40, 'The last people who are judged together.', unit='people', source='chosen')
-    least_sightings: int = constant(20, 'No judgement by fewer.', unit='people', source='chosen')
-    most_unfit: float = constant(0.5, 'Colour and depth do not belong together if more of these do not fit that at '
-                                      'their joints. Without faults up to 3 % do not, of depth elsewhere 40 to 100 %.',
-                                 unit='share')
+    spread: float = constant(0.35, 'Most joints of the trunk are no further from its median depth.', unit='m')
+    sightings: int = constant(30, 'The last people who are judged together: colour and depth do not belong together if '
+                                  'most of them do not fit the depth at their joints. Without faults up to 3 % do not, '
+                                  'of depth elsewhere 40 to 100 %.', unit='people', source='chosen')

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 
 from skeleton_extract_3d.body.body import HIPS, MIDDLES, SHOULDERS
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.lift.records import ObservedPeople
@@ -59,15 +59,15 @@ class Clothes(NamedTuple):
 
 
 def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray],
-                    constants: AppearanceConstants = METHOD.track.appearance) -> Clothes:
+                    method: MethodConstants = METHOD) -> Clothes:
     """Return the colours of clothes in an image (H, W, 3) uint8 or None, where the surface is near the trunk's."""
     if bgr is None or not len(observed):
         return Clothes.unknown(len(observed))
-    pixels = clothes_pixels(np.where(observed.scores[..., None] >= constants.least_score, observed.uv, np.nan))
+    pixels = clothes_pixels(np.where(observed.scores[..., None] >= method.sizes.least_score, observed.uv, np.nan))
     depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
     trunk = surfaces.lower_median(observed.samples[:, _CHEST].reshape(len(observed), -1))
     with np.errstate(invalid='ignore'):
-        usable = np.abs(depths - trunk[:, None]) < constants.depth_range
+        usable = np.abs(depths - trunk[:, None]) < method.track.appearance.depth_range
     return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), observed.image_size), usable)
 
 

@@ -45,7 +45,8 @@ class BirthConstants:
 
     joint_sigma: float = constant(0.3, 'Standard deviation per axis of the joints of a new track.', unit='m')
     root_sigma: float = constant(0.1, "The same of the trunk's middle.", unit='m')
-    speed: float = constant(1.0, 'The same of both velocities.', unit='m/s')
+    speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
+                            unit='m/s')
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,6 @@ class IdentityConstants:
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
               'a person who is almost hidden are those of another one.', unit='m')
-    nearest: float = constant(0.1, 'Least depth of a track that is compared.', unit='m', source='chosen')
     repeated_distance: float = constant(
         0.22, 'New people nearer to a track (median of joints) are the same person.', unit='m')
     repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
@@ -79,7 +79,6 @@ class IdentityConstants:
 class AppearanceConstants:
     """How the colours of clothes are measured and compared."""
 
-    least_score: float = constant(0.5, 'Keypoints with a lower score may be beside the body.')
     depth_range: float = constant(0.35, "Samples nearer to the trunk's depth show the person's clothes.", unit='m')
     memory: float = constant(30.0, 'Greatest weight of a remembered colour: light may change.', unit='frames')
     same_colour: np.ndarray = constant(
@@ -103,8 +102,7 @@ class ExpectationConstants:
     depth_sigma: float = constant(0.06, 'Error of an expected depth beyond that of the filter.', unit='m')
     depth_factor: float = constant(1.5, 'Factor of the error of an expected depth.')
     turning_time: float = constant(0.1, 'The direction that people face is averaged over this time.', unit='s')
-    least_elapsed: float = constant(0.01, 'Frames count as at least this far apart.', unit='s')
-    most_turning_weight: float = constant(4.0, 'Greatest weight of the direction before.', unit='frames')
+    turning_frames: float = constant(4.0, '... or this number of frames, if that is less.', unit='frames')
 
 
 @dataclass(frozen=True)
@@ -120,14 +118,12 @@ class CorrectionConstants:
     along_inferred: float = constant(0.05, 'Least error along the ray of an inferred depth.', unit='m')
     body_sigma: float = constant(0.01, 'Error of the body model: no filter takes it away.', unit='m')
     sure_score: float = constant(0.75, 'Keypoints that bones contradict are used from this score on.')
-    unknown_speed: float = constant(1.0, 'Error per axis of the velocity of a joint in its first frame.', unit='m/s')
     corners: int = constant(3, 'Measured corners of a trunk that is known.', unit='joints')
     root_measured: float = constant(0.03, 'Error per axis of the middle of such a trunk.', unit='m')
     root_guessed: float = constant(0.15, 'The same of another trunk.', unit='m')
     measured_reach: float = constant(
         0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
     down_share: float = constant(0.2, "Weight of a frame in the trunk's direction downwards.", unit='share')
-    least_trunk: float = constant(0.1, 'A shorter trunk has no direction: sum of both sides.', unit='m')
 
 
 @dataclass(frozen=True)

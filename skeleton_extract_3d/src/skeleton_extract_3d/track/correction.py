@@ -42,7 +42,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     xyz, covariance = _measured(tracks, people, trusted, params.occlusion, method)
     used = trusted & tracks.has
     joints = come_along(tracks.joints.corrected(xyz, covariance, used, method), tracks, used, stamp, constants)
-    joints = _begun(joints, trusted & ~tracks.has, xyz, covariance, constants.unknown_speed)
+    joints = _begun(joints, trusted & ~tracks.has, xyz, covariance, method.track.birth.speed)
     shares, errors = joint_errors(tracks, joints, (xyz, covariance), used, stamp, method.track)
     has = tracks.has | trusted
     sure = lifted.measured[:, _CORNERS].sum(axis=1) >= constants.corners
@@ -126,4 +126,4 @@ def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray, constants
     length = np.linalg.norm(along, axis=1, keepdims=True)
     mixed = before + constants.down_share * (along / np.maximum(length, 1e-6) - before)
     mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-6)
-    return np.where(known[:, None] & (length > constants.least_trunk), mixed, before)
+    return np.where(known[:, None], mixed, before)

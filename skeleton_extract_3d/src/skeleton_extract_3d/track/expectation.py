@@ -14,7 +14,7 @@ def expect(tracks: Tracks, row: np.ndarray, elapsed: float, method: MethodConsta
         return default
     row = np.maximum(row, 0)
     sizes = tracks.sizes.select(row)
-    weight = min(constants.turning_time / max(elapsed, constants.least_elapsed), constants.most_turning_weight)
+    weight = constants.turning_time / max(elapsed, constants.turning_time / constants.turning_frames)
     variance = tracks.joints.position_covariance[row, :, 2, 2]
     known = Expectation(
         root=tracks.root.position[row, 0, 2],

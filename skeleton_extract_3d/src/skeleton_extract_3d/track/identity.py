@@ -97,7 +97,7 @@ def _evidence_against(tracks: Tracks, observed: ObservedPeople, method: MethodCo
     size = observed.adult_depth[None] * (tracks.sizes.stature / method.body.adult_stature)[:, None]
     spread = np.broadcast_to(stature_spread(tracks.sizes, method)[:, None], size.shape)
     total = observed.trunk_evidence[None] + surfaces.size_evidence(size, spread, method.trunk)
-    depth = np.maximum(tracks.root.position[:, 0, 2], method.track.identity.nearest)
+    depth = np.maximum(tracks.root.position[:, 0, 2], method.trunk.nearest)
     near = np.abs(np.log(depths / depth[:, None])) < method.track.identity.same_depth
     there = np.where(near[:, None], total, -np.inf).max(axis=2)
     return np.minimum(total.max(axis=2) - there, _MOST_AGAINST)
