@@ -15,7 +15,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Dict
+from typing import Any, Dict, Optional, Set
 
 import numpy as np
 
@@ -25,16 +25,17 @@ from ablations.scenes import Runner, Scene, lifted
 from ablations.variants import Variant
 from common import ROOT, Parser
 
-BASE = Variant('as it is', {})
+BASE = Variant(table.BASE, {})
 PARTS = {'estimator': mechanisms.METHOD, 'floor': mechanisms.FLOOR, 'detection': mechanisms.DETECTION,
          'following': mechanisms.FOLLOWING}
 # Why constants that move nothing are kept, by path, or by the path of their class.
 REASONS: Dict[str, str] = {}
 
 
-def sums_of(scene: Scene, part: str, runner: Runner) -> Dict[str, Sums]:
-    """Return the sums of a scene by variant."""
-    everything = [BASE, *variants.of_part(part), *PARTS[part]]
+def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = None) -> Dict[str, Sums]:
+    """Return the sums of a scene by variant; `some`: paths of constants that are varied, all if None."""
+    everything = [BASE, *(one for one in variants.of_part(part) if some is None or set(one.constants) <= some),
+                  *PARTS[part]]
     if part == 'following':
         runs = ((one.name, *runner.followed(scene, one)) for one in everything)
         return {name: {**scene.score(in_space), **scene.score_image(people)} for name, people, in_space in runs}
@@ -75,14 +76,16 @@ def main() -> int:
     parser.add_argument('scenes', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--out', type=Path, required=True, help='folder of the counts')
     parser.add_argument('--part', choices=sorted(PARTS), default='estimator')
+    parser.add_argument('--unsettled', action='store_true', help='only constants that moved nothing so far')
     parser.add_argument('--table', type=Path, help='write the tables of all counts')
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     runner = Runner()
+    some = table.unsettled(arguments.out, arguments.part) if arguments.unsettled else None
     for folder in arguments.scenes:
         path = arguments.out / f'{folder.name}.{arguments.part}.json'
         if not path.exists():
-            found = sums_of(Scene.read(folder), arguments.part, runner)
+            found = sums_of(Scene.read(folder), arguments.part, runner, some)
             path.write_text(json.dumps({'commit': commit(), 'values': values_of(arguments.part), 'sums': found}))
             runner.forget()
             print(path, flush=True)

@@ -98,13 +98,17 @@ def _medians(histograms: np.ndarray) -> np.ndarray:
     return bins + (half[:, 0] - (below[rows, bins] - histograms[rows, bins])) / inside
 
 
-def effects(before: Sequence[Sums], after: Mapping[str, Sequence[Sums]]) -> Dict[str, Dict[str, Effect]]:
-    """Return the effect of each variant on each figure; all have the same scenes."""
-    weights = draws(len(before))
-    base, result = figures(before, weights), {}
-    for variant, scenes in after.items():
-        changed = figures(scenes, weights)
-        result[variant] = {name: _effect(changed[name] - base[name], _LEAST.get(name, 0.0)) for name in base}
+def effects(scenes: Sequence[Mapping[str, Sums]], base: str) -> Dict[str, Dict[str, Effect]]:
+    """Return the effect of each variant on each figure, against the base, by the scenes that have the variant."""
+    result, known = {}, {}
+    for variant in {name: None for scene in scenes for name in scene}:
+        chosen = tuple(number for number, scene in enumerate(scenes) if variant in scene)
+        weights = draws(len(chosen))
+        if chosen not in known:
+            known[chosen] = figures([scenes[number][base] for number in chosen], weights)
+        changed = figures([scenes[number][variant] for number in chosen], weights)
+        result[variant] = {name: _effect(values - known[chosen][name], _LEAST.get(name, 0.0))
+                           for name, values in changed.items()}
     return result
 
 
