@@ -159,7 +159,7 @@ class PeopleEstimator:
         clock.lap('observe')
         compared = compare(expected, observed, method)
         row = assign(expected, clothes, compared, view.stamp, settings.identity, method.track.identity)
-        whole, row = joined(expected, observed, compared, row, method.track.identity)
+        whole, row = joined(expected, observed, compared, row, method)
         if whole is not observed.people_2d:
             observed = observe(whole, frame.image_size, view.points, camera, method)
             clothes = observe_clothes(observed, view.points, bgr, method)
@@ -180,8 +180,8 @@ class PeopleEstimator:
         unseen = people.others(len(before))
         if occlusion.occlusion:
             seen = complete(seen, view, occlusion.inference_timeout, method)
-            lost = walk_on(without(before.select(unseen), seen.tracks), view, method.track)
-            hidden = lost.select(hidden_and_there(lost, view, method.track.out_of_sight))
+            lost = walk_on(without(before.select(unseen), seen.tracks), view, method)
+            hidden = lost.select(hidden_and_there(lost, view, method))
         else:
             lost, hidden = without(found.expected.select(unseen), seen.tracks), Tracks.none()
         seen, people, misplaced = separate(seen, people, view.stamp, method.track)

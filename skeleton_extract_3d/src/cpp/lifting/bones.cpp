@@ -98,7 +98,7 @@ void satisfyBone(const Constants::BoneConstraints& rules, double length, double 
   const Direction unit_along{ along.x / distance, along.y / distance, along.z / distance };
   const Direction start_pull = matrixAt(start_covariance) * unit_along;
   const Direction end_pull = matrixAt(end_covariance) * unit_along;
-  const double uncertainty = std::max(rules.change, spread) * length;
+  const double uncertainty = spread * length;
   const double share = excess / (dot(start_pull + end_pull, unit_along) + uncertainty * uncertainty);
   store(at(start) + start_pull * share, start);
   store(at(end) - end_pull * share, end);

@@ -114,8 +114,8 @@ struct Constants : Step
     double step = get("step"), hidden = get("hidden"), hidden_depth = get("hidden_depth"), under = get("under");
     double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope"), hidden_most = get("hidden_most");
     double hidden_covered = get("hidden_covered"), anything = get("anything");
-    std::vector<int> kernel_shifts = get<std::vector<int>>("kernel_shifts");
-    std::vector<double> kernel_shares = numbers("kernel_shares", kernel_shifts.size());
+    std::vector<double> kernel_shares = get<std::vector<double>>("kernel_shares");
+    float limit = get<float>("limit");
   } costs{ get<py::object>("costs") };
 
   struct Occluders : Step
@@ -135,8 +135,7 @@ struct Constants : Step
   {
     int mode = get<int>("mode");
     double nearest = get("nearest"), pair_error = get("pair_error"), level = get("level");
-    float length_limit = get<float>("length_limit"), direction_limit = get<float>("direction_limit");
-    float turn_limit = get<float>("turn_limit");
+    float length_limit = get<float>("length_limit");
     std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
   } inference{ get<py::object>("inference") };
 
@@ -158,7 +157,7 @@ struct Constants : Step
 
   struct BoneConstraints : Step
   {
-    double change = get("change"), most_violation = get("most_violation");
+    double most_violation = get("most_violation");
   } bone_constraints{ py::object(get<py::object>("track").attr("bone_constraints")) };
 
   struct JointFilter : Step

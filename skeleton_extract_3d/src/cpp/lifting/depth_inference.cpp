@@ -191,7 +191,7 @@ private:
   {
     for (int pair = 0; pair < PAIRS; ++pair)
     {
-      const float turn = person.bones[PAIR + pair].mean * static_cast<float>(left.z), limit = s_.turn_limit;
+      const float turn = person.bones[PAIR + pair].mean * static_cast<float>(left.z), limit = method_.costs.limit;
       const float certainty = static_cast<float>(1 / s_.turn_spread[pair]);
       for (int i = 0; i < steps_; ++i)
       {
@@ -220,7 +220,7 @@ private:
         return Lead{ axis, static_cast<float>(mean[2 * limb + i] * person.scale / sigma), sigma };
       };
       const Direction outwards = left * method_.joints.sides[limb];
-      addDirectionCosts(from, to, lead(outwards, 0), lead(forward, 1), s_.direction_limit, table);
+      addDirectionCosts(from, to, lead(outwards, 0), lead(forward, 1), method_.costs.limit, table);
     };
     for (int limb = 0; limb < LIMBS; ++limb)
     {

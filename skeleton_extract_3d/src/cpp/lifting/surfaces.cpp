@@ -102,10 +102,10 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
   for (int i = 0; i < s.steps; ++i)
   {
     double seen = 0.0;
-    for (std::size_t k = 0; k < s.kernel_shifts.size(); ++k)
+    const int reach = static_cast<int>(s.kernel_shares.size()) - 1;
+    for (int from = std::max(i - reach, 0); from <= std::min(i + reach, s.steps - 1); ++from)
     {
-      const int from = i - s.kernel_shifts[k];
-      seen += from >= 0 && from < s.steps ? s.kernel_shares[k] * surface[from + 1] : 0.0;
+      seen += s.kernel_shares[std::abs(from - i)] * surface[from + 1];
     }
     const double front = below[std::max(i + 1 - hiding, 0)];
     const double under = std::max(below[i + 1] - front, 0.0);

@@ -17,6 +17,9 @@ class SizeConstants:
     most_change: float = constant(
         0.25, 'A bone that differs more from what is expected has a keypoint elsewhere and is not learnt.',
         unit='share')
+    known_stature: float = constant(
+        0.06, 'Standard deviation of a stature that is known: measured often, or by the size in the image where the '
+              'depth of the trunk is sure.', unit='share')
     known_spread: float = constant(0.03, 'Standard deviation of a length that was measured often.', unit='share')
 
 

@@ -45,7 +45,7 @@ def length_spreads(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray
 def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the standard deviation of each stature, as a share, (N,)."""
     constants = method.track.identity
-    return np.where(sizes.stature_weight > constants.measured_frames, constants.measured_spread,
+    return np.where(sizes.stature_weight > constants.measured_frames, method.sizes.known_stature,
                     method.body.stature_spread)
 
 

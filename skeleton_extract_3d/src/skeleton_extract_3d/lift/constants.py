@@ -18,11 +18,6 @@ class WindowConstants:
     usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of a person at this depth.',
                                   unit='m', source='chosen')
     spread: float = constant(0.6, 'Standard deviation of the Gaussian weights of the samples.', unit='half sides')
-    foreground_share: int = constant(
-        4, 'The nearest surface begins where one in this many samples is nearer: a few stray ones do not make it.',
-        source='chosen')
-    foreground_depth: float = constant(0.05, 'Samples within this distance of its beginning make the nearest surface.',
-                                       unit='m', source='chosen')
 
     @cached_property
     def offsets(self) -> np.ndarray:
@@ -67,13 +62,9 @@ class TrunkConstants:
     before_spread: float = constant(0.10, 'Standard deviation of the depth against that of the frame before.',
                                     unit='share')
     before_weight: float = constant(4.0, 'Weight of the depth of the frame before.')
-    before_limit: float = constant(9.0, 'Limit of its weight, in squared standard deviations.')
     support_reach: float = constant(0.50, 'Samples of the trunk within this distance of its depth refine it.',
                                     unit='m')
     least_support: float = constant(2.5, 'Refined only if at least this many windows agree.', unit='windows')
-    stature_spread: float = constant(
-        0.06, 'Standard deviation of the stature by the size in the image, where the depth of the trunk is sure.',
-        unit='share')
 
     @cached_property
     def depths(self) -> np.ndarray:
@@ -107,10 +98,9 @@ class CostConstants:
 
     steps: int = constant(45, 'Candidates of a joint, odd: the middle one is the depth of the trunk.', source='chosen')
     step: float = constant(0.04, 'Distance between two candidates.', unit='m', source='chosen')
-    kernel_shifts: Tuple[int, ...] = constant((0, 1, -1, 2, -2), 'A surface is spread over candidates this far off.',
-                                              unit='steps')
     kernel_shares: Tuple[float, ...] = constant(
-        (0.40, 0.25, 0.25, 0.05, 0.05), 'Their shares: noise, and what clothes add, make a surface a step thick.')
+        (0.40, 0.25, 0.05), 'Share of a surface at its candidate, and at each one beside it and next to that on both '
+                            'sides: noise, and what clothes add, make a surface a step thick.')
     hidden: float = constant(0.30, 'Likelihood that a joint is hidden behind a surface.')
     hidden_depth: float = constant(0.6, 'A hidden joint is anywhere within this depth behind the surface.', unit='m')
     hidden_score: float = constant(0.8, 'Below this score, being hidden grows more likely.')
@@ -120,7 +110,9 @@ class CostConstants:
         3.3, 'Factor where another part of the same body is in the image: as likely hidden as not.')
     under: float = constant(0.02, 'Likelihood of a surface in front of the joint that is too near to hide it.')
     anything: float = constant(0.002, 'Likelihood of anything else: a keypoint that is elsewhere, a hole.')
-    memory_limit: float = constant(9.0, 'Greatest cost of a depth that differs from that of the frame before.')
+    limit: float = constant(9.0, 'Greatest cost of a depth that differs from that of the frame before, of where a limb '
+                                 'points, and of shoulders or hips that are turned against the person: three standard '
+                                 'deviations.')
 
     @cached_property
     def half(self) -> int:
@@ -153,13 +145,13 @@ class OccluderConstants:
     furniture: float = constant(0.03, "Likelihood that such a surface is the person's.")
     stands_out: float = constant(0.035, 'An arm before the trunk stands out from it by this, at least on one side.',
                                  unit='m')
-    flat: float = constant(0.15, "Likelihood that a surface on the trunk is an arm's if it does not stand out.")
     shortest_limb: float = constant(3.0, 'A limb that is shorter in the image points at the camera.', unit='px',
                                     source='chosen')
     turned_away: float = constant(
         0.4, 'The side of a body whose direction points away by more is the far one.', unit='cosine')
-    far_side: float = constant(
-        0.15, 'Likelihood that the surface at a joint of the far side, on another part of the body, is its own.')
+    covered: float = constant(
+        0.15, 'Likelihood that the surface at a joint that another part of the body covers in the image is its own, if '
+              'the joint is on the far side, or an arm that does not stand out.')
 
 
 @dataclass(frozen=True)
@@ -173,21 +165,17 @@ class HeadConstants:
     error: float = constant(0.015, 'Error of the keypoints of a head.', unit='m')
     cosine_spread: float = constant(0.5, 'Standard deviation of the cosine of the yaw, given the shoulders.')
     sine_spread: float = constant(0.7, 'Standard deviation of the sine of the yaw.')
-    agreement: float = constant(0.08, 'Samples within this distance of where the surface should be refine the depth.',
-                                unit='m')
-    least_support: float = constant(0.1, 'Refined only if their weight is at least this.', unit='windows')
 
 
 @dataclass(frozen=True, eq=False)
 class InferenceConstants:
     """Depths of all joints of a person together."""
 
-    keypoint_error: float = constant(0.02, 'Error of the length of a bone by those of its ends.', unit='m')
+    keypoint_error: float = constant(
+        0.02, 'Error of the length of a bone by those of its ends, and of the distance from neck to head by nodding.',
+        unit='m')
     guess_error: float = constant(0.25, 'The same for an end without a keypoint, whose ray is a guess.', unit='m')
-    nodding: float = constant(0.02, 'Error of the distance from neck to head by nodding.', unit='m')
     length_limit: float = constant(30.0, 'Greatest cost of a length: a keypoint may be elsewhere.')
-    direction_limit: float = constant(9.0, 'Greatest cost of where a limb points.')
-    turn_limit: float = constant(9.0, 'Greatest cost of shoulders or hips that are turned against the person.')
     turn_spread: np.ndarray = constant(
         np.array([0.10, 0.07]), 'Standard deviation of the depth between shoulders, and hips, given the facing.',
         unit='m')
@@ -203,8 +191,8 @@ class InferenceConstants:
 class MeasuringConstants:
     """Which joints count as measured."""
 
-    agreement: float = constant(0.09, 'Samples within this distance of where the surface should be support a joint.',
-                                unit='m')
+    agreement: float = constant(
+        0.09, 'Samples within this distance of where the surface should be support a joint or head.', unit='m')
     least_support: float = constant(0.12, 'A measured joint is supported by more than this weight of its window.')
     against_front: float = constant(0.8, '... and by at least this share of the weight that lies in front of it.',
                                     unit='share')

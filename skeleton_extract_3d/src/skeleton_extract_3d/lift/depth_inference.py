@@ -45,5 +45,5 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unkno
     guesses = unknown[:, _STARTS].astype(np.int64) + unknown[:, _ENDS]
     variance[:, :len(_STARTS)] += guesses * constants.guess_error ** 2
     sigmas = np.sqrt(variance)
-    sigmas[:, 11] += constants.nodding
+    sigmas[:, 11] += constants.keypoint_error
     return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32), stature)

@@ -76,7 +76,7 @@ class NearestSurface:
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `LiftingMethod`."""
         lifted = self._inner.lift(observed, points, expected)
-        body, depth = self._method.body, surfaces.foreground(observed.samples, self._method.windows)
+        body, depth = self._method.body, surfaces.foreground(observed.samples)
         if not self._on_skin:
             depth = depth + body.surface_offsets * (lifted.stature / body.adult_stature)[:, None]
         measured = np.isfinite(depth) & observed.known

@@ -49,7 +49,7 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
     constants = method.occluders
     covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
     own = likely_own(points, observed, root, covered, constants)
-    own = np.where(covered & _on_far_side(left, constants.turned_away), own * constants.far_side, own)
+    own = np.where(covered & _on_far_side(left, constants.turned_away), own * constants.covered, own)
     return Ownership(own, covered, foreign)
 
 
@@ -74,7 +74,7 @@ def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, co
     goes_on = (np.abs(beside[:, 1:]) < constants.continues).any(axis=1).all(axis=0)
     flat = (beside[:, 0] < constants.stands_out).all(axis=0)
     likely[person, joint] = np.where(goes_on & in_front[person, joint], constants.furniture,
-                                     np.where(flat & on_trunk[person, joint], constants.flat, 1.0))
+                                     np.where(flat & on_trunk[person, joint], constants.covered, 1.0))
     return likely
 
 

@@ -6,7 +6,6 @@ import numpy as np
 from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import occluders, surfaces
-from skeleton_extract_3d.lift.constants import TrunkConstants
 from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople, Skin
@@ -89,7 +88,7 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
     foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
     if foreign is not None:
         evidence = method.compiled.root_evidence(observed.samples, observed.scores, foreign) + sized
-    root = trunk.depths[(evidence + _before(expected.root, trunk)).argmax(axis=1)]
+    root = trunk.depths[(evidence + _before(expected.root, method)).argmax(axis=1)]
     # the mean of the surfaces of the trunk
     offsets = method.body.surface_offsets[TRUNK]
     off = observed.samples[:, TRUNK] + (offsets - root[:, None])[..., None]
@@ -118,17 +117,17 @@ def _foreign(observed: ObservedPeople, expected: Expectation, size: np.ndarray, 
                                      method.occluders)
 
 
-def _before(root: np.ndarray, trunk: TrunkConstants) -> np.ndarray:
+def _before(root: np.ndarray, method: MethodConstants) -> np.ndarray:
     """Return the log likelihood of the trunk's depths given the expected one, (P, depths)."""
-    known = np.isfinite(root)[:, None]
+    trunk, known = method.trunk, np.isfinite(root)[:, None]
     off = np.log(trunk.depths / np.where(known, root[:, None], 1.0)) / trunk.before_spread
-    return known * (-0.5 * trunk.before_weight) * np.minimum(off * off, trunk.before_limit)
+    return known * (-0.5 * trunk.before_weight) * np.minimum(off * off, method.costs.limit)
 
 
 def _refined_head(observed: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray],
                   method: MethodConstants) -> np.ndarray:
     """Return the depth of the middle of the ears by all the samples that fit, (P,) [m]."""
     off = observed.samples[:, HEAD] + (-head.surface - middle[:, None])[..., None]
-    mean, total = surfaces.mean_within(off, _own(observed, foreign, HEAD), method.head.agreement,
+    mean, total = surfaces.mean_within(off, _own(observed, foreign, HEAD), method.measuring.agreement,
                                        method.windows.weights)
-    return np.where(total > method.head.least_support, middle + mean, middle)
+    return np.where(total > method.measuring.least_support, middle + mean, middle)

@@ -110,18 +110,14 @@ def with_memory(costs: np.ndarray, root: np.ndarray, expected: Expectation, cons
         return costs
     off = np.where(known, root[:, None] - expected.depth, 0.0)[..., None] + constants.deltas
     off *= (known / expected.depth_sigma)[..., None]
-    return costs + np.minimum(off * off, constants.memory_limit).astype(np.float32)
+    return costs + np.minimum(off * off, constants.limit).astype(np.float32)
 
 
-@np.errstate(invalid='ignore')
-def foreground(samples: np.ndarray, windows: WindowConstants = METHOD.windows) -> np.ndarray:
-    """Return the nearest surface of each window that more than a few samples show, (P, K) [m]; NaN without any."""
+def foreground(samples: np.ndarray) -> np.ndarray:
+    """Return the depth of the nearest surface of each window, the lower quartile, (P, K) [m]; NaN without any."""
     ordered = np.sort(samples, axis=2)  # missing ones come last
-    count = np.isfinite(samples).sum(axis=2)
-    first = np.take_along_axis(ordered, (count // windows.foreground_share)[..., None], axis=2)
-    near = np.abs(samples - first) < windows.foreground_depth
-    total = near.sum(axis=2)
-    return np.where(total > 0, np.where(near, samples, 0.0).sum(axis=2) / np.maximum(total, 1), np.nan)
+    quarter = np.isfinite(samples).sum(axis=2) // 4
+    return np.take_along_axis(ordered, quarter[..., None], axis=2)[..., 0]
 
 
 def mean_within(off: np.ndarray, usable: np.ndarray, reach: float, weights: np.ndarray = METHOD.windows.weights

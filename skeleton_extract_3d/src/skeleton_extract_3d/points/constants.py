@@ -49,7 +49,6 @@ class PlausibilityConstants:
     sizes: Tuple[float, float] = constant(
         (0.57, 1.6), 'Limits of the depth at the trunk over that at which an adult would look as large: without '
                      'faults it is 0.80 to 1.39, of small children from 0.55 on.', unit='share')
-    spread: float = constant(0.35, 'Most joints of the trunk are no further from its median depth.', unit='m')
     sightings: int = constant(30, 'The last people who are judged together: colour and depth do not belong together if '
                                   'most of them do not fit the depth at their joints. Without faults up to 3 % do not, '
                                   'of depth elsewhere 40 to 100 %.', unit='people', source='chosen')

@@ -140,7 +140,7 @@ class _PlacedJoints(NamedTuple):
         if not fill.any():
             return self
         position, velocity = self.position[:, joints], self.velocity[:, joints]
-        parent_sigma = np.full(had.shape, constants.neck_sigma) if parents is None else self.sigma[:, parents]
+        parent_sigma = np.full(had.shape, constants.rest_sigmas[NECK]) if parents is None else self.sigma[:, parents]
         if parents is not None:
             of_parent = self.velocity[:, parents]
             position = position + (of_parent - velocity) * self.elapsed

@@ -58,28 +58,23 @@ class IdentityConstants:
     evidence_unit: float = constant(6.7, 'Log likelihood ratio of another depth of the trunk that costs 1.')
     colour_unit: float = constant(25.0, 'Difference of the clothes that costs 1.', unit='Delta E (CIE 1976)')
     most_colour: float = constant(2.0, 'Greatest cost of other colours: they may be of what covers the person.')
-    away: float = constant(0.3, 'Colours count in full after a longer time without a detection.', unit='s')
+    gap: float = constant(
+        0.2, 'After a longer time without a detection colours count in full, joints without a keypoint move with the '
+             'others, and a new person may be the track.', unit='s')
     present_share: float = constant(0.3, 'Weight of the colours of other tracks.', unit='share')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
-              'a person who is almost hidden are those of another one.', unit='m')
-    repeated_distance: float = constant(
-        0.22, 'New people nearer to a track (median of joints) are the same person.', unit='m')
-    repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
+              'a person who is almost hidden are those of another one. New people nearer to a track, and parts of '
+              'people nearer to each other, are the same person (median of joints).', unit='m')
     halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
-    halves_behind: float = constant(
-        0.35, 'Surfaces of a half that are further behind where its joints are expected (median) are those of another.',
-        unit='m')
     measured_frames: int = constant(3, 'A stature measured in more frames is known.', unit='frames')
-    measured_spread: float = constant(0.06, 'Standard deviation of a known stature.', unit='share')
 
 
 @dataclass(frozen=True)
 class AppearanceConstants:
     """How the colours of clothes are measured and compared."""
 
-    depth_range: float = constant(0.35, "Samples nearer to the trunk's depth show the person's clothes.", unit='m')
     memory: float = constant(30.0, 'Greatest weight of a remembered colour: light may change.', unit='frames')
     same_colour: np.ndarray = constant(
         np.array([8.0, 4.0, 5.0]), 'Standard deviation of the colour of the same clothes in another light and pose: '
@@ -109,8 +104,6 @@ class ExpectationConstants:
 class CorrectionConstants:
     """Errors of the joints of a frame."""
 
-    out_of_sight: float = constant(
-        0.2, 'After a longer time without a detection, joints without a keypoint move with the others.', unit='s')
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     across_hidden: float = constant(0.02, 'What a hidden joint adds to this error.', unit='m')
@@ -130,7 +123,6 @@ class CorrectionConstants:
 class BoneConstraintConstants:
     """How lengths of bones pull joints."""
 
-    change: float = constant(0.03, "Change of a bone's length, by clothes and annotators' views.", unit='share')
     most_violation: float = constant(0.4, 'A bone violated by more has a keypoint elsewhere.', unit='share')
 
 
@@ -139,10 +131,9 @@ class CompletionConstants:
     """Joints without a keypoint, and their errors."""
 
     sigma_at_once: float = constant(0.04, "Error of a joint that loses its keypoint, beyond its parent's.", unit='m')
-    sigma_growth: float = constant(0.35, 'Growth of this error.', unit='m/s')
+    sigma_growth: float = constant(0.35, 'Growth of this error, and of that of hidden people.', unit='m/s')
     rest_sigmas: np.ndarray = constant(
         _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
-    neck_sigma: float = constant(0.10, 'Error of what the neck is placed by.', unit='m')
     rest_time: float = constant(0.7, 'Joints without a keypoint hang down within about this time.', unit='s')
     speed: float = constant(0.5, 'Standard deviation per axis of the velocity of what is not seen.', unit='m/s')
     upper_hanging: np.ndarray = constant(
@@ -158,10 +149,8 @@ class OutOfSightConstants:
     """Tracks without a detection: their motion, and which are still in view."""
 
     sigma_at_once: float = constant(0.08, 'Error of the joints when the detection is lost.', unit='m')
-    sigma_growth: float = constant(0.45, 'Growth of this error.', unit='m/s')
     walking_time: float = constant(1.0, 'They slow down with this time constant.', unit='s')
-    greatest_speed: float = constant(2.0, 'They walk at most this fast.', unit='m/s')
-    behind: float = constant(0.35, 'The view of a joint is free if the surface is further behind it.', unit='m')
+    greatest_speed: float = constant(2.0, 'They walk at most this fast, also while absent.', unit='m/s')
     free_share: float = constant(0.35, 'A person with more joints in free view would be detected.', unit='share')
     least_sightings: int = constant(3, 'Tracks with fewer detections are not reported.', unit='frames')
     least_inside: float = constant(0.5, 'Tracks with fewer joints within the image are not reported.', unit='share')
@@ -174,10 +163,7 @@ class OneBodyConstants:
     thickness: float = constant(
         0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
               'the joints of two people are apart where they touch.', unit='m')
-    least_joints: int = constant(4, 'Joints that both must have for that.', unit='joints')
-    halves_apart: float = constant(
-        0.25, 'Two with few joints in common are halves of one person if the joints of their trunks are nearer '
-              '(median).', unit='m')
+    least_joints: int = constant(3, 'Joints that both must have for that.', unit='joints')
     longest: float = constant(
         0.2, 'Of people who are in one place for longer, one stays: for some frames, one may be put on the other by '
              'mistake where they touch.', unit='s')
@@ -189,8 +175,6 @@ class OneBodyConstants:
 class ReturningConstants:
     """Reidentification of people who had a track a short time ago."""
 
-    least_away: float = constant(0.2, 'Tracks with a later detection are not absent.', unit='s')
-    greatest_speed: float = constant(2.5, 'Greatest mean speed of a person while absent.', unit='m/s')
     seen_size: float = constant(
         0.08, 'Standard deviation of the size of a body (median of bones) in one frame.', unit='share',
         source='rendered people')

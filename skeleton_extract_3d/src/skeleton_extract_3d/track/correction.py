@@ -41,7 +41,8 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     trusted = _trusted(people, params, constants.sure_score)
     xyz, covariance = _measured(tracks, people, trusted, params.occlusion, method)
     used = trusted & tracks.has
-    joints = come_along(tracks.joints.corrected(xyz, covariance, used, method), tracks, used, stamp, constants)
+    joints = tracks.joints.corrected(xyz, covariance, used, method)
+    joints = come_along(joints, tracks, used, stamp, method.track.identity.gap)
     joints = _begun(joints, trusted & ~tracks.has, xyz, covariance, method.track.birth.speed)
     shares, errors = joint_errors(tracks, joints, (xyz, covariance), used, stamp, method.track)
     has = tracks.has | trusted
@@ -106,11 +107,11 @@ def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray
 
 
 def come_along(joints: JointFilter, tracks: Tracks, trusted: np.ndarray, stamp: float,
-               constants: CorrectionConstants = METHOD.track.correction) -> JointFilter:
-    """Return corrected filters of tracks; after a time without a detection, untrusted joints move with the (N, 18)
-    trusted ones.
+               gap: float = METHOD.track.identity.gap) -> JointFilter:
+    """Return corrected filters of tracks; after a longer time [s] without a detection, untrusted joints move with the
+    (N, 18) trusted ones.
     """
-    back = np.flatnonzero((stamp - tracks.last_seen > constants.out_of_sight) & trusted.any(axis=1))
+    back = np.flatnonzero((stamp - tracks.last_seen > gap) & trusted.any(axis=1))
     if not len(back):
         return joints
     position = joints.position.copy()

@@ -46,7 +46,7 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
     cost = across / constants.distance_unit + against / constants.evidence_unit
     if params.use_clothes:
         colour = colour_distances(tracks.clothes, clothes) / constants.colour_unit
-        cost += (np.where(away > constants.away, 1.0, constants.present_share)
+        cost += (np.where(away > constants.gap, 1.0, constants.present_share)
                  * np.minimum(colour, constants.most_colour))
     for track, person in match(cost, allowed):
         rows[person] = track
@@ -54,13 +54,13 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
 
 
 def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, row: np.ndarray,
-           constants: IdentityConstants = METHOD.track.identity) -> Tuple[People2D, np.ndarray]:
+           method: MethodConstants = METHOD) -> Tuple[People2D, np.ndarray]:
     """Return the people of a frame with halves of one person put together, and the rows (P,) of their tracks.
 
     Networks split a person where an object lies across the body, or at the border of the image. A person without a
     track is a part of a tracked person who lacks its joints, where the track, predicted to this frame, expects them.
     """
-    people, new = observed.people_2d, np.flatnonzero(row < 0)
+    constants, people, new = method.track.identity, observed.people_2d, np.flatnonzero(row < 0)
     if not len(new) or len(new) == len(row):
         return people, row
     across = compared.across[:, new]
@@ -68,7 +68,7 @@ def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, 
     # an occluder in front of a half may be nearer, but the half's own surfaces are not farther away
     behind = surfaces.lower_median(observed.samples[new])[None] - tracks.joints.position[:, None, :, 2]
     with np.errstate(invalid='ignore'):
-        allowed &= ~(surfaces.lower_median(np.where(tracks.has[:, None], behind, np.nan)) > constants.halves_behind)
+        allowed &= ~(surfaces.lower_median(np.where(tracks.has[:, None], behind, np.nan)) > method.body.depth_reach)
     nearest = np.where(allowed, across, np.inf).argmin(axis=0)
     keypoints, known, kept = people.keypoints.copy(), observed.known.copy(), np.ones(len(row), bool)
     for part, track, possible in zip(new, nearest, allowed.any(axis=0)):

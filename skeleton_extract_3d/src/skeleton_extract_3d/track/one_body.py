@@ -37,7 +37,7 @@ def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
     common = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2)
     return (common <= constants.identity.halves_common) & in_one_place(
         seen.tracks.joints.position, seen.placed & _OF_TRUNK, constants.one_body.least_joints,
-        constants.one_body.halves_apart)
+        constants.identity.same_place)
 
 
 def separate(seen: Completion, people: Observations, stamp: float, constants: TrackConstants = METHOD.track

@@ -3,28 +3,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.track.constants import OutOfSightConstants, TrackConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter, isotropic
 from skeleton_extract_3d.track.tracks import Tracks
 
 
-def walk_on(tracks: Tracks, view: FrameView, constants: TrackConstants = METHOD.track) -> Tracks:
+def walk_on(tracks: Tracks, view: FrameView, method: MethodConstants = METHOD) -> Tracks:
     """Return the tracks without a detection, moved on as a whole; those that would become visible stay."""
     if not len(tracks):
         return tracks
-    unseen, rest = constants.out_of_sight, constants.completion
+    unseen, rest = method.track.out_of_sight, method.track.completion
     velocity = tracks.root.velocity * np.exp(-view.elapsed / unseen.walking_time)
     speed = np.linalg.norm(velocity, axis=2, keepdims=True)
     velocity = velocity * np.minimum(1.0, unseen.greatest_speed / np.maximum(speed, 1e-6))
     step, position = velocity * view.elapsed, tracks.joints.position
     walked = replace(tracks, joints=tracks.joints._replace(position=position + step))
-    appears = _in_free_view(walked, view, unseen) & ~_in_free_view(tracks, view, unseen)
+    appears = _in_free_view(walked, view, method) & ~_in_free_view(tracks, view, method)
     step = np.where(appears[:, None, None], 0.0, step)
     away = (view.stamp - tracks.last_seen)[:, None]
-    sigma = np.sqrt(unseen.sigma_at_once ** 2 + (unseen.sigma_growth * away) ** 2
+    sigma = np.sqrt(unseen.sigma_at_once ** 2 + (rest.sigma_growth * away) ** 2
                     + (rest.rest_sigmas * np.minimum(1.0, away)) ** 2)
     joints = JointFilter.moving(position + step, np.broadcast_to(velocity, position.shape), isotropic(sigma),
                                 rest.speed)
@@ -33,26 +32,25 @@ def walk_on(tracks: Tracks, view: FrameView, constants: TrackConstants = METHOD.
     return replace(tracks, joints=joints, root=root)
 
 
-def hidden_and_there(tracks: Tracks, view: FrameView, constants: OutOfSightConstants = METHOD.track.out_of_sight
-                     ) -> np.ndarray:
+def hidden_and_there(tracks: Tracks, view: FrameView, method: MethodConstants = METHOD) -> np.ndarray:
     """Return which tracks without a detection are in the image and not in free view, (N,) bool."""
     if not len(tracks):
         return np.zeros(0, bool)
-    uv, points = _pixels(tracks, view), view.points
+    uv, points, constants = _pixels(tracks, view), view.points, method.track.out_of_sight
     with np.errstate(invalid='ignore'):
         inside = ((uv > -0.5) & (uv < np.array([points.width, points.height]) - 0.5)).all(axis=2) & tracks.has
     share = inside.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1)
-    return ((share >= constants.least_inside) & ~_in_free_view(tracks, view, constants)
+    return ((share >= constants.least_inside) & ~_in_free_view(tracks, view, method)
             & (tracks.sightings >= constants.least_sightings))
 
 
-def _in_free_view(tracks: Tracks, view: FrameView, constants: OutOfSightConstants) -> np.ndarray:
+def _in_free_view(tracks: Tracks, view: FrameView, method: MethodConstants) -> np.ndarray:
     """Return which tracks would be visible, (N,) bool."""
     uv = _pixels(tracks, view)
     depth = surfaces.depths_at(view.points, np.where(np.isfinite(uv), np.clip(uv, -1e6, 1e6), -1e6))
     with np.errstate(invalid='ignore'):
-        free = (depth > tracks.joints.position[..., 2] + constants.behind) & tracks.has
-    return free.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1) > constants.free_share
+        free = (depth > tracks.joints.position[..., 2] + method.body.depth_reach) & tracks.has
+    return free.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1) > method.track.out_of_sight.free_share
 
 
 def _pixels(tracks: Tracks, view: FrameView) -> np.ndarray:

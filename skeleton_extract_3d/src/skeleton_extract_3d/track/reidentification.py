@@ -88,7 +88,7 @@ def _born(people: Observations, birth_joints: int, method: MethodConstants) -> n
     # joints without a surface do not count against a person
     measurable = (observed.known & np.isfinite(observed.samples).any(axis=2)).sum(axis=1)
     new = ~tracked & (lifted.measured.sum(axis=1) >= np.minimum(birth_joints, measurable))
-    same = in_one_place(lifted.xyz, observed.known, constants.repeated_joints, constants.repeated_distance)
+    same = in_one_place(lifted.xyz, observed.known, method.track.one_body.least_joints, constants.same_place)
     return np.flatnonzero(new & ~(same & tracked[None]).any(axis=1))
 
 
@@ -124,7 +124,8 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
         return rows
     away = (stamp - absent.last_seen)[:, None]
     distance = np.linalg.norm(absent.root.position[:, :1] - new.place[None], axis=2)
-    may_be = (away >= constants.least_away) & (distance <= params.track_gate + constants.greatest_speed * away)
+    may_be = (away > method.track.identity.gap) & (
+        distance <= params.track_gate + method.track.out_of_sight.greatest_speed * away)
     by_body = _size_evidence(absent.sizes, new.lengths, method) + _place_evidence(distance, away, constants)
     by_clothes, compared = clothes_evidence(absent.clothes, new.clothes, method.track.appearance)
     likelier = np.where(may_be, by_clothes + by_body, -np.inf)
