@@ -163,7 +163,7 @@ def _middle(person: np.ndarray, skeleton: SkeletonModel, joint: str, least: floa
 def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int]) -> bool:
     """Return whether a body may reach into a part of the image: its limbs and head are broader than its joints."""
     low, high = extent(person)
-    border = COVER.head * (high - low).max()
+    border = COVER.breadth * (high - low).max()
     return bool((high + border >= corner).all() and (low - border <= opposite).all())
 
 

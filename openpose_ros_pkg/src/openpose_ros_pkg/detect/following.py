@@ -4,6 +4,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.crops import CROP
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import ImageTracks, PersonIds, person_sizes
 from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, extent, sigmas, similarity, vote_with_crops
@@ -56,9 +57,7 @@ class FollowingConstants:
         0.5, 'Greatest such distance between the predictions of a track in the image and of its track in space; it '
              'grows in the same way.')
     lost_margin: float = constant(1.3, 'Factor on the side of the crops of people who are not detected.')
-    sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
-    least_weight: float = constant(0.1, 'Opinions whose weight faded to less are forgotten.')
     least_score: float = constant(1e-3, 'Score of an expected joint that was not detected lately.')
 
 
@@ -110,7 +109,7 @@ class FollowedPerson:
     def box(self) -> np.ndarray:
         """Least, and greatest x and y of the detected or expected joints, (2, 2) [px]."""
         pose = self.expected if self.crop is None else self.crop
-        sure = pose[pose[:, 2] >= self.constants.sure_joint]
+        sure = pose[pose[:, 2] >= CROP.sure_joint]
         return np.stack(extent(sure if len(sure) > 1 else pose))
 
     @property
@@ -205,7 +204,7 @@ class FollowedPerson:
         if earlier.pose is None:
             return None, 1.0
         share = float(np.exp((earlier.stamp - stamp) / self.constants.fading))
-        return (earlier.moved(self.reference), share) if share >= self.constants.least_weight else (None, 0.0)
+        return earlier.moved(self.reference), share
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
         """Return the memory after the person was reported with (K, 3) keypoints."""

@@ -10,9 +10,9 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
+from openpose_ros_pkg.detect.crops import CROP, compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
+from openpose_ros_pkg.detect.occlusion_masks import LAYERS, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
 from openpose_ros_pkg.networks.model_types import Decoder
@@ -36,22 +36,17 @@ class HeadConstants:
         unit='m')
     flat_share: float = constant(0.02, 'That grows by this share of the distance, as the noise of cameras does.')
     beside: float = constant(0.2, 'To the left, to the right and above, this far off, it has ended.', unit='m')
-    gap: float = constant(0.3, 'What lies farther behind, or nearer, by this is no part of it.', unit='m')
-    below: float = constant(0.3, 'This far below the middle there is a body, or what hides it.', unit='m')
+    gap: float = constant(
+        0.3, 'What lies farther behind, or nearer, by this is no part of it; this far below there is a body, or what '
+             'hides it, and a joint of a person who explains it is no farther away.', unit='m')
     least_area: float = constant(0.3, 'Least area of its middle, as a share of the square of `radius`.')
     most: int = constant(2, 'Number of heads in an image that get a crop, those with the largest areas.')
-    explained: float = constant(
-        0.3, 'Maximum distance between a head and a joint of the skeleton that explains it.', unit='m')
-    thickness: float = constant(
-        0.45, 'Maximum depth difference between a head and the skeleton that explains it.', unit='m')
-    on_head: float = constant(0.15, 'A joint this near, at the depth of the head, explains it too.', unit='m')
+    on_head: float = constant(
+        0.15, 'A joint this near, at the depth of the head, explains it too; the joints of the head of a recovered '
+              'person are this near to its middle.', unit='m')
     crop_side: float = constant(1.5, 'Side of the crop; the head is a sixth below its top.', unit='m')
-    nearer: float = constant(0.35, 'What is nearer than the head by more is covered in the crop.', unit='m')
     head_score: float = constant(0.4, 'Mean score of the three surest joints of the head that is needed.')
-    head_distance: float = constant(0.12, 'Greatest distance of the joints of the head from its middle.', unit='m')
-    joint_score: float = constant(0.25, 'Joints with a lower score confirm no person.')
-    reach: float = constant(0.4, 'Maximum depth difference between a head and joints that confirm it.', unit='m')
-    confirmed: int = constant(4, 'Number of such joints that is needed.')
+    confirmed: int = constant(4, 'Number of sure joints at its depth that is needed.')
     refuted: float = constant(0.25, 'Of the joints, this share at most may lie before something farther.')
 
 
@@ -97,7 +92,7 @@ def heads(view: DepthView, constants: HeadConstants = HEADS) -> List[Head]:
 
 def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.ndarray:
     """Return which points, (h, w) [m], lie in the middle of what looks like a head, (h, w) bool."""
-    border = int(np.ceil(constants.below * focal / constants.nearest)) + 1
+    border = int(np.ceil(constants.gap * focal / constants.nearest)) + 1
     padded = np.pad(depth, border, constant_values=np.nan)
     width, flat = padded.shape[1], padded.ravel()
     with np.errstate(invalid='ignore'):
@@ -124,7 +119,7 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
             hidden = np.isnan(more) | (more < -constants.gap)
             kept = one | (hidden & ~covered)
             index, covered = index[kept], (covered | hidden)[kept]
-        index = index[~(at(0, constants.below) > constants.gap)]
+        index = index[~(at(0, constants.gap) > constants.gap)]
     like = np.zeros(padded.shape, bool)
     like.flat[index] = True
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
@@ -150,7 +145,7 @@ def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = H
                      for head, pose in candidates]
         found = [person for person in confirmed if person is not None]
     keypoints = np.array(found, np.float32).reshape(-1, len(skeleton.joints), 3)
-    scores = np.array([_score(person, constants.joint_score) for person in found], np.float32)
+    scores = np.array([_score(person, CROP.sure_joint) for person in found], np.float32)
     return Recovered(Poses(keypoints, scores), len(free), seconds)
 
 
@@ -189,8 +184,8 @@ def _unexplained(found: Sequence[Head], people: np.ndarray, bgr: np.ndarray, vie
         with np.errstate(invalid='ignore'):
             off = np.hypot(joints[..., 0] - head.x, joints[..., 1] - head.y) * head.depth / view.focal
             there = (off < constants.on_head) & (np.abs(depth - head.depth) < constants.gap)
-        near = (off < constants.explained).any(axis=1)
-        return bool(there.any()) or any(of and not abs(far - head.depth) > constants.thickness
+        near = (off < constants.gap).any(axis=1)
+        return bool(there.any()) or any(of and not abs(far - head.depth) > LAYERS.reach
                                         for of, far in zip(near, distance))
 
     return [head for head in found if not explained(head)]
@@ -207,7 +202,7 @@ def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, 
     size = (bgr.shape[1], bgr.shape[0])
     crop = View(plan, False, (left, top), size).prepare(bgr, recipe.padding)
     with np.errstate(invalid='ignore'):
-        nearer = (view.depth < head.depth - constants.nearer).astype(np.uint8)
+        nearer = (view.depth < head.depth - LAYERS.reach).astype(np.uint8)
     pixels = cv2.dilate(nearer, np.ones((3, 3), np.uint8)) > 0
     return cover_others(crop, np.zeros((0, 3)), [], one.model.skeleton, Foreground(np.zeros(0, bool), pixels, size))
 
@@ -224,12 +219,12 @@ def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthVi
     if not there or np.sort(pose[parts, 2])[-3:].mean() < constants.head_score:
         return None
     off = np.hypot(*(xy[there].mean(axis=0) - (head.x, head.y)))
-    if off > constants.head_distance * view.focal / head.depth:
+    if off > constants.on_head * view.focal / head.depth:
         return None
     with np.errstate(invalid='ignore'):
         behind = _depths(xy, view) - head.depth
-        sure = pose[:, 2] >= constants.joint_score
-        seen, beyond = sure & (np.abs(behind) < constants.reach), sure & (behind >= constants.reach)
+        sure = pose[:, 2] >= CROP.sure_joint
+        seen, beyond = sure & (np.abs(behind) < LAYERS.reach), sure & (behind >= LAYERS.reach)
     if seen.sum() < constants.confirmed or beyond.sum() > constants.refuted * sure.sum():
         return None
     return np.where(beyond[:, None], (np.nan, np.nan, 0), pose).astype(np.float32)

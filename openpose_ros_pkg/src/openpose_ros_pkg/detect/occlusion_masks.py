@@ -25,9 +25,9 @@ _TRUNK = ('right_shoulder', 'left_shoulder', 'left_hip', 'right_hip')
 class CoverConstants:
     """Which pixels of a crop belong to a person."""
 
-    limb: float = constant(
-        0.14, 'Breadth of limbs, and of the border of the trunk, as a share of the root of the area of the person.')
-    head: float = constant(0.16, 'Radius of the head, as a share of the same.')
+    breadth: float = constant(
+        0.15, 'Breadth of limbs, and of the border of the trunk, and radius of the head, as a share of the root of the '
+              'area of the person.')
     sure_joint: float = constant(0.15, 'Joints with a lower score cover nothing.')
 
 
@@ -44,9 +44,8 @@ class LayerConstants:
         0.3, 'A person whose trunk is nearer by this is in front; of people who are less far apart, an arm of either '
              'may be in front.', unit='m')
     reach: float = constant(
-        0.45, 'A joint on the body of a nearer person, and this near to the depth of that trunk, does not count for '
-              'the depth of a person.', unit='m')
-    agreement: float = constant(0.35, 'Joints this near to the depth of the person agree with it.', unit='m')
+        0.4, 'Surfaces this near to the depth of a trunk or head are of its person: such joints agree with it, and do '
+             'not count for the depth of a person behind.', unit='m')
     preference: float = constant(
         1.0, 'Depths are estimated from the nearest person to the farthest; a person counts as nearer by this times '
              'the share of the joints that agree.', unit='m')
@@ -144,7 +143,7 @@ def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, 
     while left.any():
         counted = np.where(((visible > 0).sum(axis=1) > 1)[:, None], visible, weights)
         medians = _weighted_medians(samples, counted)
-        agreeing = (counted * (np.abs(samples - medians[:, None]) < layers.agreement)).sum(axis=1)
+        agreeing = (counted * (np.abs(samples - medians[:, None]) < layers.reach)).sum(axis=1)
         merit = medians - layers.preference * agreeing / np.maximum(weights.sum(axis=1), 1e-9)
         nearest = int(np.where(left, merit, np.inf).argmin())
         distances[nearest], left[nearest] = medians[nearest], False
@@ -266,7 +265,7 @@ def _body_mask(shape: Tuple[int, ...], pose: np.ndarray, skeleton: SkeletonModel
     with np.errstate(invalid='ignore'):
         there = np.abs(pose[:, :2]).max(axis=1) < np.iinfo(np.int16).max
     size = breadth_factor * float(np.sqrt(area(pose)))  # round() of a NumPy number is no int with NumPy 1.17
-    breadth = max(round(cover.limb * size), 1)
+    breadth = max(round(cover.breadth * size), 1)
     place = {joint: tuple(int(each) for each in np.round(pose[i, :2]))
              for joint, i in skeleton.index.items() if there[i]}
     for start, end in skeleton.drawn_limbs:
@@ -279,5 +278,5 @@ def _body_mask(shape: Tuple[int, ...], pose: np.ndarray, skeleton: SkeletonModel
     head = [place[joint] for joint in _HEAD if joint in place]
     if head:
         middle = tuple(int(each) for each in np.mean(head, axis=0))
-        cv2.circle(mask, middle, max(round(cover.head * size), 1), 1, cv2.FILLED)
+        cv2.circle(mask, middle, breadth, 1, cv2.FILLED)
     return mask > 0

@@ -1,7 +1,7 @@
 """Schedule of the search: which part of the image is searched in which frame, within a budget of time."""
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
+from typing import List, Mapping, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -26,11 +26,9 @@ class ScheduleConstants:
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
     overlap: float = constant(0.16, 'Overlap of neighbouring strips, as a share of the width of the image.')
     most_strips: int = constant(4, 'A pass is cut into this many strips at most.')
-    changed: float = constant(3.0, 'Factor on the urgency of a part where the image changed outside of all people.')
-    lost: float = constant(6.0, 'Factor on the urgency of a part where a person was lost.')
-    least_wait: float = constant(1e-3, 'Least time since the last search of a part, for its urgency.', unit='s')
-    grey_width: int = constant(96, 'Width of the grey images that are compared.', unit='px')
-    grey_aspect: float = constant(4.0, 'Greatest height of these per width; those of longer images are narrower.')
+    urgent: float = constant(
+        4.0, 'Factor on the urgency of a part where a person was lost, or the image changed outside of all people.')
+    grey_side: int = constant(96, 'Longer side of the grey images that are compared.', unit='px')
     grey_levels: float = constant(10.0, 'Change of a pixel in them that counts, of 256 levels.')
     grey_pixels: int = constant(4, 'Number of such pixels that make a part changed.')
     round_people: float = constant(0.2, 'Share of its size by which the box of a person is enlarged for that.')
@@ -66,7 +64,7 @@ def strips(width: int, count: int, constants: ScheduleConstants = SCHEDULE) -> L
 
 def small_grey(bgr: np.ndarray, constants: ScheduleConstants = SCHEDULE) -> np.ndarray:
     """Return a small grey image of an image, (H, W, 3) uint8, as (h, w) float32."""
-    scale = constants.grey_width / max(bgr.shape[1], bgr.shape[0] / constants.grey_aspect)
+    scale = constants.grey_side / max(bgr.shape[:2])
     size = (max(round(bgr.shape[1] * scale), 1), max(round(bgr.shape[0] * scale), 1))
     return cv2.cvtColor(cv2.resize(bgr, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY).astype(np.float32)
 
@@ -82,7 +80,7 @@ def changed_columns(grey: np.ndarray, last: np.ndarray, size: Tuple[int, int], b
     """
     if last.shape != grey.shape:
         return np.zeros(0)
-    scale = constants.grey_width / max(size[0], size[1] / constants.grey_aspect)
+    scale = constants.grey_side / max(size)
     difference = grey - last
     changed = np.abs(difference - np.median(difference)) > constants.grey_levels
     for low, high in boxes:
@@ -105,12 +103,12 @@ class Schedule:
 
     def lost(self, low: float, high: float) -> 'Schedule':
         """Return the schedule after a person was lost in these columns [px]."""
-        return self._urged([part for part in self.parts if part.meets(low, high)], self.constants.lost)
+        return self._urged([part for part in self.parts if part.meets(low, high)])
 
     def changed(self, columns: np.ndarray) -> 'Schedule':
         """Return the schedule after the image changed in columns, (N,) [px], see `changed_columns`."""
         return self._urged([part for part in self.parts if ((columns >= part.left) & (columns < part.right)).sum()
-                            >= self.constants.grey_pixels], self.constants.changed)
+                            >= self.constants.grey_pixels])
 
     def done(self, parts: Sequence[Part], stamp: float) -> 'Schedule':
         """Return the schedule after parts were searched."""
@@ -122,12 +120,11 @@ class Schedule:
         def wait(part: Part) -> float:
             if part not in self.searched:
                 return float('inf')
-            return max(stamp - self.searched[part], self.constants.least_wait) * self.urgency.get(part, 1.0)
+            return (stamp - self.searched[part]) * self.urgency.get(part, 1.0)
         return sorted(self.parts, key=wait, reverse=True)
 
-    def _urged(self, parts: Sequence[Part], factor: float) -> 'Schedule':
-        urged: Dict[Part, float] = {part: max(self.urgency.get(part, 1.0), factor) for part in parts}
-        return replace(self, urgency={**self.urgency, **urged})
+    def _urged(self, parts: Sequence[Part]) -> 'Schedule':
+        return replace(self, urgency={**self.urgency, **dict.fromkeys(parts, self.constants.urgent)})
 
 
 def fair_share(own: float, *others: float) -> float:

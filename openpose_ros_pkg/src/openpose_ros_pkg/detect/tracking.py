@@ -17,7 +17,9 @@ Value = TypeVar('Value')
 class TrackingConstants:
     """How people are expected to move in the image."""
 
-    velocity_gain: float = constant(0.5, "Share of a new measurement in a person's velocity.")
+    gain: float = constant(
+        0.5, "Share of a new measurement in a person's velocity and, where it is less, size: a box of few joints (a "
+             'face) says little.')
     extrapolation: float = constant(0.5, 'A person out of sight is expected to walk on for this long, then to stand.',
                                     unit='s')
     fragment_cost: float = constant(
@@ -27,8 +29,6 @@ class TrackingConstants:
         0.5, 'Stamps that go back by more start a new recording (bag loop), by less are a late frame.', unit='s')
     least_elapsed: float = constant(
         0.01, 'Least time between frames for a velocity: an uneven stamp shall not make a person fast.', unit='s')
-    size_decay: float = constant(
-        0.05, 'A remembered size shrinks by this share per frame: a bounding box of few joints (a face) says little.')
     least_size: float = constant(10.0, 'Least size of a person, also of a single joint.', unit='px')
     most_cameras: int = constant(
         32, 'Cameras that are remembered; of more, the least recently used one is forgotten, as each run of a client '
@@ -81,10 +81,10 @@ class _Track:
         if stamp > self.stamp and shared.any():
             # the median: one misplaced joint does not move the person
             shift = np.median((xy - self.xy)[shared], axis=0)
-            velocity = velocity + constants.velocity_gain * (shift / elapsed - velocity)
+            velocity = velocity + constants.gain * (shift / elapsed - velocity)
         known = np.isfinite(xy).all(axis=1)
         return _Track(self.id, np.where(known[:, None], xy, self.xy + shift), velocity,
-                      max(float(size), self.size * (1 - constants.size_decay)), stamp)
+                      max(float(size), self.size + constants.gain * (float(size) - self.size)), stamp)
 
 
 class PersonIds:
