@@ -26,8 +26,6 @@ from ablations.variants import Variant
 from common import ROOT, Parser
 
 BASE = Variant(table.BASE, {})
-PARTS = {'estimator': mechanisms.METHOD, 'floor': mechanisms.FLOOR, 'detection': mechanisms.DETECTION,
-         'following': mechanisms.FOLLOWING}
 # Why constants that move nothing are kept, by path, or by the path of their class.
 REASONS: Dict[str, str] = {}
 
@@ -35,7 +33,7 @@ REASONS: Dict[str, str] = {}
 def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = None) -> Dict[str, Sums]:
     """Return the sums of a scene by variant; `some`: paths of constants that are varied, all if None."""
     everything = [BASE, *(one for one in variants.of_part(part) if some is None or set(one.constants) <= some),
-                  *PARTS[part]]
+                  *mechanisms.OF_PART[part]]
     if part == 'following':
         runs = ((one.name, *runner.followed(scene, one)) for one in everything)
         return {name: {**scene.score(in_space), **scene.score_image(people)} for name, people, in_space in runs}
@@ -53,7 +51,7 @@ def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = 
 def values_of(part: str) -> Dict[str, Any]:
     """Return the constants of a part as text by path, and under '' the names of its mechanisms."""
     texts = {path: text_of(value) for path, (value, _) in variants.all_paths(part)}
-    return {**texts, '': [one.name for one in PARTS[part]]}
+    return {**texts, '': [one.name for one in mechanisms.OF_PART[part]]}
 
 
 def text_of(value: Any) -> str:
@@ -75,7 +73,7 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('scenes', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--out', type=Path, required=True, help='folder of the counts')
-    parser.add_argument('--part', choices=sorted(PARTS), default='estimator')
+    parser.add_argument('--part', choices=variants.PARTS, default='estimator')
     parser.add_argument('--unsettled', action='store_true', help='only constants that moved nothing so far')
     parser.add_argument('--table', type=Path, help='write the tables of all counts')
     arguments = parser.parse_args()
@@ -90,7 +88,7 @@ def main() -> int:
             runner.forget()
             print(path, flush=True)
     if arguments.table:
-        present = {path for part in PARTS for path, _ in variants.all_paths(part)}
+        present = {path for part in variants.PARTS for path, _ in variants.all_paths(part)}
         arguments.table.write_text(table.report(arguments.out, present, REASONS))
     return 0
 

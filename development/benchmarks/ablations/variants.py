@@ -37,6 +37,8 @@ FOLLOWING: Dict[str, Any] = {
 # that COCO_18 does not have.
 NOT_SHOWN = ('camera_fit', 'camera_limits', 'plausibility', 'landmarks', 'extra_joints', 'joint_frames', 'track.memory')
 
+PARTS = ('estimator', 'floor', 'detection', 'following')
+
 Values = Mapping[str, Any]
 """Values of constants by their paths, such as track.identity.same_depth."""
 
