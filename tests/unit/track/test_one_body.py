@@ -25,7 +25,7 @@ from synthetic_scene import (
 )
 
 ONE_BODY = METHOD.track.one_body
-LONGEST = ONE_BODY.longest
+LONGEST = METHOD.track.identity.gap
 SWAP = list(COCO_18.swap)
 UPPER = [joint for joint, name in enumerate(COCO_18.joints) if not name.endswith(('hip', 'knee', 'ankle'))]
 LEFT = [joint for joint, name in enumerate(COCO_18.joints) if name.startswith('left')]

@@ -32,9 +32,8 @@ class HeadConstants:
         0.055, 'This far from its middle, in four directions, a head is of one depth; one of them may be hidden.',
         unit='m')
     flat: float = constant(
-        0.02, 'Depths that differ by less, and by the next constant times the distance, are one: a floor rises faster.',
-        unit='m')
-    flat_share: float = constant(0.02, 'That grows by this share of the distance, as the noise of cameras does.')
+        0.03, 'Depths that differ by less, as a share of the distance, are one: a floor rises faster, and the noise of '
+              'cameras is less.')
     beside: float = constant(0.2, 'To the left, to the right and above, this far off, it has ended.', unit='m')
     gap: float = constant(
         0.3, 'What lies farther behind, or nearer, by this is no part of it; this far below there is a body, or what '
@@ -115,7 +114,7 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
         covered = np.zeros(len(index), bool)
         for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
             more = at(x * constants.radius, y * constants.radius)
-            one = np.abs(more) < constants.flat + constants.flat_share * flat[index]
+            one = np.abs(more) < constants.flat * flat[index]
             hidden = np.isnan(more) | (more < -constants.gap)
             kept = one | (hidden & ~covered)
             index, covered = index[kept], (covered | hidden)[kept]

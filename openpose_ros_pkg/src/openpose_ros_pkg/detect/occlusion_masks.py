@@ -49,8 +49,8 @@ class LayerConstants:
     preference: float = constant(
         1.0, 'Depths are estimated from the nearest person to the farthest; a person counts as nearer by this times '
              'the share of the joints that agree.', unit='m')
-    elbow_weight: float = constant(0.5, 'Weight of elbows and knees for the depth of a person; trunk and head have 1.')
-    wrist_weight: float = constant(0.3, 'The same of wrists and ankles.')
+    limb_weight: float = constant(
+        0.4, 'Weight of elbows, knees, wrists and ankles for the depth of a person; trunk and head have 1.')
     doubt: float = constant(
         0.3, 'Factor on the score of a joint that a full search places on the body of a nearer person, where a crop '
              'shows the person too.')
@@ -153,9 +153,7 @@ def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, 
 
 
 def _joint_weights(skeleton: SkeletonModel, layers: LayerConstants) -> np.ndarray:
-    weights = {'elbow': layers.elbow_weight, 'knee': layers.elbow_weight, 'wrist': layers.wrist_weight,
-               'ankle': layers.wrist_weight}
-    return np.array([weights.get(joint.split('_')[-1], 1.0) for joint in skeleton.joints])
+    return np.array([layers.limb_weight if joint.split('_')[-1] in _OUTER else 1.0 for joint in skeleton.joints])
 
 
 def _median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:

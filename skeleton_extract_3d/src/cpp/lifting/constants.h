@@ -101,7 +101,7 @@ struct Constants : Step
 
   struct Trunk : Step
   {
-    double nearest = get("nearest"), step = get("step"), full_score = get("full_score");
+    double nearest = get("nearest"), step = get("step");
     double front = get("front"), behind = get("behind"), floor = get("floor");
     std::vector<double> joint_weights = numbers("joint_weights", JOINTS);
     int count = get<int>("count");
@@ -127,25 +127,25 @@ struct Constants : Step
   {
     double agreement = get("agreement"), least_support = get("least_support"), against_front = get("against_front");
     double least_own = get("least_own"), shortest = get("shortest"), longest = get("longest");
-    double bone_error = get("bone_error"), folded = get("folded"), sure_end = get("sure_end");
-    double unsure_end = get("unsure_end");
+    double folded = get("folded");
   } measuring{ get<py::object>("measuring") };
 
   struct Inference : Step
   {
     int mode = get<int>("mode");
-    double nearest = get("nearest"), pair_error = get("pair_error"), level = get("level");
+    double nearest = get("nearest"), keypoint_error = get("keypoint_error"), level = get("level");
     float length_limit = get<float>("length_limit");
     std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
   } inference{ get<py::object>("inference") };
 
   struct Head : Step
   {
-    double error = get("error"), cosine_spread = get("cosine_spread"), sine_spread = get("sine_spread");
+    double error = get("error"), yaw_spread = get("yaw_spread");
   } head{ get<py::object>("head") };
 
   struct Sizes : Step
   {
+    double least_score = get("least_score");
     std::size_t least_bones = get<std::size_t>("least_bones");
     double prior_frames = get("prior_frames"), most_frames = get("most_frames"), most_change = get("most_change");
   } sizes{ get<py::object>("sizes") };

@@ -177,7 +177,7 @@ private:
       at[i] = Direction{ ray.x, ray.y, ray.z } * (person.root + (number - method_.costs.half) * step);
       variance[i] = deviation * step * (deviation * step);
     }
-    const double error = s_.pair_error * s_.pair_error;
+    const double error = s_.keypoint_error * s_.keypoint_error;
     Direction across = (at[0] - at[1]) * (1 / (variance[0] + variance[1] + error)) +
                        (at[2] - at[3]) * (1 / (variance[2] + variance[3] + error));
     across.y *= s_.level;

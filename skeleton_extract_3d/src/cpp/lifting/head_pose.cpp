@@ -63,9 +63,9 @@ Pose fitPose(const Constants& method, const double* rays, const double* scores, 
     y += weight * (rays[3 * joint + 1] * root - point.y);
   }
   matrix[0] += 1e-6;
-  matrix[4] += 1 / square(s.cosine_spread);
-  matrix[8] += 1 / square(s.sine_spread);
-  right_side.y += 1 / square(s.cosine_spread) * shoulder_cosine;
+  matrix[4] += 1 / square(s.yaw_spread);
+  matrix[8] += 1 / square(s.yaw_spread);
+  right_side.y += 1 / square(s.yaw_spread) * shoulder_cosine;
   const Direction solution = inverse(matrix) * right_side;
   const double norm = std::max(std::hypot(solution.y, solution.z), 1e-6);
   return { solution.x, y / std::max(total, 1e-9), solution.y / norm, solution.z / norm, total > 0.0 };

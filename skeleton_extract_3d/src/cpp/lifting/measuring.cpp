@@ -44,6 +44,7 @@ void markPlausible(const Constants& method, const double* xyz, const double* sco
                    const float* lengths, bool* plausible)
 {
   const Constants::Measuring& s = method.measuring;
+  const double sure = method.sizes.least_score;
   std::fill_n(plausible, JOINTS, true);
   for (int limb = 0; limb < LIMBS; ++limb)
   {
@@ -52,14 +53,14 @@ void markPlausible(const Constants& method, const double* xyz, const double* sco
     const auto apart = [xyz](Index a, Index b) { return distanceBetween(at(xyz + 3 * a), at(xyz + 3 * b)); };
     const auto possible = [&](Index a, Index b, double length) {
       const double distance = apart(a, b);
-      return !(known[a] && known[b]) || (distance > s.shortest * length && distance < s.longest * length + s.bone_error);
+      return !(known[a] && known[b]) || (distance > s.shortest * length && distance < s.longest * length + method.inference.keypoint_error);
     };
     // arms fold, legs of standing people do not
     const bool folded = known[root] && apart(root, end) < s.folded * (upper + lower) &&
-                        (limb >= LIMBS / 2 || scores[middle] < s.unsure_end);
+                        (limb >= LIMBS / 2 || scores[middle] < sure);
     plausible[middle] = possible(root, middle, upper);
-    plausible[end] = possible(middle, end, lower) && (plausible[middle] || scores[end] > s.sure_end) &&
-                     !(folded && scores[end] < s.unsure_end);
+    plausible[end] = possible(middle, end, lower) && (plausible[middle] || scores[end] > sure) &&
+                     !(folded && scores[end] < sure);
   }
 }
 }  // namespace

@@ -134,7 +134,7 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
   const double log_nearest = std::log(s.nearest);
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
-    const double weight = s.joint_weights[row % JOINTS] * std::min(1.0, score[row] / s.full_score);
+    const double weight = s.joint_weights[row % JOINTS] * std::min(1.0, score[row] / method.sizes.least_score);
     if (weight == 0.0 || !window.read(depth + row * SAMPLES))
     {
       continue;

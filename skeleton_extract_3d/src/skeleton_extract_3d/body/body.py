@@ -85,9 +85,6 @@ class BodyConstants:
     forearm: float = constant(0.241, 'Elbow to wrist.', unit='m', source=_LENGTHS)
     thigh: float = constant(0.394, 'Hip to knee.', unit='m', source=_LENGTHS)
     shin: float = constant(0.400, 'Knee to ankle.', unit='m', source=_LENGTHS)
-    depth_reach: float = constant(
-        0.35, "Most surfaces of a body are within this distance of the trunk's depth; what lies further behind a joint "
-              'does not hide it.', unit='m')
     under_skin: ByJoint = constant(
         (('nose', 0.003), ('eye', 0.010), ('ear', 0.015), ('neck', 0.085), ('shoulder', 0.067), ('elbow', 0.045),
          ('wrist', 0.028), ('hip', 0.115), ('knee', 0.078), ('ankle', 0.060)),

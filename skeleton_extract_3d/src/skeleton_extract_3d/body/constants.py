@@ -11,8 +11,8 @@ class SizeConstants:
     least_score: float = constant(
         0.5, 'Keypoints with a lower score may be beside the body: they measure neither sizes nor clothes.')
     least_bones: int = constant(3, 'A stature is measured by at least this many bones at once.', source='chosen')
-    most_frames: float = constant(30.0, 'A frame counts at least one in this many, so sizes may still change.',
-                                  unit='frames')
+    most_frames: float = constant(
+        30.0, 'A frame counts at least one in this many, so sizes and colours may still change.', unit='frames')
     prior_frames: float = constant(8.0, "An adult's proportions count like this many frames.", unit='frames')
     most_change: float = constant(
         0.25, 'A bone that differs more from what is expected has a keypoint elsewhere and is not learnt.',

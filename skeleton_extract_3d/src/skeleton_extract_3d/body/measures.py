@@ -44,9 +44,9 @@ def length_spreads(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray
 
 def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the standard deviation of each stature, as a share, (N,)."""
-    constants = method.track.identity
-    return np.where(sizes.stature_weight > constants.measured_frames, method.sizes.known_stature,
-                    method.body.stature_spread)
+    unknown = method.body.stature_spread
+    share = sizes.stature_weight / (method.sizes.prior_frames + sizes.stature_weight)
+    return unknown + (method.sizes.known_stature - unknown) * share
 
 
 def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD

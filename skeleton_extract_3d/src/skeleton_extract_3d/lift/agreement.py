@@ -31,7 +31,7 @@ class Agreement(NamedTuple):
         depths = np.where(joints, lower_median(observed.samples[:, TRUNK]), np.nan)
         middle = lower_median(depths)
         with np.errstate(invalid='ignore'):
-            near = (np.abs(depths - middle[:, None]) < method.body.depth_reach).sum(axis=1)
+            near = (np.abs(depths - middle[:, None]) < method.trunk.reach).sum(axis=1)
             sizes = middle / observed.adult_depth
         count, (least, most) = joints.sum(axis=1), constants.sizes
         judged = ((count >= _LEAST_JOINTS) & (np.isfinite(depths).sum(axis=1) >= _LEAST_DEPTHS)

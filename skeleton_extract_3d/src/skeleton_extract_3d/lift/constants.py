@@ -13,10 +13,9 @@ class WindowConstants:
     """The window of points around a keypoint."""
 
     half_side: float = constant(0.045, 'Half the side of the window, about the error of a keypoint.', unit='m')
-    limits: Tuple[float, float] = constant((1.5, 40.0), 'Limits of half the side in the image.', unit='px',
-                                           source='chosen')
-    usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of a person at this depth.',
-                                  unit='m', source='chosen')
+    limits: Tuple[float, float] = constant(
+        (1.5, 40.0), 'Limits of half the side in the image; the first one is that of people of unknown size.',
+        unit='px', source='chosen')
     spread: float = constant(0.6, 'Standard deviation of the Gaussian weights of the samples.', unit='half sides')
 
     @cached_property
@@ -39,32 +38,25 @@ class TrunkConstants:
     nearest: float = constant(0.35, 'Least depth that is considered.', unit='m', source='chosen')
     furthest: float = constant(12.0, 'Greatest depth that is considered.', unit='m', source='chosen')
     step: float = constant(0.04, 'Step from depth to depth, of the logarithm.', unit='share', source='chosen')
-    reach_front: float = constant(0.40, "Surfaces of a body are up to this far in front of the trunk's middle: arms.",
-                                  unit='m')
-    reach_behind: float = constant(0.30, "Surfaces of a body are up to this far behind the trunk's middle: hips.",
-                                   unit='m')
+    reach: float = constant(
+        0.35, "Most surfaces of a body are within this distance of the trunk's depth; what lies further behind a joint "
+              'does not hide it.', unit='m')
     front: float = constant(0.12, 'Likelihood of a surface in front of the body: the joint is occluded.')
     behind: float = constant(0.03, 'Likelihood of a surface behind the body: the keypoint lies beside it.')
     floor: float = constant(0.005, 'Likelihood of anything else.')
     joint_weights: np.ndarray = constant(
         np.array([0.7, 1, 1, 0.6, 0.4, 1, 0.6, 0.4, 1, 0.7, 0.6, 1, 0.7, 0.6, 0.3, 0.3, 0.3, 0.3]),
         'Weights of the joints, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
-    full_score: float = constant(0.5, 'A keypoint counts fully from this score on.')
     size_weight: float = constant(4.0, 'Weight of the size in the image against the surfaces.')
     size_limit: float = constant(-12.0, 'Least log likelihood of a size: an odd pose is not another depth.')
     foreshortening: float = constant(
         0.15, 'Even the second longest bone may be turned out of the image plane by this much.', unit='share')
     sized_score: float = constant(0.3, 'Keypoints below this score do not measure a size.')
-    sized_bones: int = constant(3, 'From this many bones on, the second least depth counts, else the least.',
-                                source='chosen')
     size_bias: float = constant(0.97, 'The longest bone looks longer than it is by the errors of its ends; less this.',
                                 unit='share')
     before_spread: float = constant(0.10, 'Standard deviation of the depth against that of the frame before.',
                                     unit='share')
     before_weight: float = constant(4.0, 'Weight of the depth of the frame before.')
-    support_reach: float = constant(0.50, 'Samples of the trunk within this distance of its depth refine it.',
-                                    unit='m')
-    least_support: float = constant(2.5, 'Refined only if at least this many windows agree.', unit='windows')
 
     @cached_property
     def depths(self) -> np.ndarray:
@@ -84,12 +76,12 @@ class TrunkConstants:
     @cached_property
     def low(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is on a body at each depth."""
-        return np.searchsorted(self.depths, self.depths - self.reach_front)
+        return np.searchsorted(self.depths, self.depths - self.reach)
 
     @cached_property
     def high(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is behind a body at each depth."""
-        return np.searchsorted(self.depths, self.depths + self.reach_behind)
+        return np.searchsorted(self.depths, self.depths + self.reach)
 
 
 @dataclass(frozen=True)
@@ -139,14 +131,11 @@ class OccluderConstants:
                                   unit='m')
     beyond: Tuple[float, float] = constant(
         (0.28, 0.364), 'Distances to the side of a limb at which furniture goes on.', unit='m')
-    in_front: float = constant(0.30, 'Surfaces this far in front of the trunk are doubted.', unit='m')
     continues: float = constant(0.12, 'A doubted surface that goes on within this depth on both sides is no limb.',
                                 unit='m')
     furniture: float = constant(0.03, "Likelihood that such a surface is the person's.")
     stands_out: float = constant(0.035, 'An arm before the trunk stands out from it by this, at least on one side.',
                                  unit='m')
-    shortest_limb: float = constant(3.0, 'A limb that is shorter in the image points at the camera.', unit='px',
-                                    source='chosen')
     turned_away: float = constant(
         0.4, 'The side of a body whose direction points away by more is the far one.', unit='cosine')
     covered: float = constant(
@@ -159,12 +148,10 @@ class HeadConstants:
     """The head: its turn, and the depth of its middle."""
 
     weight: float = constant(0.6, 'Weight of each of the five keypoints: together one opinion more than two.')
-    least_joints: int = constant(3, 'Keypoints that a head must have to tell where its person faces.', source='chosen')
     most_pixel: float = constant(0.012, 'Greatest size of a pixel on a head that tells where its person faces.',
                                  unit='m')
     error: float = constant(0.015, 'Error of the keypoints of a head.', unit='m')
-    cosine_spread: float = constant(0.5, 'Standard deviation of the cosine of the yaw, given the shoulders.')
-    sine_spread: float = constant(0.7, 'Standard deviation of the sine of the yaw.')
+    yaw_spread: float = constant(0.6, 'Standard deviation of sine and cosine of the yaw, given the shoulders.')
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,15 +159,13 @@ class InferenceConstants:
     """Depths of all joints of a person together."""
 
     keypoint_error: float = constant(
-        0.02, 'Error of the length of a bone by those of its ends, and of the distance from neck to head by nodding.',
-        unit='m')
+        0.02, 'Error of the length of a bone by those of its ends, of the line between shoulders or hips, and of the '
+              'distance from neck to head by nodding.', unit='m')
     guess_error: float = constant(0.25, 'The same for an end without a keypoint, whose ray is a guess.', unit='m')
     length_limit: float = constant(30.0, 'Greatest cost of a length: a keypoint may be elsewhere.')
     turn_spread: np.ndarray = constant(
         np.array([0.10, 0.07]), 'Standard deviation of the depth between shoulders, and hips, given the facing.',
         unit='m')
-    pair_error: float = constant(0.03, 'Error of the line between two shoulders or hips beyond that of their depths.',
-                                 unit='m')
     level: float = constant(0.5, 'Share of the slope of shoulders and hips that counts as a turn.', unit='share')
     nearest: float = constant(0.15, 'No candidate is nearer.', unit='m', source='chosen')
     mode: int = constant(3, 'A depth is the mean of this many candidates on both sides of the best one.',
@@ -199,10 +184,8 @@ class MeasuringConstants:
     least_own: float = constant(0.05, "... and its surface is the person's with more than this likelihood.")
     shortest: float = constant(0.62, 'A bone below this share of its length has a keypoint that is elsewhere.',
                                unit='share')
-    longest: float = constant(1.45, 'So has a bone above this share of its length ...', unit='share')
-    bone_error: float = constant(0.03, '... and this.', unit='m')
-    sure_end: float = constant(0.6, 'An end of a limb with a greater score is believed whatever its limb says.')
-    unsure_end: float = constant(0.5, 'An end with a lower score is not believed if the whole limb is folded.')
+    longest: float = constant(1.45, 'So has a bone above this share of its length and the error of keypoints.',
+                              unit='share')
     folded: float = constant(0.45, 'A limb below this share of its length is folded.', unit='share')
 
 

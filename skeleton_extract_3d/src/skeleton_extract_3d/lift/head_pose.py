@@ -48,6 +48,6 @@ def left_of_heads(observed: ObservedPeople, head: HeadPose, root: np.ndarray, sc
     # from the middle of the ears forwards to the nose, and from the right to the left ear [m]
     nose_ahead, ears_apart = points[0, 2], points[4, 0] - points[3, 0]
     left = np.stack([-nose / nose_ahead, np.zeros_like(nose), (left_ear - right_ear) / ears_apart], axis=1)
-    visible = ((observed.known[:, HEAD].sum(axis=1) >= constants.least_joints)
+    visible = ((2 * observed.known[:, HEAD].sum(axis=1) > len(HEAD))
                & (root / observed.focal < constants.most_pixel))
     return np.where(visible[:, None], left, 0.0)

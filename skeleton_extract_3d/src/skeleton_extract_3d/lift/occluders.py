@@ -48,22 +48,22 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
     """
     constants = method.occluders
     covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
-    own = likely_own(points, observed, root, covered, constants)
+    own = likely_own(points, observed, root, covered, method)
     own = np.where(covered & _on_far_side(left, constants.turned_away), own * constants.covered, own)
     return Ownership(own, covered, foreign)
 
 
 def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, covered: np.ndarray,
-               constants: OccluderConstants = METHOD.occluders) -> np.ndarray:
+               method: MethodConstants = METHOD) -> np.ndarray:
     """Return the likelihood that the surface at each keypoint belongs to the joint's limb, (P, 18) of 0..1.
 
     A surface before the body that goes on to both sides is furniture; an arm before the trunk stands out from it.
     """
-    likely = np.ones(observed.known.shape)
+    constants, likely = method.occluders, np.ones(observed.known.shape)
     ones = np.ones(observed.samples.shape[2])
     count = np.isfinite(observed.samples) @ ones
     # the median is in front where half of the samples are
-    in_front = (observed.samples < (root - constants.in_front)[:, None, None]) @ ones
+    in_front = (observed.samples < (root - method.trunk.reach)[:, None, None]) @ ones
     in_front = (2 * in_front >= count) & (in_front > 0)
     on_trunk = covered & _ARMS & (count > 0)
     person, joint = np.nonzero(in_front | on_trunk)
@@ -86,7 +86,7 @@ def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surf
     along = observed.uv[person, _LIMB_TO[joint]] - here
     length = np.sqrt((along * along).sum(axis=1))[:, None]
     # a limb that points at the camera, or whose other end is unknown, is taken to hang down
-    along = np.where(length > constants.shortest_limb, along / np.maximum(length, 1e-6), [0.0, 1.0])
+    along = np.where(length > 0, along / np.maximum(length, 1e-6), [0.0, 1.0])
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (observed.focal / surface)[:, None]
     reach = np.array([[-1.0], [1.0]]) * np.array([constants.just_beside, *constants.beyond])
     return here + reach[..., None, None] * across

@@ -92,8 +92,9 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
     # the mean of the surfaces of the trunk
     offsets = method.body.surface_offsets[TRUNK]
     off = observed.samples[:, TRUNK] + (offsets - root[:, None])[..., None]
-    mean, total = surfaces.mean_within(off, _own(observed, foreign, TRUNK), trunk.support_reach, method.windows.weights)
-    sure = total > trunk.least_support
+    mean, total = surfaces.mean_within(off, _own(observed, foreign, TRUNK), method.trunk.reach,
+                                       method.windows.weights)
+    sure = 2 * total > len(TRUNK)  # of most windows
     return np.where(sure, root + mean, root), sure, foreign
 
 

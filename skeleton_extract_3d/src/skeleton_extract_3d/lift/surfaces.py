@@ -72,7 +72,7 @@ def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = M
     sure = scores > trunk.sized_score
     usable = sure.take(start, axis=1) & sure.take(end, axis=1) & (lengths > _LEAST_LENGTH)
     depths = np.sort(np.where(usable, method.body.sized_lengths / np.where(usable, lengths, 1.0), np.inf), axis=1)
-    return np.where(usable.sum(axis=1) >= trunk.sized_bones, depths[:, 1] * trunk.size_bias, depths[:, 0])
+    return np.where(usable.sum(axis=1) >= method.sizes.least_bones, depths[:, 1] * trunk.size_bias, depths[:, 0])
 
 
 def size_evidence(size: np.ndarray, spread: np.ndarray, trunk: TrunkConstants = METHOD.trunk) -> np.ndarray:

@@ -5,6 +5,7 @@ import cv2
 import numpy as np
 
 from skeleton_extract_3d.body.body import HIPS, MIDDLES, SHOULDERS
+from skeleton_extract_3d.body.constants import SizeConstants
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import grid_positions
@@ -49,11 +50,10 @@ class Clothes(NamedTuple):
         """Return the clothes of some of the people, by a mask or by indices."""
         return Clothes(self.colours[people], self.weights[people])
 
-    def learnt(self, frame: 'Clothes', usable: np.ndarray,
-               constants: AppearanceConstants = METHOD.track.appearance) -> 'Clothes':
+    def learnt(self, frame: 'Clothes', usable: np.ndarray, constants: SizeConstants = METHOD.sizes) -> 'Clothes':
         """Return the mean with one more frame of usable people, (P,) bool."""
         known = (frame.weights > 0) & usable[:, None]
-        weights = np.minimum(self.weights + known, constants.memory)
+        weights = np.minimum(self.weights + known, constants.most_frames)
         share = np.where(known, 1 / np.maximum(weights, 1), 0.0)
         return Clothes(self.colours + share[..., None] * (frame.colours - self.colours), weights)
 
@@ -67,7 +67,7 @@ def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[n
     depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
     trunk = surfaces.lower_median(observed.samples[:, _CHEST].reshape(len(observed), -1))
     with np.errstate(invalid='ignore'):
-        usable = np.abs(depths - trunk[:, None]) < method.body.depth_reach
+        usable = np.abs(depths - trunk[:, None]) < method.trunk.reach
     return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), observed.image_size), usable)
 
 

@@ -16,7 +16,6 @@ from skeleton_extract_3d.body.body import (
     NECK,
     ROOTS,
     SHOULDERS,
-    SIDES,
     UPPER_KINDS,
     BodyConstants,
 )
@@ -60,11 +59,9 @@ def complete(seen: Completion, view: FrameView, timeout: float, method: MethodCo
     shoulders = pose.position[:, NECK, None] + _BOTH_SIDES * trunk.half(body.shoulder_width)[:, None]
     pose = pose.filled(SHOULDERS, shoulders, pose.placed[:, NECK], _OF_NECK)
     pose = pose.filled(HIPS, _hips(pose, trusted, trunk), pose.placed[:, NECK], _OF_NECK)
-    for starts, ends, kinds, hanging in ((ROOTS, MIDDLES, UPPER_KINDS, constants.upper_hanging),
-                                         (MIDDLES, ENDS, LOWER_KINDS, constants.lower_hanging)):
+    for starts, ends, kinds in ((ROOTS, MIDDLES, UPPER_KINDS), (MIDDLES, ENDS, LOWER_KINDS)):
         length = (body.bone_lengths[kinds] * trunk.scale[:, None])[..., None]
-        rest = pose.position[:, starts] + length * (hanging[:, :1] * trunk.down[:, None]
-                                                    + hanging[:, 1:] * SIDES[:, None] * trunk.left[:, None])
+        rest = pose.position[:, starts] + length * trunk.down[:, None]
         pose = pose.filled(ends, rest, pose.placed[:, starts], starts)
     # without another joint of the head, it stays where it was above the neck
     pose = pose.filled(HEAD, None, pose.placed[:, NECK], _OF_NECK)

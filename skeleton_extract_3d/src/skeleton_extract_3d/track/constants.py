@@ -43,8 +43,7 @@ class InnovationConstants:
 class BirthConstants:
     """State of a new track."""
 
-    joint_sigma: float = constant(0.3, 'Standard deviation per axis of the joints of a new track.', unit='m')
-    root_sigma: float = constant(0.1, "The same of the trunk's middle.", unit='m')
+    sigma: float = constant(0.1, "Standard deviation per axis of the joints and the trunk's middle.", unit='m')
     speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
                             unit='m/s')
 
@@ -60,7 +59,8 @@ class IdentityConstants:
     most_colour: float = constant(2.0, 'Greatest cost of other colours: they may be of what covers the person.')
     gap: float = constant(
         0.2, 'After a longer time without a detection colours count in full, joints without a keypoint move with the '
-             'others, and a new person may be the track.', unit='s')
+             'others, and a new person may be the track. Of people who are in one place for longer one stays: for some '
+             'frames, one may be put on the other by mistake where they touch.', unit='s')
     present_share: float = constant(0.3, 'Weight of the colours of other tracks.', unit='share')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
     same_place: float = constant(
@@ -68,14 +68,12 @@ class IdentityConstants:
               'a person who is almost hidden are those of another one. New people nearer to a track, and parts of '
               'people nearer to each other, are the same person (median of joints).', unit='m')
     halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
-    measured_frames: int = constant(3, 'A stature measured in more frames is known.', unit='frames')
 
 
 @dataclass(frozen=True)
 class AppearanceConstants:
     """How the colours of clothes are measured and compared."""
 
-    memory: float = constant(30.0, 'Greatest weight of a remembered colour: light may change.', unit='frames')
     same_colour: np.ndarray = constant(
         np.array([8.0, 4.0, 5.0]), 'Standard deviation of the colour of the same clothes in another light and pose: '
                                    'mostly of lightness.', unit='CIELAB', source='12 rendered people, over 0.7 s')
@@ -94,8 +92,7 @@ class AppearanceConstants:
 class ExpectationConstants:
     """Errors of predicted tracks."""
 
-    depth_sigma: float = constant(0.06, 'Error of an expected depth beyond that of the filter.', unit='m')
-    depth_factor: float = constant(1.5, 'Factor of the error of an expected depth.')
+    depth_sigma: float = constant(0.09, 'Error of an expected depth beyond that of the filter.', unit='m')
     turning_time: float = constant(0.1, 'The direction that people face is averaged over this time.', unit='s')
     turning_frames: float = constant(4.0, '... or this number of frames, if that is less.', unit='frames')
 
@@ -111,8 +108,8 @@ class CorrectionConstants:
     along_inferred: float = constant(0.05, 'Least error along the ray of an inferred depth.', unit='m')
     body_sigma: float = constant(0.01, 'Error of the body model: no filter takes it away.', unit='m')
     sure_score: float = constant(0.75, 'Keypoints that bones contradict are used from this score on.')
-    corners: int = constant(3, 'Measured corners of a trunk that is known.', unit='joints')
-    root_measured: float = constant(0.03, 'Error per axis of the middle of such a trunk.', unit='m')
+    root_measured: float = constant(0.03, 'Error per axis of the middle of a trunk of which most corners are measured.',
+                                    unit='m')
     root_guessed: float = constant(0.15, 'The same of another trunk.', unit='m')
     measured_reach: float = constant(
         0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
@@ -130,25 +127,19 @@ class BoneConstraintConstants:
 class CompletionConstants:
     """Joints without a keypoint, and their errors."""
 
-    sigma_at_once: float = constant(0.04, "Error of a joint that loses its keypoint, beyond its parent's.", unit='m')
+    sigma_at_once: float = constant(
+        0.04, "Error of a joint that loses its keypoint, beyond its parent's, and of those of hidden people.", unit='m')
     sigma_growth: float = constant(0.35, 'Growth of this error, and of that of hidden people.', unit='m/s')
     rest_sigmas: np.ndarray = constant(
         _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
-    rest_time: float = constant(0.7, 'Joints without a keypoint hang down within about this time.', unit='s')
+    rest_time: float = constant(0.7, 'Limbs without a keypoint hang straight down within about this time.', unit='s')
     speed: float = constant(0.5, 'Standard deviation per axis of the velocity of what is not seen.', unit='m/s')
-    upper_hanging: np.ndarray = constant(
-        np.array([[0.98, 0.10], [0.98, 0.10], [1.0, 0.0], [1.0, 0.0]]),
-        'Elbows and knees at rest, from shoulder and hip: down and outwards.', unit='share of the length')
-    lower_hanging: np.ndarray = constant(
-        np.array([[0.98, 0.0], [0.98, 0.0], [1.0, 0.0], [1.0, 0.0]]),
-        'Wrists and ankles at rest, from elbow and knee: down and outwards.', unit='share of the length')
 
 
 @dataclass(frozen=True)
 class OutOfSightConstants:
     """Tracks without a detection: their motion, and which are still in view."""
 
-    sigma_at_once: float = constant(0.08, 'Error of the joints when the detection is lost.', unit='m')
     walking_time: float = constant(1.0, 'They slow down with this time constant.', unit='s')
     greatest_speed: float = constant(2.0, 'They walk at most this fast, also while absent.', unit='m/s')
     free_share: float = constant(0.35, 'A person with more joints in free view would be detected.', unit='share')
@@ -164,9 +155,6 @@ class OneBodyConstants:
         0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
               'the joints of two people are apart where they touch.', unit='m')
     least_joints: int = constant(3, 'Joints that both must have for that.', unit='joints')
-    longest: float = constant(
-        0.2, 'Of people who are in one place for longer, one stays: for some frames, one may be put on the other by '
-             'mistake where they touch.', unit='s')
     surely_alone: float = constant(
         1.0, 'A track that had a place of its own for longer before is another person, and stays as hidden.', unit='s')
 
@@ -175,18 +163,13 @@ class OneBodyConstants:
 class ReturningConstants:
     """Reidentification of people who had a track a short time ago."""
 
-    seen_size: float = constant(
-        0.08, 'Standard deviation of the size of a body (median of bones) in one frame.', unit='share',
-        source='rendered people')
     strange_size: float = constant(
         0.2, 'Standard deviation of the sizes of people, children included.', unit='share', source='chosen')
-    spread_at_once: float = constant(
-        0.3, 'Error per axis of the predicted place of a track that was just lost.', unit='m')
-    spread_growth: float = constant(0.6, 'Growth of this error.', unit='m/s')
-    greatest_spread: float = constant(1.5, 'Greatest such error: people come back by where they left.', unit='m')
-    room: float = constant(12.0, 'Area of the floor in view, anywhere on which a person may appear.', unit='m^2')
-    least_evidence: float = constant(2.3, 'Least log likelihood ratio of a track to a person without one (10:1).')
-    margin: float = constant(1.6, 'The same against every other absent track and new person (5:1).')
+    spread: float = constant(
+        1.5, 'Error per axis of the predicted place of a track that was lost: people come back by where they left.',
+        unit='m')
+    least_evidence: float = constant(2.3, 'Least log likelihood ratio of a track to a person without one, and to every '
+                                          'other absent track and new person (10:1).')
     patience: float = constant(
         0.3, 'New people wait this long for an id while their clothes are hidden and an absent track may be theirs.',
         unit='s')

@@ -46,7 +46,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     joints = _begun(joints, trusted & ~tracks.has, xyz, covariance, method.track.birth.speed)
     shares, errors = joint_errors(tracks, joints, (xyz, covariance), used, stamp, method.track)
     has = tracks.has | trusted
-    sure = lifted.measured[:, _CORNERS].sum(axis=1) >= constants.corners
+    sure = 2 * lifted.measured[:, _CORNERS].sum(axis=1) > len(_CORNERS)
     error = np.where(sure, constants.root_measured, constants.root_guessed)
     middle = middle_of_trunk(joints.position, has)
     root = tracks.root.corrected(middle[:, None], isotropic(error * np.sqrt(3))[:, None],
@@ -57,7 +57,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
         sightings=tracks.sightings + 1, left=lifted.left,
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), constants),
         sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),
-        clothes=tracks.clothes.learnt(people.clothes, sure, method.track.appearance))
+        clothes=tracks.clothes.learnt(people.clothes, sure, method.sizes))
     sigma = np.maximum(np.sqrt(errors + constants.body_sigma ** 2), people.size_error(method.body.stature_spread))
     return Completion(tracks, trusted, trusted, sigma)
 

@@ -56,7 +56,7 @@ def separate(seen: Completion, people: Observations, stamp: float, constants: Tr
         before = oldest[:i]
         if (shared[person, before] & ~gone[before]).any():
             alone[person] = tracks.alone[person]
-            gone[person] = stamp - alone[person] >= one_body.longest
+            gone[person] = stamp - alone[person] >= constants.identity.gap
     tracks = replace(tracks, alone=alone)
     if not gone.any():
         return seen._replace(tracks=tracks), people, Tracks.none()

@@ -23,7 +23,7 @@ def walk_on(tracks: Tracks, view: FrameView, method: MethodConstants = METHOD) -
     appears = _in_free_view(walked, view, method) & ~_in_free_view(tracks, view, method)
     step = np.where(appears[:, None, None], 0.0, step)
     away = (view.stamp - tracks.last_seen)[:, None]
-    sigma = np.sqrt(unseen.sigma_at_once ** 2 + (rest.sigma_growth * away) ** 2
+    sigma = np.sqrt(rest.sigma_at_once ** 2 + (rest.sigma_growth * away) ** 2
                     + (rest.rest_sigmas * np.minimum(1.0, away)) ** 2)
     joints = JointFilter.moving(position + step, np.broadcast_to(velocity, position.shape), isotropic(sigma),
                                 rest.speed)
@@ -49,7 +49,7 @@ def _in_free_view(tracks: Tracks, view: FrameView, method: MethodConstants) -> n
     uv = _pixels(tracks, view)
     depth = surfaces.depths_at(view.points, np.where(np.isfinite(uv), np.clip(uv, -1e6, 1e6), -1e6))
     with np.errstate(invalid='ignore'):
-        free = (depth > tracks.joints.position[..., 2] + method.body.depth_reach) & tracks.has
+        free = (depth > tracks.joints.position[..., 2] + method.trunk.reach) & tracks.has
     return free.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1) > method.track.out_of_sight.free_share
 
 

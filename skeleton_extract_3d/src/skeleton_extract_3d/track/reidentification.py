@@ -126,7 +126,7 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
     distance = np.linalg.norm(absent.root.position[:, :1] - new.place[None], axis=2)
     may_be = (away > method.track.identity.gap) & (
         distance <= params.track_gate + method.track.out_of_sight.greatest_speed * away)
-    by_body = _size_evidence(absent.sizes, new.lengths, method) + _place_evidence(distance, away, constants)
+    by_body = _size_evidence(absent.sizes, new.lengths, method) + _place_evidence(distance, constants)
     by_clothes, compared = clothes_evidence(absent.clothes, new.clothes, method.track.appearance)
     likelier = np.where(may_be, by_clothes + by_body, -np.inf)
     could_tell = ((absent.clothes.weights > 0)[:, None] & ~compared).any(axis=2)
@@ -134,25 +134,24 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
     likelier = np.where(compared.any(axis=2), likelier, -np.inf)
     for person, row in enumerate(likelier.argmax(axis=0)):
         rivals = np.concatenate([np.delete(likelier[:, person], row), np.delete(likelier[row], person)])
-        if likelier[row, person] >= max(constants.least_evidence, rivals.max(initial=-np.inf) + constants.margin):
+        if likelier[row, person] >= max(rivals.max(initial=-np.inf), 0.0) + constants.least_evidence:
             rows[person] = row
     return rows
 
 
 def _size_evidence(absent: Sizes, lengths: np.ndarray, method: MethodConstants) -> np.ndarray:
     """Return the log likelihood ratio of the same body to another, (T, N), by lengths (N, 10) [m]; 0 with few."""
-    constants = method.track.returning
     known, adult = measures.expected_lengths(absent, method)[:, _KINDS], method.body.bone_lengths[_KINDS]
-    spread = np.hypot(measures.stature_spread(absent, method), constants.seen_size)[:, None]
+    spread = np.hypot(measures.stature_spread(absent, method), method.body.proportion_spread)[:, None]
     against_known = lower_median(np.log(lengths)[None] - np.log(known)[:, None])
     against_adults = lower_median(np.log(lengths) - np.log(adult))
     enough = np.isfinite(lengths).sum(axis=1) >= method.sizes.least_bones
-    return np.where(enough, log_normal(against_known, spread) - log_normal(against_adults, constants.strange_size), 0.0)
+    evidence = log_normal(against_known, spread) - log_normal(against_adults, method.track.returning.strange_size)
+    return np.where(enough, evidence, 0.0)
 
 
-def _place_evidence(distance: np.ndarray, away: np.ndarray, constants: ReturningConstants) -> np.ndarray:
+def _place_evidence(distance: np.ndarray, constants: ReturningConstants) -> np.ndarray:
     """Return the log likelihood ratio of a place to that for a person who may appear anywhere, (T, N), by the distance
-    (T, N) [m] from where the track is expected, and the time (T, 1) since its last detection [s].
+    (T, N) [m] from where the track is expected; a room with a floor of 2 pi spread^2, 14 m^2, is in view.
     """
-    spread = np.minimum(constants.spread_at_once + constants.spread_growth * away, constants.greatest_spread)
-    return np.log(constants.room / (2 * np.pi * spread ** 2)) - (distance / spread) ** 2 / 2
+    return -(distance / constants.spread) ** 2 / 2

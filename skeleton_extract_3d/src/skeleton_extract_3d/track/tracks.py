@@ -98,11 +98,11 @@ class Tracks(Rows):
         count, known = len(ids), np.isfinite(xyz).all(axis=2)
         stamps, root = np.full(count, stamp), middle_of_trunk(xyz, known)
         return cls(
-            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.joint_sigma, constants.speed),
-            JointFilter.at_rest(root[:, None], constants.root_sigma, constants.speed),
+            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.sigma, constants.speed),
+            JointFilter.at_rest(root[:, None], constants.sigma, constants.speed),
             ids, born=stamps, last_seen=stamps, alone=np.full(count, -np.inf), sightings=np.zeros(count, np.int64),
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
-            errors=np.full(known.shape, 3 * constants.joint_sigma ** 2), innovations=np.zeros(count), left=left,
+            errors=np.full(known.shape, 3 * constants.sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count))
 
