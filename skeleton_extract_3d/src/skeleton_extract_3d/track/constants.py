@@ -92,7 +92,8 @@ class AppearanceConstants:
 class ExpectationConstants:
     """Errors of predicted tracks."""
 
-    depth_sigma: float = constant(0.09, 'Error of an expected depth beyond that of the filter.', unit='m')
+    depth_sigma: float = constant(0.06, 'Error of an expected depth beyond that of the filter.', unit='m')
+    depth_factor: float = constant(1.5, 'Factor of the error of an expected depth.')
     turning_time: float = constant(0.1, 'The direction that people face is averaged over this time.', unit='s')
     turning_frames: float = constant(4.0, '... or this number of frames, if that is less.', unit='frames')
 

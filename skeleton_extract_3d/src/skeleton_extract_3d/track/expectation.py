@@ -19,7 +19,7 @@ def expect(tracks: Tracks, row: np.ndarray, elapsed: float, method: MethodConsta
     known = Expectation(
         root=tracks.root.position[row, 0, 2],
         depth=np.where(tracks.has[row], tracks.joints.position[row, :, 2], np.nan),
-        depth_sigma=np.sqrt(variance + constants.depth_sigma ** 2),
+        depth_sigma=constants.depth_factor * np.sqrt(variance + constants.depth_sigma ** 2),
         left=tracks.left[row] * weight, stature=sizes.stature, stature_spread=measures.stature_spread(sizes, method),
         lengths=measures.expected_lengths(sizes, method), length_spread=measures.length_spreads(sizes, method))
     if old.all():
