@@ -10,7 +10,6 @@ METHOD = (
     Variant('size in the image', {'trunk.size_weight': 0.0}),
     Variant('depth of the frame before, trunk', {'trunk.before_weight': 0.0}),
     Variant('depth of the frame before, joints', {'track.expectation.depth_sigma': FAR}),
-    Variant('trunk refined by its surfaces', {'trunk.least_support': FAR}),
     Variant('surfaces spread over candidates', {'costs.kernel_shares': (1.0,)}),
     Variant('low scores make hidden likelier', {'costs.hidden_slope': 0.0}),
     Variant('covered by the own body', {'costs.hidden_covered': 1.0}),
@@ -44,8 +43,7 @@ METHOD = (
     Variant('clothes', {}, {'use_clothes': False}),
     Variant('reidentification', {}, {'return_timeout': 0.0}),
     Variant('waiting for an id', {'track.returning.patience': 0.0}),
-    Variant('places in reidentification', {'track.returning.room': 2 * np.pi, 'track.returning.greatest_spread': FAR,
-                                           'track.returning.spread_at_once': FAR}),
+    Variant('places in reidentification', {'track.returning.spread': FAR}),
     Variant('smoothing', {}, {'smoothing': False}),
     Variant('occlusion', {}, {'occlusion': False}),
 )
