@@ -13,14 +13,15 @@ from typing import List, NamedTuple, Optional, Sequence
 import cv2
 
 from .scenarios.by_hand_special import SCENARIOS
-from .scenarios.plan import SETS, plan_scene
+from .scenarios.plan import SETS, plan_scene, plan_special
 from .scenarios.random_scenes import build_scene
-from .scenarios.random_signals import build_signals, build_stage, plan_special
+from .scenarios.random_signals import build_signals, build_stage
 from .sequence import Scene, write_scene
 
 PEOPLE_SCENES, SIGNAL_SCENES, STAGE_SCENES = 40, 6, 2  # of a set
-COMMITTED = (3, 10, 11)  # numbers of the committed scenes: one of each sensor, with occlusion, lying, sitting
-SCENES = Path(__file__).resolve().parent / 'scenes'
+COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
+HERE = Path(__file__).resolve().parent
+SCENES, RENDERED = HERE / 'scenes', HERE / 'rendered'  # where scenes go without --out
 
 
 class Job(NamedTuple):
@@ -33,7 +34,7 @@ class Job(NamedTuple):
     frames: Optional[int] = None  # only so many, spread over the sequence
 
 
-def jobs_of(name: str, out: Path, count: int) -> List[Job]:
+def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
     """Return the scenes of a set, all its kinds if it is whole; or a scenario by hand.
 
     Raises
@@ -41,16 +42,17 @@ def jobs_of(name: str, out: Path, count: int) -> List[Job]:
     ValueError
         There is no such set or scenario.
     """
+    folder = out or RENDERED
     if name in SCENARIOS:
-        return [Job(name, out / 'by_hand')]
+        return [Job(name, folder / 'by_hand')]
     if name not in SETS:
         raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join(SETS)}; "
                          f"scenarios: {', '.join(SCENARIOS)}")
     if name == 'committed':
-        return [Job('people', SCENES, name, index) for index in COMMITTED[:count]]
+        return [Job('people', out or SCENES, name, index) for index in COMMITTED[:count]]
     special = [('signals', i) for i in range(SIGNAL_SCENES)] + [('stage', i) for i in range(STAGE_SCENES)]
     scenes = [('people', i) for i in range(count)] + (special if count >= PEOPLE_SCENES else [])
-    return [Job(kind, out / name, name, index) for kind, index in scenes]
+    return [Job(kind, folder / name, name, index) for kind, index in scenes]
 
 
 def scene_name(job: Job) -> str:
@@ -63,11 +65,10 @@ def scene_name(job: Job) -> str:
 def build(job: Job) -> Scene:
     if job.kind == 'people':
         return build_scene(plan_scene(job.people_set, job.index))
-    if job.kind == 'signals' and job.people_set:
-        return build_signals(plan_special(job.people_set, job.index, 'signals', (2, 2)))
-    if job.kind == 'stage' and job.people_set:
-        return build_stage(plan_special(job.people_set, job.index, 'stage', (3, 4)))
-    return SCENARIOS[job.kind]()
+    if not job.people_set:
+        return SCENARIOS[job.kind]()
+    build_special = build_signals if job.kind == 'signals' else build_stage
+    return build_special(plan_special(job.people_set, job.kind, job.index))
 
 
 def render(job: Job) -> str:
@@ -88,7 +89,7 @@ def render(job: Job) -> str:
 def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog='./run bench render')
     parser.add_argument('what', nargs='+')
-    parser.add_argument('--out', type=Path, required=True)
+    parser.add_argument('--out', type=Path)
     parser.add_argument('--jobs', type=int, default=2)
     parser.add_argument('--scenes', type=int, default=PEOPLE_SCENES)
     parser.add_argument('--frames', type=int)

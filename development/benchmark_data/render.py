@@ -38,8 +38,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog='./run bench render', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('what', nargs='+', metavar='tune|report|committed|SCENARIO|list')
-    parser.add_argument('--out', type=Path, help='folder of the sets and scenarios [%(default)s]',
-                        default=HERE / 'rendered')
+    parser.add_argument('--out', type=Path, help=f'folder of what is rendered [{HERE}/rendered, or scenes]')
     parser.add_argument('--assets', type=Path, default=os.environ.get('MH_BASE', ''),
                         help='folder with clothes/ and hair/ [the variable MH_BASE]')
     parser.add_argument('--jobs', type=int, default=2, help='scenes side by side, each on a core [%(default)s]')
@@ -48,9 +47,9 @@ def main() -> None:
     options = parser.parse_args()
     if options.what != ['list'] and not all((options.assets / name).is_dir() for name in ('clothes', 'hair')):
         die(GET_ASSETS)
-    command: List[str] = [render_python(), '-m', 'development.benchmark_data.jobs', *options.what, '--out',
-                          str(options.out), '--jobs', str(options.jobs)]
-    for name in ('scenes', 'frames'):
+    command: List[str] = [render_python(), '-m', 'development.benchmark_data.jobs', *options.what,
+                          '--jobs', str(options.jobs)]
+    for name in ('out', 'scenes', 'frames'):
         if getattr(options, name) is not None:
             command += [f'--{name}', str(getattr(options, name))]
     # not the system's modules, which another Python cannot load

@@ -13,6 +13,8 @@ SETS = {'tune': 1, 'report': 2, 'committed': 3}  # the first number of the seeds
 KINDS = ('stand', 'turn', 'walk', 'cross', 'meet', 'hand_over', 'hug', 'sit', 'table', 'kneel', 'lie', 'group')
 COUNTS = {'meet': (2, 4), 'hand_over': (2, 4), 'hug': (2, 4), 'cross': (2, 4), 'group': (4, 6)}  # people; others 1 to 3
 ADULTS = {'hug': 2, 'hand_over': 2, 'table': 1, 'lie': 1}  # so many of the people are no children
+# Scenes of gestures and of several cameras: their first number in a set, that seeds are their own; people.
+SPECIAL = {'signals': (500, (2, 2)), 'stage': (600, (3, 4))}
 LIGHTS = ('dim', 'normal', 'bright')
 
 
@@ -59,6 +61,22 @@ def plan_scene(people_set: str, index: int) -> Plan:
         view = view._replace(height=0.5 * view.height + 1.1)
     return Plan(f'{index:02d}_{kind}', people_set, seed, kind, people, view, light_name,
                 *plan_light(rng, light_name), room_seed=int(rng.integers(1 << 30)))
+
+
+def plan_special(people_set: str, kind: str, index: int) -> Plan:
+    """Draw a scene of gestures (signals) or several cameras (stage); index counts the scenes of its kind."""
+    first, count = SPECIAL[kind]
+    rng = np.random.default_rng((SETS[people_set], first + index))
+    garments = people_set if people_set in ('tune', 'report') else 'tune'
+    people = tuple(random_person(rng, garments, False) for _ in range(int(rng.integers(count[0], count[1] + 1))))
+    sensor = sorted(SENSORS)[index % len(SENSORS)]
+    light = LIGHTS[int(rng.integers(0, 3))]
+    view = plan_view(rng, sensor)._replace(moving=False)
+    if kind == 'stage' and view.half_resolution:
+        view = view._replace(intrinsics=SENSORS[sensor].intrinsics, half_resolution=False)
+    view = view._replace(height=0.5 * view.height + 0.8)
+    return Plan(f'{kind}_{index}', people_set, (SETS[people_set], first + index), kind, people, view, light,
+                *plan_light(rng, light), room_seed=int(rng.integers(1 << 30)))
 
 
 def plan_view(rng: np.random.Generator, sensor: str) -> View:

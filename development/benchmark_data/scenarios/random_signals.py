@@ -9,19 +9,17 @@ from ..people.body import Body
 from ..people.contact import conflict, sample_times
 from ..people.geometry import heading
 from ..people.gestures import RAMP, Gesture
-from ..people.random_people import random_person
 from ..people.rig import Rig
 from ..rendering.camera import Camera
 from ..rendering.depth_sensors import SENSORS
 from ..sequence import Scene, fixed
 from .actions import Stage, stand, walk_somewhere
-from .plan import LIGHTS, SETS, Plan, describe, plan_light, plan_view
+from .plan import Plan, describe
 from .random_scenes import ATTEMPTS, cameras_of, unseen
 
 RATE = 10.0  # [Hz] of both kinds
 SIGNAL_FRAMES, STAGE_FRAMES = 61, 30
 SIGNAL_TIME = (SIGNAL_FRAMES - 1) / RATE  # [s]
-FIRST_SIGNALS, FIRST_STAGE = 500, 600  # their numbers in a set: seeds of their own
 ONE_HANDED = ('wave', 'beckon', 'point', 'raise_hand')
 TARGET_COLORS = {'red': (220, 40, 36), 'yellow': (236, 206, 40), 'blue': (40, 70, 220), 'green': (50, 190, 70),
                      'white': (240, 240, 240)}
@@ -33,22 +31,6 @@ class Signaller(NamedTuple):
 
     place: Place
     style: str
-
-
-def plan_special(people_set: str, index: int, kind: str, count: Tuple[int, int]) -> Plan:
-    """Draw people, sensor, camera and light of such a scene; index counts the scenes of its kind."""
-    first = FIRST_SIGNALS if kind == 'signals' else FIRST_STAGE
-    rng = np.random.default_rng((SETS[people_set], first + index))
-    garments = people_set if people_set in ('tune', 'report') else 'tune'
-    people = tuple(random_person(rng, garments, False) for _ in range(int(rng.integers(count[0], count[1] + 1))))
-    sensor = sorted(SENSORS)[index % len(SENSORS)]
-    light = LIGHTS[int(rng.integers(0, 3))]
-    view = plan_view(rng, sensor)._replace(moving=False)
-    if kind == 'stage' and view.half_resolution:
-        view = view._replace(intrinsics=SENSORS[sensor].intrinsics, half_resolution=False)
-    view = view._replace(height=0.5 * view.height + 0.8)
-    return Plan(f'{kind}_{index}', people_set, (SETS[people_set], first + index), kind, people, view, light,
-                *plan_light(rng, light), room_seed=int(rng.integers(1 << 30)))
 
 
 # ---- gestures ------------------------------------------------------------------------------------------------------
