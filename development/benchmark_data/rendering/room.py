@@ -59,6 +59,12 @@ class Room:
         self.depth, self.left, self.right, self.height = depth, left, right, height
         self._build()
 
+    def contains(self, place: Point, margin: float) -> bool:
+        """Return whether a place is in the room, at least a margin [m] from its walls."""
+        x, y, z = place
+        return (self.left + margin < x < self.right - margin and BEHIND_CAMERA + margin < y < self.depth - margin
+                and 0 < z < self.height - margin)
+
     def texture(self, image: np.ndarray) -> int:
         self.textures.append(image)
         return len(self.textures) - 1

@@ -170,7 +170,8 @@ def build_stage(plan: Plan) -> Scene:
         stage.room.front_wall()
         cameras = _around(stage)
         for camera in cameras:
-            problem = problem or unseen(stage, [fixed(camera)], times)
+            inside = stage.room.contains(camera.origin, 0.1)
+            problem = problem or ('' if inside else 'a camera is outside') or unseen(stage, [fixed(camera)], times)
         if not problem:
             return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, rigs, stage.movers,
                          [fixed(camera) for camera in cameras], sensor=plan.view.sensor, frames=STAGE_FRAMES, fps=RATE,
