@@ -38,7 +38,6 @@ class Scene(NamedTuple):
     exposure: Exposure = Exposure()
     targets: Optional[Dict[str, np.ndarray]] = None  # of pointing, world; gestures are labelled
     hands: bool = False
-    empty_from: Optional[int] = None  # frames without people from here on
     description: Mapping[str, Any] = {}  # for meta.json
 
 
@@ -63,8 +62,6 @@ def write_scene(scene: Scene, folder: Path, only: Optional[Sequence[int]] = None
 
 
 def _poses_at(scene: Scene, i: int) -> List[Posed]:
-    if scene.empty_from is not None and i >= scene.empty_from:
-        return []
     return [rig.pose(mover.at(i / scene.fps)) for rig, mover in zip(scene.rigs, scene.movers)]
 
 

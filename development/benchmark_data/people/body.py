@@ -117,7 +117,8 @@ class Body:
     ----------
     rest : (V, 3) vertices in the rest pose [m]; faces : (F, 3); face_materials : (F,) index into materials
     skinning : (V, bones) sparse; rest_inverse, reference : (bones, 4, 4) bones at rest inverted, and without a pose
-    surface : rows of `rest` that are part of the surface
+    regressor : (18, R) weights of the vertices that COCO_18 is regressed from, `regressed_rest`, `regressed_skinning`
+    skin_rest, skin_skinning, is_skin : Anny's own vertices, with its helpers, and which of them are skin
     """
 
     def __init__(self, spec: PersonSpec) -> None:
@@ -161,7 +162,7 @@ class Body:
         self.rest = np.concatenate([*parts, vertices])
         self.faces, self.face_materials = np.concatenate(faces), np.concatenate(face_materials)
         self.skinning = _stack([*weights, anny.skinning])
-        self.surface = np.r_[np.arange(self.first_skin), self.first_skin + np.flatnonzero(is_skin)]
+        self.is_skin = is_skin
         self._keep_surface()
 
     @staticmethod

@@ -83,6 +83,7 @@ class Rig:
                         for side, segments in self.segments.items()}
         self.leg = self.lengths['L']['thigh'] + self.lengths['L']['shin']
         self.hands = {side: self._hand_axes(side) for side, _ in SIDES}
+        self.tips: Dict[Tuple[int, str], np.ndarray] = {}
         self.sole = float(self._head('foot.L')[2] - self._surface_at_rest()[:, 2].min())  # ankle above the sole
         self.standing_hip = float(self.hip[2] - self._head('foot.L')[2]) * 0.985 + 0.085  # with shoes
 
@@ -290,12 +291,14 @@ class Rig:
 
     def _tip_vertices(self, finger: int, side: str) -> np.ndarray:
         """Return the 14 outermost skin vertices of a finger."""
-        last = self.bones[f'finger{finger}-3.{side}']
-        rows = np.flatnonzero(np.asarray(self.body.skin_skinning.argmax(axis=1)).ravel() == last)
-        rest = skin(self.body.reference @ self.body.rest_inverse, self.body.skin_skinning[rows],
-                    self.body.skin_rest[rows])
+        if (finger, side) in self.tips:
+            return self.tips[finger, side]
+        last, body = self.bones[f'finger{finger}-3.{side}'], self.body
+        rows = np.flatnonzero((np.asarray(body.skin_skinning.argmax(axis=1)).ravel() == last) & body.is_skin)
+        rest = skin(body.reference @ body.rest_inverse, body.skin_skinning[rows], body.skin_rest[rows])
         along = unit(self.heads[last] - self._head(f'finger{finger}-2.{side}'))
-        return rows[np.argsort(-(rest @ along), kind='stable')[:14]]
+        self.tips[finger, side] = rows[np.argsort(-(rest @ along), kind='stable')[:14]]
+        return self.tips[finger, side]
 
     def face_points(self, posed: Posed) -> np.ndarray:
         """Return the (8, 3) points of the face [m], world."""

@@ -1,4 +1,5 @@
 """Scenarios by hand: people who wave, turn, cross, stand in groups and behind furniture."""
+import zlib
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from ..people.geometry import heading
@@ -30,7 +31,7 @@ def scene(name: str, room: Room, people: Tuple[List[Any], List[Any]], view: Opti
     """Return a scene with its light from a direction (option towards_light)."""
     light = Light(options.pop('towards_light'))
     cameras = options.pop('cameras', [fixed(view)])
-    return Scene(name, 1 + sorted(name.encode())[0] + 1000 * len(name), room, *people, cameras, light=light, **options)
+    return Scene(name, zlib.crc32(name.encode()) >> 4, room, *people, cameras, light=light, **options)
 
 
 def wave() -> Scene:
