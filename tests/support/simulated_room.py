@@ -43,10 +43,25 @@ def around(number: int, **values) -> list:
             for place, angle in enumerate(angles)]
 
 
-def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, dropped: float = 0.05) -> CameraRecording:
+def errors_of(random: np.random.RandomState, shape: Tuple[int, ...], step: float, lasting: float) -> np.ndarray:
+    """Return errors (T, 18, axes) with standard deviation 1: independent, or fading within `lasting` [s] (1 / e).
+
+    Half of the variance of lasting errors is that of the whole person.
+    """
+    if not lasting:
+        return random.normal(size=shape)
+    new = np.sqrt(0.5) * (random.normal(size=shape) + random.normal(size=(shape[0], 1, shape[2])))
+    kept, result = np.exp(-step / lasting), np.zeros(shape)
+    for frame in range(shape[0]):
+        result[frame] = kept * result[frame - 1] + np.sqrt(1 - kept ** 2) * new[frame] if frame else new[frame]
+    return result
+
+
+def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, dropped: float = 0.05, lasting: float = 0.0
+           ) -> CameraRecording:
     """Return what a camera sees, without a share of frames and of joints; ids are those of the truth.
 
-    The noise is that per axis [m], of images the same at 4 m.
+    The noise is that per axis [m], of images the same at 4 m; see `errors_of`.
     """
     random = np.random.RandomState(seed)
     times = truth.joints.times
@@ -62,10 +77,10 @@ def record(camera: Camera, truth: Truth, seed: int, noise: float = 0.015, droppe
         rays = local / np.linalg.norm(local, axis=2, keepdims=True)
         local = local - camera.bias[:, None] * rays
         if camera.depth:
-            local = local + random.normal(scale=noise, size=local.shape)
+            local = local + noise * errors_of(random, local.shape, 1 / camera.rate, lasting)
         else:
             local = local / local[..., 2:]
-            local[..., :2] += random.normal(scale=noise / 4, size=local[..., :2].shape)
+            local[..., :2] += noise / 4 * errors_of(random, local[..., :2].shape, 1 / camera.rate, lasting)
         local[random.uniform(size=local.shape[:2]) < dropped] = np.nan
         seen = camera.sees(np.nanmean(joints, axis=1))
         stamps.append(at[seen])

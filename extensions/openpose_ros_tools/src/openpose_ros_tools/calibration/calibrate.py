@@ -87,13 +87,14 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
     if params.distance is not None and has_depth.any():
         raise BadInputError('the distance of two cameras is for rigs without depth; here depth tells the scale')
     poses = _first_poses(cameras, params, progress, constants)
-    for _ in range(constants.bundle.rounds):
+    for number in range(constants.bundle.rounds):
         given = Given(poses, has_depth, params.clocks_agree)
-        adjusted = adjust(gather(cameras, poses, constants.gather), given, constants.bundle)
+        wide = max(constants.gather.wide / 2 ** number, 1.0)
+        adjusted = adjust(gather(cameras, poses, constants.gather, wide), given, constants.bundle)
         change = max(max(float(np.abs(new.pose[1] - old.pose[1]).max()), abs(new.clock_offset - old.clock_offset))
                      for new, old in zip(adjusted.poses, poses))
         poses = adjusted.poses
-        if change < constants.bundle.settled:
+        if wide == 1 and change < constants.bundle.settled:
             break
     joints = adjusted.joints
     if not has_depth.any():

@@ -39,6 +39,10 @@ class GatherConstants:
                            source=_SIMULATED)
     ray_gate: float = constant(0.06, 'The same of rays, as a share of the distance.', source=_SIMULATED)
     least_joints: int = constant(4, 'Joints that have to be common to compare two people.', source=_SIMULATED)
+    wide: float = constant(4.0, 'Factor of the gates in the first round; it halves in each further one: edges err.',
+                           source=_SIMULATED)
+    renewed: float = constant(0.5, 'Distance that a person has to move before a camera sees another side, so that '
+                                   'keypoints err differently.', unit='m', source=_SIMULATED)
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,8 @@ class BundleConstants:
     rounds: int = constant(6, 'Adjustments, each with people gathered anew, at most.', source=_SIMULATED)
     settled: float = constant(0.0005, 'Adjustments end where no camera and no clock changes by more.', unit='m, s',
                               source=_SIMULATED)
+    groups: int = constant(30, 'Groups of measurements that are left out in turn, at most, to tell how uncertain the '
+                               'cameras are.', source=_SIMULATED)
     steps: int = constant(30, 'Steps of each adjustment, at most.', source=_SIMULATED)
 
 

@@ -27,6 +27,7 @@ class Gathered:
         joints: (P, 3) [m] in the frame of the root.
         person, name: (P,) int, person (of one time) and joint in the joint set.
         camera, point: (M,) int, of each measurement.
+        block: (M,) int; measurements of one block are of a track in a camera while the person stays in one place.
         measured, velocity: (M, 3) points of the camera (see `CameraRecording.points`) and what they move by [1/s].
         sigma: (M,) error per axis, as in `CameraPaths.sigma`.
     """
@@ -36,6 +37,7 @@ class Gathered:
     name: np.ndarray
     camera: np.ndarray
     point: np.ndarray
+    block: np.ndarray
     measured: np.ndarray
     velocity: np.ndarray
     sigma: np.ndarray
@@ -68,8 +70,12 @@ class _View(NamedTuple):
 _Person = Tuple[_View, ...]
 
 
-def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants) -> Gathered:
+def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants, wide: float = 1.0
+           ) -> Gathered:
     """Return the joints that two cameras or more see at the same time.
+
+    Args:
+        wide: factor of the gates.
 
     Raises:
         BadInputError: there are none.
@@ -85,7 +91,7 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constant
         people: List[_Person] = []
         for camera in order:
             views = _views(camera, points[camera][:, number], cameras[camera].has_depth, poses[camera])
-            people = _joined(people, views, constants)
+            people = _joined(people, views, constants, wide)
         for person, seen in enumerate(people, count):
             middle = _middle(seen) if len(seen) > 1 else np.full((points[0].shape[2], 3), np.nan)
             shared = np.isfinite(middle).all(axis=1) & (np.sum([one.known for one in seen], axis=0) > 1)
@@ -100,9 +106,29 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constant
     name = table[:, 4].astype(int)
     velocity = [paths.velocity(at) for paths, at in zip(cameras, own)]
     sigma = [paths.sigma(at) for paths, at in zip(cameras, own)]
-    places = list(zip(camera, slot, number, name[point]))
-    return Gathered(table[:, :3], table[:, 3].astype(int), name, camera, point,
-                    *(np.array([each[c][s, n, j] for c, s, n, j in places]) for each in (points, velocity, sigma)))
+    rows = list(zip(camera, slot, number, name[point]))
+    person = table[:, 3].astype(int)
+    places = np.stack([np.bincount(person, axis) for axis in table[:, :3].T], axis=1) / np.maximum(np.bincount(person), 1)[:, None]
+    block = _blocks(np.stack([camera, slot, number], axis=1), places[person[point]], constants.renewed)
+    return Gathered(table[:, :3], person, name, camera, point, block,
+                    *(np.array([each[c][s, n, j] for c, s, n, j in rows]) for each in (points, velocity, sigma)))
+
+
+def _blocks(views: np.ndarray, places: np.ndarray, renewed: float) -> np.ndarray:
+    """Return the block of each measurement, (M,) int.
+
+    Args:
+        views: (M, 3) int, camera, slot and time of each.
+        places: (M, 3) [m] of the person.
+        renewed: a block ends where the person is further from where it began [m].
+    """
+    block, count, before, begin = np.zeros(len(views), int), -1, None, places[0]
+    for row in np.lexsort(views.T[::-1]).tolist():
+        track = tuple(views[row, :2])
+        if track != before or np.linalg.norm(places[row] - begin) > renewed:
+            count, before, begin = count + 1, track, places[row]
+        block[row] = count
+    return block
 
 
 def _common_times(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants
@@ -134,13 +160,13 @@ def _views(camera: int, points: np.ndarray, has_depth: bool, pose: CameraPose) -
     return [_View(camera, slot, origin, one, has_depth) for slot, one in enumerate(placed)]
 
 
-def _joined(people: List[_Person], views: List[_View], constants: GatherConstants) -> List[_Person]:
+def _joined(people: List[_Person], views: List[_View], constants: GatherConstants, wide: float) -> List[_Person]:
     """Return the people with the views of one more camera, those that belong to no person as new ones."""
     views = [view for view in views if view.known.sum() >= constants.least_joints]
     middles = [_middle(person) for person in people]
     costs = np.array([[_distance(view, person, middle, constants) for person, middle in zip(people, middles)]
                       for view in views]).reshape(len(views), len(people))
-    found = {column: row for row, column in match(costs, np.isfinite(costs)) if costs[row, column] < 1}
+    found = {column: row for row, column in match(costs, np.isfinite(costs)) if costs[row, column] < wide}
     return ([(*person, views[found[column]]) if column in found else person for column, person in enumerate(people)]
             + [(view,) for row, view in enumerate(views) if row not in found.values()])
 

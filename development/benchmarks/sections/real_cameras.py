@@ -1,0 +1,186 @@
+"""Four real cameras without depth.
+
+See `cameras.multi_person_demo` for the recording.
+"""
+import itertools
+from types import SimpleNamespace
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+import cv2
+import numpy as np
+
+from cameras.multi_person_demo import RATE, Camera, cameras, marked_errors
+from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.observations import from_image
+from openpose_ros_fusion.rig import Rig, rig_camera
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.draw import DrawParams, draw_people
+from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.people import pair_people
+from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
+from openpose_ros_tools.calibration.recording import CameraRecording
+from results import IMAGES, Options, Picture, Section, Table
+from scoring.figures import Figure
+from simulated_room import rig_errors
+from skeleton_extract_3d.body.body import BODY
+from skeleton_extract_3d.chain_settings import create_chain
+from skeleton_extract_3d.frame import Frame
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.transform import Transform
+
+# Stamp of the first frame [s], and the frame of the picture.
+BEGIN, SHOWN = 1000.0, 60
+PICTURE = 'results_real_cameras.jpg'
+RATES = (60, 15)  # of the calibrations [Hz]
+LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
+TEXT = f'''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
+1088 x 1920 pixels, 1.67 s at 60 Hz, three people, calibrated by Qualisys. People are found in each image by the chain
+with its default parameters, and fused. Reprojection: distance of a fused joint from the keypoint. Then the cameras are
+calibrated from the people alone, with the stature of adults, and compared with the file of Qualisys, to the first
+camera. That file does not fit the images exactly: reflectors and bolts of the treadmill, marked by hand, are beside
+their pixels by what the last table says; 29 px are one degree. One of the people was rendered into the images, in the
+third camera beside the place that the file asks for.'''
+
+
+class Seen(NamedTuple):
+    """A camera, and its people by frame."""
+
+    camera: Camera
+    people: List[People2D]
+
+
+def measure(options: Options) -> Section:
+    """Fuse the people of the cameras, and calibrate these by them."""
+    seen, images = _found(cameras(), SHOWN // 2 if options.quick else 1000)
+    fused = _fused(seen)
+    _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
+    found: Dict[str, Figure] = {}
+    tables = [_people(fused, found), _reprojection(seen, fused, found), *_calibrations(seen, found)]
+    return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
+
+
+def _found(given: Sequence[Camera], most: int) -> Tuple[List[Seen], List[np.ndarray]]:
+    """Return the people of all images, and the image of each camera that is shown."""
+    chain, seen, images = create_chain({}), [], []
+    for camera in given:
+        people = []
+        for number, image in enumerate(camera.frames(most)):
+            people.append(chain.update(Frame(camera.name, BEGIN + number / RATE, image)).people_2d)
+            images += [image] if number == min(SHOWN, most - 1) else []
+        seen.append(Seen(camera, people))
+    return seen, images
+
+
+def _fused(seen: Sequence[Seen]) -> List[People3D]:
+    fusion, fused = PeopleFusion(), []
+    for number, people in enumerate(zip(*(each.people for each in seen))):
+        stamp = BEGIN + number / RATE
+        fused.append(fusion.update([from_image(each.camera.name, stamp, one, each.camera.model, each.camera.pose)
+                                    for each, one in zip(seen, people)], stamp))
+    return fused
+
+
+def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
+    """Return the table of the people and their bones."""
+    ids = sorted({number for people in fused for number in people.ids.tolist()})
+    counts = [len(people) for people in fused]
+    found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
+    found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
+                                   text='frames with three people')
+    rows: List[List[object]] = [['person', 'frames', 'deviation of bones [%]: median', 'greatest', 'of']]
+    for number in ids:
+        joints = np.array([people.xyz[people.ids == number][0] for people in fused if number in people.ids], np.float64)
+        lengths = {f'{start} - {end}': np.linalg.norm(joints[:, COCO_18.index[start]] - joints[:, COCO_18.index[end]],
+                                                      axis=1) for start, end, _ in BODY.sized_bones}
+        shares = {name: 100 * float(np.nanstd(each) / np.nanmean(each)) for name, each in lengths.items()
+                  if np.isfinite(each).sum() > 1}
+        worst = max(shares, key=lambda name, shares=shares: shares[name])  # type: ignore[misc]
+        rows.append([number, len(joints), f'{np.median(list(shares.values())):.1f}', f'{shares[worst]:.1f}', worst])
+        found[f'bones_{len(rows) - 1}'] = Figure(float(np.median(list(shares.values()))), n=len(joints), unit='%',
+                                                 digits=1, text=f'deviation of the bones of person {number}')
+    return Table(f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids', rows)
+
+
+def _reprojection(seen: Sequence[Seen], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
+    """Return the table of the distances of fused joints from keypoints."""
+    rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
+    for camera, people in seen:
+        errors: List[float] = []
+        for image, joints in zip(people, fused):
+            for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
+                apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
+                errors += apart[np.isfinite(apart)].tolist()
+        middle, most = np.percentile(errors, (50, 90))
+        rows.append([camera.name, len(errors), f'{middle:.1f}', f'{most:.1f}'])
+        found[f'reprojection_{camera.name}'] = Figure(float(middle), n=len(errors), unit='px', digits=1,
+                                                      text=f'median reprojection error, {camera.name}')
+    return Table('Reprojection', rows)
+
+
+def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]:
+    """Return the tables of the poses by the people alone, and of the things that were marked."""
+    models = {each.camera.name: each.camera.model for each in seen}
+    given = [SimpleNamespace(pose=each.camera.pose, clock=0.0) for each in seen]
+    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle [degrees]', 'stated', 'position [mm]',
+                                 'stated']]
+    marked: List[List[object]] = [['poses', 'median [px]', 'greatest [px]'], _marked(
+        'Qualisys', {each.camera.name: each.camera.pose for each in seen}, models)]
+    for rate, agree in itertools.product(RATES, (True, False)):
+        name = f'{rate} Hz, clocks {"agree" if agree else "searched for"}'
+        try:
+            made = calibrate([_recording(each, round(RATE / rate)) for each in seen], CalibrationParams(
+                clocks_agree=agree))
+        except BadInputError as error:
+            rows.append([name, f'refused: {error}', *[''] * 5])
+            continue
+        errors, stated = rig_errors(made.rig, given)[:, :2] * (1, 1e3), made.std[1:, :2] * (1, 1e3)
+        for camera, true, error, std in zip(made.rig.cameras[1:], given[1:], errors, stated):
+            away = np.linalg.norm(true.pose[1] - given[0].pose[1])
+            rows.append([name, camera.name, f'{away:.1f}', f'{error[0]:.1f}', f'{std[0]:.1f}', f'{error[1]:.0f}',
+                         f'{std[1]:.0f}'])
+        marked.append(_marked(name, {camera.name: camera.pose for camera in made.rig.cameras}, models))
+        key = f'{rate}hz' + ('' if agree else '_clocks')
+        for kind, values in (('', errors), ('_stated', stated)):
+            found[f'angle_{key}{kind}'] = Figure(float(values[:, 0].max()), n=len(values), unit='degrees', digits=1)
+            found[f'position_{key}{kind}'] = Figure(float(values[:, 1].max()), n=len(values), unit='mm', digits=0)
+    return [Table('Calibration by the people alone, against Qualisys', rows),
+            Table('Things that stand still, beside the pixels that were marked', marked)]
+
+
+def _recording(seen: Seen, step: int) -> CameraRecording:
+    """Return every so many frames of a camera for the calibration."""
+    frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(seen.people)][::step]
+    pixels = np.concatenate([_keypoints(people)[..., :2] for _, people in frames])
+    rays = seen.camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
+    stamps = np.concatenate([np.full(len(people), stamp, np.int64) for stamp, people in frames])
+    return CameraRecording(seen.camera.name, seen.camera.name, stamps, np.concatenate([each.ids for _, each in frames]),
+                           rays, np.full(pixels.shape[:2], np.nan), False, float(seen.camera.model.matrix[0, 0]))
+
+
+def _keypoints(people: People2D) -> np.ndarray:
+    return keypoints_in(people.keypoints, people.skeleton, COCO_18).astype(np.float64)
+
+
+def _pixels(camera: Camera, people: People3D) -> np.ndarray:
+    """Return where the joints of people are in the image, (P, 18, 2) [px]."""
+    rotation, origin = camera.pose
+    return camera.model.project((people.xyz - origin) @ rotation).reshape(len(people), -1, 2)
+
+
+def _marked(title: str, poses: Dict[str, Transform], models: Dict[str, CameraModel]) -> List[object]:
+    errors = marked_errors(poses, models)
+    return [title, f'{np.median(errors):.1f}', f'{errors.max():.1f}']
+
+
+def _draw(seen: Sequence[Seen], images: Sequence[np.ndarray], people: People3D) -> None:
+    """Write the picture: images side by side, with fused joints."""
+    shown = []
+    for (camera, _), image in zip(seen, images):
+        pixels = _pixels(camera, people)
+        score = np.isfinite(pixels).all(axis=2, keepdims=True).astype(np.float64)
+        drawn = draw_people(image, People2D(COCO_18, np.concatenate([pixels, score], axis=2), np.ones(len(people)),
+                                            people.ids), DrawParams())
+        shown.append(cv2.resize(drawn, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA))
+    cv2.imwrite(str(IMAGES / PICTURE), np.hstack(shown), [cv2.IMWRITE_JPEG_QUALITY, 80])
