@@ -77,12 +77,12 @@ def cameras() -> List[Camera]:
     """
     folder, found = fetch(), []
     for camera in ET.parse(str(folder / 'calibration/Calib.qca.txt')).getroot().iter('camera'):
-        name, lens, place = camera.attrib['serial'], camera.find('intrinsic'), camera.find('transform')
-        assert lens is not None and place is not None
-        values = {key: float(value) for part in (lens, place) for key, value in part.attrib.items()}
-        fx, fy, cx, cy = (values[key] / 64.0 for key in ('focalLengthU', 'focalLengthV', 'centerPointU', 'centerPointV'))
+        values = {key: float(value) for name in ('intrinsic', 'transform') for part in camera.iter(name)
+                  for key, value in part.attrib.items()}
+        fx, fy, cx, cy = (values[f'{key}{axis}'] / 64.0 for key in ('focalLength', 'centerPoint') for axis in 'UV')
         lens_errors = [values[key] for key in ('radialDistortion1', 'radialDistortion2', 'tangentalDistortion1',
                                                'tangentalDistortion2')]
+        name = camera.attrib['serial']
         columns = np.array([[values[f'r{row}{column}'] for column in (1, 2, 3)] for row in (1, 2, 3)])
         found.append(Camera(name, CameraModel(1088, 1920, [fx, 0, cx, 0, fy, cy, 0, 0, 1], 'plumb_bob', lens_errors),
                             (columns.T @ np.diag([1.0, -1.0, -1.0]), np.array([values[axis] for axis in 'xyz']) / 1e3),

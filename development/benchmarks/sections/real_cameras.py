@@ -12,7 +12,6 @@ import numpy as np
 from cameras.multi_person_demo import RATE, Camera, cameras, marked_errors
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import from_image
-from openpose_ros_fusion.rig import Rig, rig_camera
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.people import People2D, keypoints_in
@@ -35,7 +34,7 @@ BEGIN, SHOWN = 1000.0, 60
 PICTURE = 'results_real_cameras.jpg'
 RATES = (60, 15)  # of the calibrations [Hz]
 LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
-TEXT = f'''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
+TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
 1088 x 1920 pixels, 1.67 s at 60 Hz, three people, calibrated by Qualisys. People are found in each image by the chain
 with its default parameters, and fused. Reprojection: distance of a fused joint from the keypoint. Then the cameras are
 calibrated from the people alone, with the stature of adults, and compared with the file of Qualisys, to the first

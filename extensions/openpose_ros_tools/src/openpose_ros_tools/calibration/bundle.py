@@ -244,7 +244,7 @@ def _deviations(problem: _Problem, values: np.ndarray, most: int) -> np.ndarray:
         kept = np.ones(len(residuals))
         kept[:3 * len(group)] = np.repeat(group != left_out, 3)
         steps.append(_step(problem, kept * residuals, diags(kept) @ jacobian)[:problem.first_bias])
-    deviations = np.sqrt((1 - 1 / len(steps)) * np.square(steps).sum(axis=0))
+    deviations = np.sqrt((len(steps) - 1) * np.var(steps, axis=0))
     alone = [len(np.unique(group[data.camera == camera])) < 2 for camera in range(1, problem.cameras)]
     return np.where(np.repeat(alone, _OWN), np.inf, deviations)
 

@@ -20,7 +20,7 @@ from openpose_ros_tools.calibration.edges import CameraPose, Edge, align_in_spac
 from openpose_ros_tools.calibration.floor import Floor, find_floor, room_frame, up_of_tilt
 from openpose_ros_tools.calibration.gathering import gather
 from openpose_ros_tools.calibration.image_edges import relate_images, resect
-from openpose_ros_tools.calibration.quality import EdgeQuality, doubts, edge_qualities
+from openpose_ros_tools.calibration.quality import EdgeQuality, check_connected, check_known, doubts, edge_qualities
 from openpose_ros_tools.calibration.recording import CameraPaths, CameraRecording, paths_of
 from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.points.transform import Transform
@@ -96,18 +96,22 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
         poses = adjusted.poses
         if wide == 1 and change < constants.bundle.settled:
             break
-    joints = adjusted.joints
+    check_connected(names, adjusted.gathered, constants.edges.least_joints)
+    check_known(names, adjusted.std, constants.bundle.least_known)
+    joints, std = adjusted.joints, adjusted.std
     if not has_depth.any():
-        factor = _scale(adjusted, names, params)
+        factor, error = _scale(adjusted, cameras, params, constants)
         poses, joints = scaled(poses, factor), factor * joints
+        away = [float(np.linalg.norm(one.pose[1] - poses[0].pose[1])) for one in poses]
+        std = np.stack([std[:, 0], np.hypot(factor * std[:, 1], error * np.array(away)), std[:, 2]], axis=1)
     people = adjusted.gathered.people(joints)
     _check_spread(people, constants.edges)
     (rotation, shift), floor, warnings = _room(names, poses, people, params, constants)
     placed = tuple(rig_camera(camera.name, camera.recording.frame_id,
                               (rotation @ one.pose[0], rotation @ one.pose[1] + shift), one.clock_offset)
                    for camera, one in zip(cameras, poses))
-    return Calibrated(Rig(params.fixed_frame, placed), adjusted.std, edge_qualities(cameras, adjusted), floor,
-                      people @ rotation.T + shift, [*doubts(names, adjusted.std), *warnings])
+    return Calibrated(Rig(params.fixed_frame, placed), std, edge_qualities(cameras, adjusted), floor,
+                      people @ rotation.T + shift, [*doubts(names, std), *warnings])
 
 
 def _first_poses(cameras: Sequence[CameraPaths], params: CalibrationParams,
@@ -152,13 +156,17 @@ def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: Calibra
     return Edge(first, second, rotation, shift, clock, cost)
 
 
-def _scale(adjusted: Adjusted, names: Sequence[str], params: CalibrationParams) -> float:
-    """Return by which factor a rig without depth must grow."""
+def _scale(adjusted: Adjusted, cameras: Sequence[CameraPaths], params: CalibrationParams,
+           constants: CalibrationConstants) -> Tuple[float, float]:
+    """Return by which factor a rig without depth must grow, and the standard deviation of that, as a share."""
     if params.distance is None:
-        return _scale_of_bones(adjusted.gathered.people(adjusted.joints), params.stature)
+        people = max(len(camera.positions) for camera in cameras)  # at one time
+        return (_scale_of_bones(adjusted.gathered.people(adjusted.joints), params.stature),
+                constants.bundle.stature_error / np.sqrt(people))
     first, second, distance = params.distance
+    names = [camera.name for camera in cameras]
     centres = [adjusted.poses[names.index(name)].pose[1] for name in (first, second)]
-    return float(distance / np.linalg.norm(centres[1] - centres[0]))
+    return float(distance / np.linalg.norm(centres[1] - centres[0])), 0.0
 
 
 def _scale_of_bones(people: np.ndarray, stature: float, constants: BodyConstants = BODY) -> float:

@@ -62,6 +62,11 @@ class BundleConstants:
     rounds: int = constant(6, 'Adjustments, each with people gathered anew, at most.', source=_SIMULATED)
     settled: float = constant(0.0005, 'Adjustments end where no camera and no clock changes by more.', unit='m, s',
                               source=_SIMULATED)
+    stature_error: float = constant(0.06, 'Standard deviation of the stature of an adult, as a share.',
+                                    source='McDowell et al., Anthropometric reference data, 2008: 0.07 m among women '
+                                           'and among men, 0.14 m between them')
+    least_known: float = constant(3.0, 'Cameras whose angle is less certain are refused (standard deviation): at 3 m '
+                                       'people would be 0.16 m apart, more than fusion joins.', unit='degrees')
     groups: int = constant(30, 'Groups of measurements that are left out in turn, at most, to tell how uncertain the '
                                'cameras are.', source=_SIMULATED)
     steps: int = constant(30, 'Steps of each adjustment, at most.', source=_SIMULATED)

@@ -108,8 +108,9 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constant
     sigma = [paths.sigma(at) for paths, at in zip(cameras, own)]
     rows = list(zip(camera, slot, number, name[point]))
     person = table[:, 3].astype(int)
-    places = np.stack([np.bincount(person, axis) for axis in table[:, :3].T], axis=1) / np.maximum(np.bincount(person), 1)[:, None]
-    block = _blocks(np.stack([camera, slot, number], axis=1), places[person[point]], constants.renewed)
+    sums = np.stack([np.bincount(person, axis) for axis in table[:, :3].T], axis=1)
+    places = (sums / np.maximum(np.bincount(person), 1)[:, None])[person[point]]
+    block = _blocks(np.stack([camera, slot, number], axis=1), places, constants.renewed)
     return Gathered(table[:, :3], person, name, camera, point, block,
                     *(np.array([each[c][s, n, j] for c, s, n, j in rows]) for each in (points, velocity, sigma)))
 

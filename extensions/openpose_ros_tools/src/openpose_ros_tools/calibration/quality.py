@@ -3,8 +3,12 @@ import itertools
 from typing import List, NamedTuple, Sequence
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.calibration.bundle import Adjusted
+from openpose_ros_tools.calibration.gathering import Gathered
 from openpose_ros_tools.calibration.recording import CameraPaths
 
 # Standard deviations above make the result doubtful [degrees, m, s].
@@ -56,6 +60,42 @@ def edge_qualities(cameras: Sequence[CameraPaths], adjusted: Adjusted) -> List[E
         found.append(EdgeQuality(cameras[first].name, cameras[second].name, int(both.sum()), apart,
                                  float(np.median(known)) if len(known) else float('nan')))
     return found
+
+
+def check_connected(names: Sequence[str], gathered: Gathered, least: int) -> None:
+    """Raise where cameras share too few joints after the adjustment, so that nothing ties them together.
+
+    Args:
+        least: joints that two cameras must share.
+
+    Raises:
+        BadInputError: the text names the groups of cameras that share people.
+    """
+    seen = coo_matrix((np.ones(len(gathered.point)), (gathered.camera, gathered.point)),
+                      (len(names), len(gathered.joints))).tocsr()
+    groups, labels = connected_components((seen @ seen.T).toarray() >= least, directed=False)
+    if groups > 1:
+        told = ' | '.join(', '.join(name for name, label in zip(names, labels) if label == group)
+                          for group in range(groups))
+        raise BadInputError(f'the people do not tell how these groups of cameras stand to one another: {told}; let one '
+                            'person walk where all of them see it')
+
+
+def check_known(names: Sequence[str], std: np.ndarray, least_known: float) -> None:
+    """Raise where the people do not tell how a camera stands.
+
+    Args:
+        std: (C, 3) as in `doubts`.
+        least_known: maximum standard deviation of an angle [degrees].
+
+    Raises:
+        BadInputError: the text names the cameras.
+    """
+    unknown = [f'{name} (to {angle:.1f} degrees)' for name, angle in zip(names, std[:, 0].tolist())
+               if not angle <= least_known]
+    if unknown:
+        raise BadInputError(f'the people do not tell how these cameras stand to {names[0]}: {", ".join(unknown)}; let '
+                            'people walk longer where they and others see them')
 
 
 def doubts(names: Sequence[str], std: np.ndarray) -> List[str]:
