@@ -87,7 +87,7 @@ def test_standard_deviations_are_those_of_the_errors(depth):
 def test_images_that_do_not_tell_how_the_cameras_stand_are_refused():
     """One camera sees another walk than the other two."""
     cameras = around(3, depth=False)
-    with pytest.raises(BadInputError, match='do not tell how these|joints of people visible to both'):
+    with pytest.raises(BadInputError, match='do not tell how these'):
         calibrate(short(cameras[:2], seed=1, people=1) + short(cameras[2:], seed=2, people=1), IMAGES)
 
 
