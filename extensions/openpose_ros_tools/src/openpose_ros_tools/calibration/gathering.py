@@ -107,11 +107,11 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constant
     velocity = [paths.velocity(at) for paths, at in zip(cameras, own)]
     sigma = [paths.sigma(at) for paths, at in zip(cameras, own)]
     rows = list(zip(camera, slot, number, name[point]))
-    person = table[:, 3].astype(int)
-    sums = np.stack([np.bincount(person, axis) for axis in table[:, :3].T], axis=1)
-    places = (sums / np.maximum(np.bincount(person), 1)[:, None])[person[point]]
+    owner = table[:, 3].astype(int)
+    sums = np.stack([np.bincount(owner, axis) for axis in table[:, :3].T], axis=1)
+    places = (sums / np.maximum(np.bincount(owner), 1)[:, None])[owner[point]]
     block = _blocks(np.stack([camera, slot, number], axis=1), places, constants.renewed)
-    return Gathered(table[:, :3], person, name, camera, point, block,
+    return Gathered(table[:, :3], owner, name, camera, point, block,
                     *(np.array([each[c][s, n, j] for c, s, n, j in rows]) for each in (points, velocity, sigma)))
 
 
