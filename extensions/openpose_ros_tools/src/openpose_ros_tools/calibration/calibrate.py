@@ -97,7 +97,6 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
         if wide == 1 and change < constants.bundle.settled:
             break
     check_connected(names, adjusted.gathered, constants.edges.least_joints)
-    check_known(names, adjusted.std, constants.bundle.least_known)
     joints, std = adjusted.joints, adjusted.std
     if not has_depth.any():
         factor, error = _scale(adjusted, cameras, params, constants)
@@ -106,6 +105,7 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
         std = np.stack([std[:, 0], np.hypot(factor * std[:, 1], error * np.array(away)), std[:, 2]], axis=1)
     people = adjusted.gathered.people(joints)
     _check_spread(people, constants.edges)
+    check_known(names, std, constants.bundle.least_known)
     (rotation, shift), floor, warnings = _room(names, poses, people, params, constants)
     placed = tuple(rig_camera(camera.name, camera.recording.frame_id,
                               (rotation @ one.pose[0], rotation @ one.pose[1] + shift), one.clock_offset)
