@@ -18,7 +18,7 @@ from openpose_ros_pkg.command_line import run_command
 from scoring.csv_people import read_csv
 from scoring.figures import figures
 from scoring.people import score_people
-from scoring.tables import table_of_scenes
+from scoring.tables import lines_of, table_of_scenes
 from scoring.world import STATISTICS, score_world
 
 
@@ -36,8 +36,8 @@ def main() -> int:
     scenes = [score_people(*pair) for pair in pairs if (pair[0] / 'gt.json').is_file()]
     if scenes:
         print(table_of_scenes(scenes))
-    for figure in figures(worlds, STATISTICS).values() if worlds else ():
-        print(f'{figure.text}: {figure.interval} {figure.unit}, n {figure.n}')
+    if worlds:
+        print(*lines_of(figures(worlds, STATISTICS)), sep='\n')
     return 0
 
 

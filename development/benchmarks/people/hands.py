@@ -29,6 +29,7 @@ from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 from scoring.figures import figures
 from scoring.hands import STATISTICS, Face, Hand, score_hands
+from scoring.tables import lines_of
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
@@ -102,8 +103,7 @@ def main() -> int:
         counts.append(score_hands(folder, scored(found)))
         frames += found
     sys.stdout.write(report(frames, networks, unit))
-    for figure in figures(counts, STATISTICS).values():
-        print(f'{figure.text}: {figure.interval} {figure.unit}, n {figure.n}')
+    print(*lines_of(figures(counts, STATISTICS)), sep='\n')
     return 0
 
 

@@ -29,6 +29,7 @@ from openpose_ros_signals.records import UNKNOWN, PersonSignals, Target
 from openpose_ros_tools.alignment.people import pair_people
 from scoring.figures import figures
 from scoring.signals import STATISTICS, Person, Told, score_signals
+from scoring.tables import lines_of
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
@@ -209,8 +210,7 @@ def print_floor(sequence: Sequence) -> None:
 def print_labelled(sequence: Sequence, signals: Signals) -> None:
     """Print scores of labels, latencies, and how right the rays are."""
     counts = score_signals(sequence.folder, labelled(sequence.found, signals))
-    for figure in figures([counts], STATISTICS).values():
-        print(f'{figure.text}: {figure} {figure.unit}, n {figure.n}')
+    print(*lines_of(figures([counts], STATISTICS)), sep='\n')
     print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *label_rows(sequence, signals)]))
     targets = tuple(Target(name, np.array(place['camera'])) for name, place in sequence.truth['targets'].items())
     print('known targets hit:', hits(sequence, [Surroundings(targets)] * len(sequence.found)),

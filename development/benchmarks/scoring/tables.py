@@ -4,7 +4,7 @@ from typing import Any, List, Mapping, Sequence
 from common import markdown
 
 from .counts import Counts
-from .figures import figures
+from .figures import Figure, figures
 from .people import STATISTICS, TABLE
 
 
@@ -26,5 +26,12 @@ def table_of_scenes(counts: Sequence[Counts]) -> str:
     whole = figures(counts, STATISTICS)
     rows = [[cell for number, cell in enumerate(row) if number != 1] for row in rows]
     rows.append(['all', *(whole[name] for name in TABLE)])
-    lines = [f'{figure.text}: {figure.interval} {figure.unit}, n {figure.n}' for figure in whole.values()]
-    return '\n'.join([markdown([[str(cell) for cell in row] for row in rows]), 'all, with 95 % intervals:', *lines])
+    return '\n'.join([markdown([[str(cell) for cell in row] for row in rows]),
+                      'all, with 95 % intervals; of less than five scenes they are hardly more than their range:',
+                      *lines_of(whole)])
+
+
+def lines_of(figures: Mapping[str, Figure]) -> List[str]:
+    """Return figures as text, one a line."""
+    return [f'{figure.text}: {figure.interval}{f" {figure.unit}" if figure.unit else ""}, n {figure.n}'
+            for figure in figures.values()]
