@@ -19,7 +19,6 @@ def test_the_compiled_steps_use_the_constants_that_they_are_given():
 
 
 @pytest.mark.parametrize('change, text', [
-    ({'trunk': {'joint_weights': np.ones(17)}}, 'joint_weights must have 18 values, got 17'),
     ({'inference': {'turn_spread': np.ones(3)}}, 'turn_spread must have 2 values, got 3')])
 def test_constants_of_the_wrong_shape_are_refused(change, text):
     broken = replace(METHOD, **{step: replace(getattr(METHOD, step), **values) for step, values in change.items()})

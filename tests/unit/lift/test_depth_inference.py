@@ -40,7 +40,7 @@ def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
     costs[[NAMES.index(name) for name in hidden]] = 0
     missing = np.isin(NAMES, unknown)[None]
     costs[:12][missing[0]] = 0
-    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), np.array([1.75]), missing)
+    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), np.array([1.75]))
     return METHOD.compiled.infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), *bones,
                                         np.array([left], float))
 

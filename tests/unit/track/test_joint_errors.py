@@ -22,7 +22,7 @@ def shares(room, rate, correlation, seconds=4.0):
     for stamp in 0.1 + np.arange(int(seconds * rate)) / rate:
         truth = room.at(stamp)
         covariance = along_rays(truth - camera.pose[1], np.full((count, 18), CORRECTION.across),
-                                np.full((count, 18), CORRECTION.along_measured))
+                                np.full((count, 18), CORRECTION.along))
         xyz = truth + np.einsum('pkij,pkj->pki', np.linalg.cholesky(covariance), camera.errors(stamp, count))
         all_of_them = np.ones((count, 18), bool)
         if tracks is None:

@@ -50,18 +50,11 @@ void learnStature(const Constants& method, const double* xyz, const bool* good, 
 /** Update the mean length of each kind of bone with one frame. */
 void learnBones(const Constants& method, const double* xyz, const bool* good, PersonSizes& sizes)
 {
-  const Constants::Body& body = method.body;
   const Constants::Joints& joints = method.joints;
   std::array<double, BONE_KINDS> total{}, count{};
   const auto add = [&](Index kind, double length) {
-    const double prior = body.bone_lengths[kind] * (sizes.stature / body.adult_stature);
-    const double prior_weight = method.sizes.prior_frames, weight = sizes.bone_weights[kind];
-    const double expected = (prior_weight * prior + weight * sizes.bones[kind]) / (prior_weight + weight);
-    if (std::abs(length / expected - 1) < method.sizes.most_change)
-    {
-      total[kind] += length;
-      count[kind] += 1;
-    }
+    total[kind] += length;
+    count[kind] += 1;
   };
   for (std::size_t i = 0; i + 1 < joints.measured_kinds.size(); ++i)
   {
@@ -86,12 +79,12 @@ void learnBones(const Constants& method, const double* xyz, const bool* good, Pe
 }
 
 /** Bring the joints of one person nearer to where a bone has its length, each as far as it is uncertain. */
-void satisfyBone(const Constants::BoneConstraints& rules, double length, double spread, const double* start_covariance,
+void satisfyBone(double length, double spread, const double* start_covariance,
                  const double* end_covariance, double* start, double* end)
 {
   const Direction along = at(end) - at(start);
   const double distance = std::max(std::sqrt(dot(along, along)), 1e-6), excess = distance - length;
-  if (!(std::abs(excess) < rules.most_violation * length))
+  if (!std::isfinite(excess))
   {
     return;
   }
@@ -149,7 +142,7 @@ py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, 
       const Index kind = p * BONE_KINDS + order[i + 2];
       if (use[start] && use[end])
       {
-        satisfyBone(method.bone_constraints, length[kind], spread[kind], noise + 9 * start, noise + 9 * end,
+        satisfyBone(length[kind], spread[kind], noise + 9 * start, noise + 9 * end,
                     result.mutable_data() + 3 * start, result.mutable_data() + 3 * end);
       }
     }

@@ -102,8 +102,7 @@ struct Constants : Step
   struct Trunk : Step
   {
     double nearest = get("nearest"), step = get("step");
-    double front = get("front"), behind = get("behind"), floor = get("floor");
-    std::vector<double> joint_weights = numbers("joint_weights", JOINTS);
+    double front = get("front"), behind = get("behind");
     int count = get<int>("count");
     std::vector<Index> low = indices("low", count + 1), high = indices("high", count + 1);
   } trunk{ get<py::object>("trunk") };
@@ -112,7 +111,7 @@ struct Constants : Step
   {
     int steps = get<int>("steps"), half = get<int>("half");
     double step = get("step"), hidden = get("hidden"), hidden_depth = get("hidden_depth"), under = get("under");
-    double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope"), hidden_most = get("hidden_most");
+    double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope");
     double hidden_covered = get("hidden_covered"), anything = get("anything");
     std::vector<double> kernel_shares = get<std::vector<double>>("kernel_shares");
     float limit = get<float>("limit");
@@ -126,14 +125,14 @@ struct Constants : Step
   struct Measuring : Step
   {
     double agreement = get("agreement"), least_support = get("least_support"), against_front = get("against_front");
-    double least_own = get("least_own"), shortest = get("shortest"), longest = get("longest");
+    double shortest = get("shortest"), longest = get("longest");
     double folded = get("folded");
   } measuring{ get<py::object>("measuring") };
 
   struct Inference : Step
   {
     int mode = get<int>("mode");
-    double nearest = get("nearest"), keypoint_error = get("keypoint_error"), level = get("level");
+    double keypoint_error = get("keypoint_error");
     float length_limit = get<float>("length_limit");
     std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
   } inference{ get<py::object>("inference") };
@@ -147,18 +146,13 @@ struct Constants : Step
   {
     double least_score = get("least_score");
     std::size_t least_bones = get<std::size_t>("least_bones");
-    double prior_frames = get("prior_frames"), most_frames = get("most_frames"), most_change = get("most_change");
+    double most_frames = get("most_frames");
   } sizes{ get<py::object>("sizes") };
 
   struct CameraFit : Step
   {
     std::size_t least_points = get<std::size_t>("least_points");
   } camera_fit{ get<py::object>("camera_fit") };
-
-  struct BoneConstraints : Step
-  {
-    double most_violation = get("most_violation");
-  } bone_constraints{ py::object(get<py::object>("track").attr("bone_constraints")) };
 
   struct JointFilter : Step
   {

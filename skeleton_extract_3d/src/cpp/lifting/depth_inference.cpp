@@ -91,12 +91,12 @@ private:
     const double step = method_.costs.step;
     for (int i = 0; i < steps_; ++i)
     {
-      z_[i] = static_cast<float>(std::max(person.root + (i - method_.costs.half) * step, s_.nearest));
+      z_[i] = static_cast<float>(std::max(person.root + (i - method_.costs.half) * step, method_.trunk.nearest));
     }
     // the middle of a pair of joints is between two candidates as well
     for (int i = 0; i < middles_; ++i)
     {
-      z_middle_[i] = static_cast<float>(std::max(person.root + (i - 2 * method_.costs.half) * (step / 2), s_.nearest));
+      z_middle_[i] = static_cast<float>(std::max(person.root + (i - 2 * method_.costs.half) * (step / 2), method_.trunk.nearest));
     }
     const auto& rays = person.rays;
     const Candidates neck{ z_middle_, middle(rays[0], rays[1]) }, hips{ z_middle_, middle(rays[2], rays[3]) };
@@ -178,9 +178,8 @@ private:
       variance[i] = deviation * step * (deviation * step);
     }
     const double error = s_.keypoint_error * s_.keypoint_error;
-    Direction across = (at[0] - at[1]) * (1 / (variance[0] + variance[1] + error)) +
+    const Direction across = (at[0] - at[1]) * (1 / (variance[0] + variance[1] + error)) +
                        (at[2] - at[3]) * (1 / (variance[2] + variance[3] + error));
-    across.y *= s_.level;
     const Direction left = unit(unit(across) + person.left_before);
     const Direction up = unit(at[0] + at[1] - (at[2] + at[3]));
     return { left, unit(cross(left, up)) };

@@ -1,8 +1,8 @@
 /**
  * Measured joints: their surface is at the inferred depth and of the person, and their bones have possible lengths.
  *
- * Arguments: z, depths of the joints [m]; offsets, depth of the joint under the surface [m]; own, likelihood that the
- * surface is the person's; foreign, samples on other people; lengths of the bones of the limbs [m].
+ * Arguments: z, depths of the joints [m]; offsets, depth of the joint under the surface [m]; foreign, samples on other
+ * people; lengths of the bones of the limbs [m].
  */
 #include <algorithm>
 #include <cmath>
@@ -66,7 +66,7 @@ void markPlausible(const Constants& method, const double* xyz, const double* sco
 }  // namespace
 
 py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles& z, const Doubles& offsets,
-                  const Doubles& own, const std::optional<Flags>& foreign, const Floats& lengths)
+                  const std::optional<Flags>& foreign, const Floats& lengths)
 {
   const auto& [rays, scores, known, samples] = seen;
   const Constants::Measuring& s = method.measuring;
@@ -77,7 +77,6 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   const double* sample = checked(samples, "samples", { people, JOINTS, SAMPLES });
   const double* depth = checked(z, "z", { people, JOINTS });
   const double* offset = checked(offsets, "offsets", { people, JOINTS });
-  const double* likely_own = checked(own, "own", { people, JOINTS });
   const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
   const float* length = checked(lengths, "lengths", { people, 2 * LIMBS });
   py::array_t<double> xyz(Shape{ people, JOINTS, 3 });
@@ -93,7 +92,7 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
     const auto& head = method.joints.head;
     const bool of_head = std::find(head.begin(), head.end(), row % JOINTS) != head.end();
     // a face that is turned away is under the head
-    measured_out[row] = found[row] && support.own > s.least_support * support.total && likely_own[row] > s.least_own &&
+    measured_out[row] = found[row] && support.own > s.least_support * support.total &&
                         support.own >= s.against_front * support.in_front && (!of_head || offset[row] < thickness);
     store(at(ray + 3 * row) * (measured_out[row] && !of_head ? support.surface + offset[row] : depth[row]),
           xyz_out + 3 * row);

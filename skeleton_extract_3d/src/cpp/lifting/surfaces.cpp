@@ -96,8 +96,7 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
   const std::vector<double>& surface = window.own();
   cumulate(window.all(), below);
   const int hiding = static_cast<int>(std::min(std::max(1.0, std::nearbyint(joint.gap / s.step)), s.steps + 1.0));
-  const double by_score =
-      std::min(std::max(std::exp(s.hidden_slope * (s.hidden_score - joint.score)), 1.0), s.hidden_most);
+  const double by_score = std::max(std::exp(s.hidden_slope * (s.hidden_score - joint.score)), 1.0);
   const double hidden = (joint.covered ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step / s.hidden_depth;
   for (int i = 0; i < s.steps; ++i)
   {
@@ -134,7 +133,7 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
   const double log_nearest = std::log(s.nearest);
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
-    const double weight = s.joint_weights[row % JOINTS] * std::min(1.0, score[row] / method.sizes.least_score);
+    const double weight = std::min(1.0, score[row] / method.sizes.least_score);
     if (weight == 0.0 || !window.read(depth + row * SAMPLES))
     {
       continue;
@@ -148,7 +147,7 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
     {
       const double front = all_below[s.low[i]], behind = all_below[depths] - all_below[s.high[i]];
       const double near = std::max(own_below[s.high[i]] - own_below[s.low[i]], 0.0);
-      of_person[i] += weight * std::log(near + s.front * front + s.behind * behind + s.floor);
+      of_person[i] += weight * std::log(near + s.front * front + s.behind * behind + method.costs.anything);
     }
   }
   return result;

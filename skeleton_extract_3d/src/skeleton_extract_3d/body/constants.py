@@ -14,9 +14,6 @@ class SizeConstants:
     most_frames: float = constant(
         30.0, 'A frame counts at least one in this many, so sizes and colours may still change.', unit='frames')
     prior_frames: float = constant(8.0, "An adult's proportions count like this many frames.", unit='frames')
-    most_change: float = constant(
-        0.25, 'A bone that differs more from what is expected has a keypoint elsewhere and is not learnt.',
-        unit='share')
     known_stature: float = constant(
         0.06, 'Standard deviation of a stature that is known: measured often, or by the size in the image where the '
               'depth of the trunk is sure.', unit='share')

@@ -35,7 +35,7 @@ class WindowConstants:
 class TrunkConstants:
     """Depth of the trunk, by the samples of all joints, the size in the image, and the time before."""
 
-    nearest: float = constant(0.35, 'Least depth that is considered.', unit='m', source='chosen')
+    nearest: float = constant(0.35, 'Least depth that is considered, of trunk and joints.', unit='m', source='chosen')
     furthest: float = constant(12.0, 'Greatest depth that is considered.', unit='m', source='chosen')
     step: float = constant(0.04, 'Step from depth to depth, of the logarithm.', unit='share', source='chosen')
     reach: float = constant(
@@ -43,20 +43,12 @@ class TrunkConstants:
               'does not hide it.', unit='m')
     front: float = constant(0.12, 'Likelihood of a surface in front of the body: the joint is occluded.')
     behind: float = constant(0.03, 'Likelihood of a surface behind the body: the keypoint lies beside it.')
-    floor: float = constant(0.005, 'Likelihood of anything else.')
-    joint_weights: np.ndarray = constant(
-        np.array([0.7, 1, 1, 0.6, 0.4, 1, 0.6, 0.4, 1, 0.7, 0.6, 1, 0.7, 0.6, 0.3, 0.3, 0.3, 0.3]),
-        'Weights of the joints, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
     size_weight: float = constant(4.0, 'Weight of the size in the image against the surfaces.')
     size_limit: float = constant(-12.0, 'Least log likelihood of a size: an odd pose is not another depth.')
     foreshortening: float = constant(
         0.15, 'Even the second longest bone may be turned out of the image plane by this much.', unit='share')
-    sized_score: float = constant(0.3, 'Keypoints below this score do not measure a size.')
     size_bias: float = constant(0.97, 'The longest bone looks longer than it is by the errors of its ends; less this.',
                                 unit='share')
-    before_spread: float = constant(0.10, 'Standard deviation of the depth against that of the frame before.',
-                                    unit='share')
-    before_weight: float = constant(4.0, 'Weight of the depth of the frame before.')
 
     @cached_property
     def depths(self) -> np.ndarray:
@@ -97,11 +89,11 @@ class CostConstants:
     hidden_depth: float = constant(0.6, 'A hidden joint is anywhere within this depth behind the surface.', unit='m')
     hidden_score: float = constant(0.8, 'Below this score, being hidden grows more likely.')
     hidden_slope: float = constant(4.0, 'It does so by exp(slope * difference of the score).')
-    hidden_most: float = constant(5.0, 'Greatest factor by which a low score makes being hidden more likely.')
     hidden_covered: float = constant(
         3.3, 'Factor where another part of the same body is in the image: as likely hidden as not.')
     under: float = constant(0.02, 'Likelihood of a surface in front of the joint that is too near to hide it.')
-    anything: float = constant(0.002, 'Likelihood of anything else: a keypoint that is elsewhere, a hole.')
+    anything: float = constant(
+        0.002, 'Likelihood of anything else, for joints and trunk: a keypoint that is elsewhere, a hole.')
     limit: float = constant(9.0, 'Greatest cost of a depth that differs from that of the frame before, of where a limb '
                                  'points, and of shoulders or hips that are turned against the person: three standard '
                                  'deviations.')
@@ -123,17 +115,9 @@ class OccluderConstants:
 
     others_reach: float = constant(0.22, "A sample is on another person if it is this near to that body, ...", unit='m')
     others_lead: float = constant(0.10, '... and nearer to it than to its own by this.', unit='m')
-    skin: float = constant(0.06, 'The surface is this far in front of the bones: half the thickness of a limb.',
-                           unit='m')
     covering_share: float = constant(0.8, 'Inner share of the breadth of a part of the own body that covers joints.',
                                      unit='share')
-    just_beside: float = constant(0.10, 'Distance to the side of a limb at which an arm stands out from the trunk.',
-                                  unit='m')
-    beyond: Tuple[float, float] = constant(
-        (0.28, 0.364), 'Distances to the side of a limb at which furniture goes on.', unit='m')
-    continues: float = constant(0.12, 'A doubted surface that goes on within this depth on both sides is no limb.',
-                                unit='m')
-    furniture: float = constant(0.03, "Likelihood that such a surface is the person's.")
+    beside: float = constant(0.10, 'This far to the side of a limb, an arm stands out from the trunk.', unit='m')
     stands_out: float = constant(0.035, 'An arm before the trunk stands out from it by this, at least on one side.',
                                  unit='m')
     turned_away: float = constant(
@@ -147,7 +131,6 @@ class OccluderConstants:
 class HeadConstants:
     """The head: its turn, and the depth of its middle."""
 
-    weight: float = constant(0.6, 'Weight of each of the five keypoints: together one opinion more than two.')
     most_pixel: float = constant(0.012, 'Greatest size of a pixel on a head that tells where its person faces.',
                                  unit='m')
     error: float = constant(0.015, 'Error of the keypoints of a head.', unit='m')
@@ -161,13 +144,10 @@ class InferenceConstants:
     keypoint_error: float = constant(
         0.02, 'Error of the length of a bone by those of its ends, of the line between shoulders or hips, and of the '
               'distance from neck to head by nodding.', unit='m')
-    guess_error: float = constant(0.25, 'The same for an end without a keypoint, whose ray is a guess.', unit='m')
     length_limit: float = constant(30.0, 'Greatest cost of a length: a keypoint may be elsewhere.')
     turn_spread: np.ndarray = constant(
         np.array([0.10, 0.07]), 'Standard deviation of the depth between shoulders, and hips, given the facing.',
         unit='m')
-    level: float = constant(0.5, 'Share of the slope of shoulders and hips that counts as a turn.', unit='share')
-    nearest: float = constant(0.15, 'No candidate is nearer.', unit='m', source='chosen')
     mode: int = constant(3, 'A depth is the mean of this many candidates on both sides of the best one.',
                          unit='steps', source='chosen')
 
@@ -181,7 +161,6 @@ class MeasuringConstants:
     least_support: float = constant(0.12, 'A measured joint is supported by more than this weight of its window.')
     against_front: float = constant(0.8, '... and by at least this share of the weight that lies in front of it.',
                                     unit='share')
-    least_own: float = constant(0.05, "... and its surface is the person's with more than this likelihood.")
     shortest: float = constant(0.62, 'A bone below this share of its length has a keypoint that is elsewhere.',
                                unit='share')
     longest: float = constant(1.45, 'So has a bone above this share of its length and the error of keypoints.',

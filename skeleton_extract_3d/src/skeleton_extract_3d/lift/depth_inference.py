@@ -19,9 +19,6 @@ from skeleton_extract_3d.lift.constants import InferenceConstants
 # The joints among the thirteen places.
 CHAINS = np.concatenate([ROOTS, MIDDLES, ENDS])
 _KINDS = np.concatenate([UPPER_KINDS, LOWER_KINDS, PAIR_KINDS, bone_kinds('trunk', 'head')])
-# Both ends of the first ten bones, as places.
-_STARTS = np.array([0, 1, 2, 3, 4, 5, 6, 7, 0, 2])
-_ENDS = np.array([4, 5, 6, 7, 8, 9, 10, 11, 1, 3])
 
 
 class Bones(NamedTuple):
@@ -32,18 +29,14 @@ class Bones(NamedTuple):
     stature: np.ndarray
 
 
-def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unknown: np.ndarray,
+def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray,
              constants: InferenceConstants = METHOD.inference) -> Bones:
     """Return the bones of people.
 
     Args:
         lengths, spread: (P, 8) in the order of `body.BONES` [m], and standard deviations as shares.
         stature: (P,) [m].
-        unknown: (P, 12) joints without a keypoint: their rays are guesses, so their bones say little.
     """
-    variance = ((spread * lengths) ** 2 + constants.keypoint_error ** 2)[:, _KINDS]
-    guesses = unknown[:, _STARTS].astype(np.int64) + unknown[:, _ENDS]
-    variance[:, :len(_STARTS)] += guesses * constants.guess_error ** 2
-    sigmas = np.sqrt(variance)
+    sigmas = np.sqrt((spread * lengths) ** 2 + constants.keypoint_error ** 2)[:, _KINDS]
     sigmas[:, 11] += constants.keypoint_error
     return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32), stature)

@@ -28,7 +28,7 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
     person, joint = np.nonzero(count)
     if not len(person):
         return None
-    surface = samples[person, joint] + constants.skin
+    surface = samples[person, joint]
     # few of the others are at one pixel, and infinite depths come last
     there = np.sort(others[person, joint], axis=1)[:, :count.max()]
     gap = np.abs(surface[..., None] - there[:, None]).min(axis=2)
@@ -48,48 +48,37 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
     """
     constants = method.occluders
     covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
-    own = likely_own(points, observed, root, covered, method)
-    own = np.where(covered & _on_far_side(left, constants.turned_away), own * constants.covered, own)
-    return Ownership(own, covered, foreign)
+    doubted = covered & _on_far_side(left, constants.turned_away) | flat_arms(points, observed, covered, constants)
+    return Ownership(np.where(doubted, constants.covered, 1.0), covered, foreign)
 
 
-def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, covered: np.ndarray,
-               method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the likelihood that the surface at each keypoint belongs to the joint's limb, (P, 18) of 0..1.
+def flat_arms(points: PointGrid, observed: ObservedPeople, covered: np.ndarray,
+              constants: OccluderConstants = METHOD.occluders) -> np.ndarray:
+    """Return which joints of arms lie on the trunk in the image and do not stand out from it, (P, 18) bool.
 
-    A surface before the body that goes on to both sides is furniture; an arm before the trunk stands out from it.
+    Args:
+        covered: (P, 18) bool, joints that another part of the same body may cover.
     """
-    constants, likely = method.occluders, np.ones(observed.known.shape)
-    ones = np.ones(observed.samples.shape[2])
-    count = np.isfinite(observed.samples) @ ones
-    # the median is in front where half of the samples are
-    in_front = (observed.samples < (root - method.trunk.reach)[:, None, None]) @ ones
-    in_front = (2 * in_front >= count) & (in_front > 0)
-    on_trunk = covered & _ARMS & (count > 0)
-    person, joint = np.nonzero(in_front | on_trunk)
-    if not len(person):
-        return likely
-    surface = lower_median(observed.samples[person, joint])
-    beside = depths_at(points, _beside(observed, (person, joint), surface, constants)) - surface
-    goes_on = (np.abs(beside[:, 1:]) < constants.continues).any(axis=1).all(axis=0)
-    flat = (beside[:, 0] < constants.stands_out).all(axis=0)
-    likely[person, joint] = np.where(goes_on & in_front[person, joint], constants.furniture,
-                                     np.where(flat & on_trunk[person, joint], constants.covered, 1.0))
-    return likely
+    flat = np.zeros(covered.shape, bool)
+    person, joint = np.nonzero(covered & _ARMS & np.isfinite(observed.samples).any(axis=2))
+    if len(person):
+        surface = lower_median(observed.samples[person, joint])
+        beside = depths_at(points, _beside(observed, (person, joint), surface, constants)) - surface
+        flat[person, joint] = (beside < constants.stands_out).all(axis=0)
+    return flat
 
 
 def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surface: np.ndarray,
             constants: OccluderConstants) -> np.ndarray:
-    """Return pixels beside limbs at joints (N,) of persons (N,) with depths (N,) [m]: (2 sides, 3 distances, N, 2)."""
+    """Return pixels on both sides of limbs at joints (N,) of persons (N,) with depths (N,) [m], (2, N, 2)."""
     person, joint = where
     here = observed.uv[person, joint]
     along = observed.uv[person, _LIMB_TO[joint]] - here
     length = np.sqrt((along * along).sum(axis=1))[:, None]
     # a limb that points at the camera, or whose other end is unknown, is taken to hang down
     along = np.where(length > 0, along / np.maximum(length, 1e-6), [0.0, 1.0])
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (observed.focal / surface)[:, None]
-    reach = np.array([[-1.0], [1.0]]) * np.array([constants.just_beside, *constants.beyond])
-    return here + reach[..., None, None] * across
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (constants.beside * observed.focal / surface)[:, None]
+    return here + np.stack([-across, across])
 
 
 def _on_far_side(left: np.ndarray, turned_away: float) -> np.ndarray:

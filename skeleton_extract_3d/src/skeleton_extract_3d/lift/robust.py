@@ -36,11 +36,10 @@ class RobustLifting:
 
         skin = _skin(head, scale, method)
         costs = surfaces.depth_costs(observed, root, skin, ownership, method)
-        head_costs = method.head.weight * costs[:, HEAD].sum(axis=1)
+        head_costs = costs[:, HEAD].sum(axis=1)
         costs = surfaces.with_memory(costs, root, expected, method.costs)[:, CHAINS]
 
-        bones = bones_of(expected.lengths, expected.length_spread, expected.stature, ~observed.known[:, CHAINS],
-                         method.inference)
+        bones = bones_of(expected.lengths, expected.length_spread, expected.stature, method.inference)
         candidates, left = method.compiled.infer_depths(
             np.concatenate([costs, head_costs[:, None]], axis=1),
             np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, *bones, left)
@@ -52,8 +51,8 @@ class RobustLifting:
         offsets[:, HEAD] = head.depths - head.surface
         # visible joints are put where their surface is; compiled (measuring.cpp)
         xyz, measured, plausible = method.compiled.measure(
-            (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.own,
-            ownership.foreign, bones.lengths[:, :8])
+            (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign,
+            bones.lengths[:, :8])
         if self._on_skin:
             xyz = xyz - observed.rays * np.where(measured, offsets, 0.0)[..., None]
         return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
@@ -88,7 +87,7 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
     foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
     if foreign is not None:
         evidence = method.compiled.root_evidence(observed.samples, observed.scores, foreign) + sized
-    root = trunk.depths[(evidence + _before(expected.root, method)).argmax(axis=1)]
+    root = trunk.depths[evidence.argmax(axis=1)]
     # the mean of the surfaces of the trunk
     offsets = method.body.surface_offsets[TRUNK]
     off = observed.samples[:, TRUNK] + (offsets - root[:, None])[..., None]
@@ -116,13 +115,6 @@ def _foreign(observed: ObservedPeople, expected: Expectation, size: np.ndarray, 
     new = np.where(np.isfinite(size), size, first)[:, None]
     return occluders.foreign_samples(observed.samples, others, np.where(np.isfinite(known), known, new),
                                      method.occluders)
-
-
-def _before(root: np.ndarray, method: MethodConstants) -> np.ndarray:
-    """Return the log likelihood of the trunk's depths given the expected one, (P, depths)."""
-    trunk, known = method.trunk, np.isfinite(root)[:, None]
-    off = np.log(trunk.depths / np.where(known, root[:, None], 1.0)) / trunk.before_spread
-    return known * (-0.5 * trunk.before_weight) * np.minimum(off * off, method.costs.limit)
 
 
 def _refined_head(observed: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray],

@@ -69,7 +69,7 @@ def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = M
     trunk, (start, end) = method.trunk, method.body.sized_pairs.T
     along = rays.take(start, axis=1) - rays.take(end, axis=1)
     lengths = np.sqrt(np.einsum('pbi,pbi->pb', along, along))
-    sure = scores > trunk.sized_score
+    sure = scores > method.sizes.least_score
     usable = sure.take(start, axis=1) & sure.take(end, axis=1) & (lengths > _LEAST_LENGTH)
     depths = np.sort(np.where(usable, method.body.sized_lengths / np.where(usable, lengths, 1.0), np.inf), axis=1)
     return np.where(usable.sum(axis=1) >= method.sizes.least_bones, depths[:, 1] * trunk.size_bias, depths[:, 0])

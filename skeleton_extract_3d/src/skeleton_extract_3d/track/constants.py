@@ -35,8 +35,6 @@ class InnovationConstants:
     independent: float = constant(0.95, 'Errors of frames are independent where the mean square of innovations is this '
                                         'share, or more, of what independent errors make.', source='as `memory`')
     repeated: float = constant(0.25, 'Errors repeat in full where it is less.', source='as `memory`')
-    most: float = constant(10.0, 'Greatest mean square of the innovations of a frame, as a share of what independent '
-                                 'errors make: one wrong frame is soon forgotten.')
 
 
 @dataclass(frozen=True)
@@ -105,23 +103,15 @@ class CorrectionConstants:
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     across_hidden: float = constant(0.02, 'What a hidden joint adds to this error.', unit='m')
-    along_measured: float = constant(0.024, 'Error along the ray of a measured surface and its offset.', unit='m')
-    along_inferred: float = constant(0.05, 'Least error along the ray of an inferred depth.', unit='m')
+    along: float = constant(
+        0.024, 'Error along the ray of a measured surface and its offset, least one of an inferred depth.', unit='m')
     body_sigma: float = constant(0.01, 'Error of the body model: no filter takes it away.', unit='m')
-    sure_score: float = constant(0.75, 'Keypoints that bones contradict are used from this score on.')
     root_measured: float = constant(0.03, 'Error per axis of the middle of a trunk of which most corners are measured.',
                                     unit='m')
     root_guessed: float = constant(0.15, 'The same of another trunk.', unit='m')
     measured_reach: float = constant(
         0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
     down_share: float = constant(0.2, "Weight of a frame in the trunk's direction downwards.", unit='share')
-
-
-@dataclass(frozen=True)
-class BoneConstraintConstants:
-    """How lengths of bones pull joints."""
-
-    most_violation: float = constant(0.4, 'A bone violated by more has a keypoint elsewhere.', unit='share')
 
 
 @dataclass(frozen=True)
@@ -143,9 +133,7 @@ class OutOfSightConstants:
 
     walking_time: float = constant(1.0, 'They slow down with this time constant.', unit='s')
     greatest_speed: float = constant(2.0, 'They walk at most this fast, also while absent.', unit='m/s')
-    free_share: float = constant(0.35, 'A person with more joints in free view would be detected.', unit='share')
     least_sightings: int = constant(3, 'Tracks with fewer detections are not reported.', unit='frames')
-    least_inside: float = constant(0.5, 'Tracks with fewer joints within the image are not reported.', unit='share')
 
 
 @dataclass(frozen=True)
@@ -201,7 +189,6 @@ class TrackConstants:
     appearance: AppearanceConstants = AppearanceConstants()
     expectation: ExpectationConstants = ExpectationConstants()
     correction: CorrectionConstants = CorrectionConstants()
-    bone_constraints: BoneConstraintConstants = BoneConstraintConstants()
     completion: CompletionConstants = CompletionConstants()
     out_of_sight: OutOfSightConstants = OutOfSightConstants()
     one_body: OneBodyConstants = OneBodyConstants()

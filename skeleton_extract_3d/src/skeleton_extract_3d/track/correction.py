@@ -25,12 +25,12 @@ from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_tru
 _CORNERS = np.concatenate([SHOULDERS, HIPS])
 
 
-def _trusted(people: Observations, params: OcclusionParams, sure_score: float) -> np.ndarray:
+def _trusted(people: Observations, params: OcclusionParams) -> np.ndarray:
     """Return which joints the frame places, (N, 18) bool."""
     scores, lifted = people.observed.scores, people.lifted
     trusted = lifted.measured
     if params.occlusion:
-        trusted = trusted | ((scores >= params.hidden_min_score) & (lifted.plausible | (scores > sure_score)))
+        trusted = trusted | ((scores >= params.hidden_min_score) & lifted.plausible)
     return trusted & people.observed.known & (scores >= params.measured_min_score)
 
 
@@ -38,7 +38,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
             method: MethodConstants = METHOD) -> Completion:
     """Return the tracks of people, predicted to this frame, corrected with it."""
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
-    trusted = _trusted(people, params, constants.sure_score)
+    trusted = _trusted(people, params)
     xyz, covariance = _measured(tracks, people, trusted, params.occlusion, method)
     used = trusted & tracks.has
     joints = tracks.joints.corrected(xyz, covariance, used, method)
@@ -68,7 +68,7 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
     across = (constants.across + constants.across_by_score * (1 - np.minimum(observed.scores, 1.0)) ** 2
               + np.where(lifted.measured, 0.0, constants.across_hidden))
-    along = np.where(lifted.measured, constants.along_measured, np.maximum(lifted.sigma, constants.along_inferred))
+    along = np.where(lifted.measured, constants.along, np.maximum(lifted.sigma, constants.along))
     covariance = along_rays(observed.rays, across, np.maximum(along, people.size_error(method.body.stature_spread)))
     xyz = lifted.xyz
     if bones:

@@ -137,7 +137,7 @@ def averaged_innovations(shares: np.ndarray, new: np.ndarray, elapsed: np.ndarra
                          constants: InnovationConstants = METHOD.track.innovation) -> np.ndarray:
     """Return shares (N,) averaged with those of a frame over the time in between (N,) [s], (N,)."""
     weight = 1 - np.exp(-elapsed / constants.memory)
-    return shares + weight * (np.minimum(new, constants.most) - shares)
+    return shares + weight * (new - shares)
 
 
 def error_variances(shares: np.ndarray, gains: np.ndarray, before: np.ndarray, measured: np.ndarray,

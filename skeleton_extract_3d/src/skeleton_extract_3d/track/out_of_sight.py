@@ -36,12 +36,16 @@ def hidden_and_there(tracks: Tracks, view: FrameView, method: MethodConstants = 
     """Return which tracks without a detection are in the image and not in free view, (N,) bool."""
     if not len(tracks):
         return np.zeros(0, bool)
-    uv, points, constants = _pixels(tracks, view), view.points, method.track.out_of_sight
+    uv, points = _pixels(tracks, view), view.points
     with np.errstate(invalid='ignore'):
         inside = ((uv > -0.5) & (uv < np.array([points.width, points.height]) - 0.5)).all(axis=2) & tracks.has
-    share = inside.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1)
-    return ((share >= constants.least_inside) & ~_in_free_view(tracks, view, method)
-            & (tracks.sightings >= constants.least_sightings))
+    return (_most(inside, tracks.has) & ~_in_free_view(tracks, view, method)
+            & (tracks.sightings >= method.track.out_of_sight.least_sightings))
+
+
+def _most(joints: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Return of which tracks most joints that there are, (N, 18) bool, are among some, (N,) bool."""
+    return 2 * joints.sum(axis=1) > of.sum(axis=1)
 
 
 def _in_free_view(tracks: Tracks, view: FrameView, method: MethodConstants) -> np.ndarray:
@@ -50,7 +54,7 @@ def _in_free_view(tracks: Tracks, view: FrameView, method: MethodConstants) -> n
     depth = surfaces.depths_at(view.points, np.where(np.isfinite(uv), np.clip(uv, -1e6, 1e6), -1e6))
     with np.errstate(invalid='ignore'):
         free = (depth > tracks.joints.position[..., 2] + method.trunk.reach) & tracks.has
-    return free.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1) > method.track.out_of_sight.free_share
+    return _most(free, tracks.has)
 
 
 def _pixels(tracks: Tracks, view: FrameView) -> np.ndarray:
