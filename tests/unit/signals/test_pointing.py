@@ -47,16 +47,17 @@ TARGETS = {'ahead': (3.0, -0.5, 1.2), 'on the floor': (1.6, -0.4, 0.0), 'up high
            'to the side': (1.0, -2.5, 1.0)}
 
 
-@pytest.mark.parametrize('name, begin, most, side, stature', [
-    ('ahead', 'eyes', 16.0, 'left', ADULT), ('ahead', 'shoulder', 24.0, 'right', CHILD),
-    ('on the floor', 'eyes', 16.0, 'right', CHILD), ('on the floor', 'shoulder', 24.0, 'left', ADULT),
-    ('up high', 'eyes', 16.0, 'right', ADULT), ('up high', 'shoulder', 24.0, 'left', CHILD),
-    ('to the side', 'eyes', 16.0, 'left', CHILD), ('to the side', 'shoulder', 24.0, 'right', ADULT)])
-def test_the_ray_meets_the_target_by_the_eyes_or_by_the_arm(name, begin, most, side, stature):
+@pytest.mark.parametrize('name, begin, side, stature', [
+    ('ahead', 'eyes', 'left', ADULT), ('ahead', 'shoulder', 'right', CHILD),
+    ('on the floor', 'eyes', 'right', CHILD), ('on the floor', 'shoulder', 'left', ADULT),
+    ('up high', 'eyes', 'right', ADULT), ('up high', 'shoulder', 'left', CHILD),
+    ('to the side', 'eyes', 'left', CHILD), ('to the side', 'shoulder', 'right', ADULT)])
+def test_the_ray_meets_the_target_by_the_eyes_or_by_the_arm(name, begin, side, stature):
     target = np.array(TARGETS[name]) * (1, 1 if side == 'right' else -1, stature / ADULT)
     begin = begin if begin == 'eyes' else f'{side}_shoulder'
     ray = ray_of(aimed(target, begin, stature, side), stature, side)
-    assert off(ray, target) < most
+    # half the angle between both rays, 33 deg of an adult at the most
+    assert off(ray, target) < 18.0
     assert hit_target(ray, [Target(name, target)]).name == name
     assert np.linalg.norm(ray.direction) == pytest.approx(1)
 
@@ -67,7 +68,7 @@ def test_the_cone_is_wider_where_joints_are_less_sure():
         body = Body(0.0, joints, np.full(18, of_joints), np.array([0.0, 0.0, 1.0]), ADULT)
         return pointing_of(body, RIGHT).sigma
     assert sigma(0.01) < sigma(0.03) < sigma(0.08)
-    assert 0.05 < sigma(0.03) < 0.25
+    assert 0.05 < sigma(0.03) < 0.3
 
 
 def test_the_nearest_known_target_within_the_cone_is_hit():

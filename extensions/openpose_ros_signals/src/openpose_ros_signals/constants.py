@@ -119,9 +119,6 @@ class SwingConstants:
 class PointingConstants:
     """The ray of a pointing arm."""
 
-    eyes: float = constant(0.75, 'Where the ray begins on the way from the shoulder (0) to the eyes (1): people point '
-                                 'with eyes and finger in line, or with the arm; most do the former.')
-    style: float = constant(0.4, 'Error of the choice between both: this share of the angle between their rays.')
     cone: float = constant(2.0, 'Known targets within this many sigma of the ray are pointed at.', unit='sigma')
     beyond: float = constant(0.15, 'Points of the cloud count from so far beyond the wrist.', unit='statures')
     width: float = constant(2.0, 'The ray meets points this near to it.', unit='deg')

@@ -160,7 +160,7 @@ class Person:
     def _pointing(self, side: int, body: Body, degree: float, around: Surroundings) -> Optional[Pointing]:
         """Return the ray; for a moment after arm or head are hidden or the arm leaves, the last one of the gesture."""
         constants, hold = self._constants.pointing, self._constants.hold
-        ray = pointing_of(body, side, constants)
+        ray = pointing_of(body, side)
         if ray is None or not degree >= hold.unsure:
             stamp, last = self._rays[side]
             return last if stamp >= max(self._gestures[side]['point'].since, body.stamp - hold.hidden) else None

@@ -8,17 +8,18 @@ from openpose_ros_signals.geometry import ARMS, EYES, Body, angle, length, unit
 from openpose_ros_signals.records import Hit, Pointing, Target
 
 
-def pointing_of(body: Body, side: int, constants: PointingConstants = SIGNALS.pointing) -> Optional[Pointing]:
+def pointing_of(body: Body, side: int) -> Optional[Pointing]:
     """Return the ray of the left (0) or right (1) arm; None if shoulder, wrist or head are hidden.
 
-    It begins between the shoulder and the eyes and passes through the wrist.
+    People point with eyes and finger in line, or with the arm. The ray begins in the middle between the shoulder and the
+    eyes and passes through the wrist, so that it errs by half the angle between both in either case.
     """
     shoulder, _, wrist = body.joints[ARMS[side]]
-    origin = shoulder + constants.eyes * (body.eyes - shoulder)
+    origin = (shoulder + body.eyes) / 2
     reach = wrist - origin
     if not np.isfinite(reach).all():
         return None
-    style = constants.style * np.radians(angle(wrist - body.eyes, wrist - shoulder))
+    style = np.radians(angle(wrist - body.eyes, wrist - shoulder)) / 2
     # sigma is that of the position; two of its three axes are across the ray
     errors = np.append(body.sigma[ARMS[side, [0, 2]]], body.sigma[EYES])
     joints = np.sqrt(4 / 3) * np.nanmean(errors) / length(reach) if np.isfinite(errors).any() else 0.0
