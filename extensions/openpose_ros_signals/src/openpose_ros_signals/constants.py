@@ -8,7 +8,6 @@ from typing import Tuple
 
 from openpose_ros_pkg.params.constants import constant
 from skeleton_extract_3d.body.body import BODY, BodyConstants
-from skeleton_extract_3d.constants import METHOD
 
 Ramp = Tuple[float, float]
 
@@ -19,11 +18,9 @@ class HoldConstants:
 
     sure: float = constant(0.6, 'It begins with this degree.')
     unsure: float = constant(0.4, 'It ends below this degree.')
-    begin: float = constant(0.1, 'Postures and gestures begin when they have held for this long.', unit='s')
-    end: float = constant(0.1, 'They end when they have not held for this long.', unit='s')
-    lying: float = constant(0.05, 'Lying begins when it has held for this long: no other posture is like it.', unit='s')
+    time: float = constant(0.1, 'It begins when it has held for this long, and ends when it has not for as long.',
+                           unit='s')
     hidden: float = constant(0.4, 'What holds goes on for this long while its joints are hidden.', unit='s')
-    memory: float = constant(0.3, 'Time constant of the mean of the degrees that is the confidence.', unit='s')
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,6 @@ class PersonConstants:
                                         'sigma: those that are guessed swing, and bend.', unit='statures')
     statures: int = constant(100, 'The stature is the median of this many newest frames.', unit='frames')
     least_stature: float = constant(0.4, 'Stature estimates below this are ignored.', unit='m')
-    history: float = constant(1.2, 'Motions are looked for in the joints of this time.', unit='s')
     gap: float = constant(1.0, 'A person that was not seen for longer begins anew.', unit='s')
     step: float = constant(0.25, 'A new id whose trunk is this near to where a person was lost is that person.',
                            unit='statures')
@@ -64,14 +60,13 @@ class GestureConstants:
 
     held_time: float = constant(0.1, 'An arm is held if its wrist moved little for this long.', unit='s')
     held: Ramp = constant((0.045, 0.03), 'Way of the wrist, beside the shoulder, in this time.', unit='statures')
-    settled: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: arms of a person that falls, sits down or '
-                                           'gets up make no gesture.', unit='statures/s')
     over_eyes: Ramp = constant((0.01, 0.04), 'Height of the wrist over the eyes, of a raised hand.', unit='statures')
     steep_arm: Ramp = constant((138.0, 146.0), 'Angle of the line from shoulder to wrist to straight down, of a '
                                                'raised hand; less steep, it points.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow of a raised hand; less is a hand on the head.',
                                 unit='deg')
-    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
+    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing; straighter, no motion of the elbow '
+                                                  'beckons.', unit='deg')
     arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, pointing.',
                               unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
@@ -97,20 +92,17 @@ class GestureConstants:
 class SwingConstants:
     """Gestures that move to and fro."""
 
-    pause: float = constant(0.6, 'From turn to turn it takes at most this time.', unit='s')
+    pause: float = constant(0.6, 'From turn to turn it takes at most this time; the joints of twice of it are '
+                                 'remembered.', unit='s')
     smooth: float = constant(0.05, 'A position is the mean of those that are at most this much earlier or later.',
                              unit='s')
     wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, waving: the longer of the '
-                                        'last two.', unit='statures')
-    wave_back: Ramp = constant((0.018, 0.030), 'The shorter of the last two, which may be under way.',
-                               unit='statures')
+                                        'last two; the shorter may be half, as it is under way.', unit='statures')
     wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
     beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, beckoning.',
                             unit='deg')
     beckon_bent: Ramp = constant((90.0, 78.0), 'Angle of the elbow where it is most bent; more open, hands are '
                                                'shaken.', unit='deg')
-    beckon_arm: Ramp = constant((25.0, 38.0), 'Angle of the line from shoulder to wrist to straight down.', unit='deg')
-    beckon_elbow: float = constant(142.0, 'Angle of the elbow: straighter, the motion does not count.', unit='deg')
     beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')
     beckon_side: float = constant(0.6, 'The way of the wrist to the side is at most this share of its way.')
 
@@ -122,7 +114,6 @@ class PointingConstants:
     cone: float = constant(2.0, 'Known targets within this many sigma of the ray are pointed at.', unit='sigma')
     beyond: float = constant(0.15, 'Points of the cloud count from so far beyond the wrist.', unit='statures')
     width: float = constant(2.0, 'The ray meets points this near to it.', unit='deg')
-    least_width: float = constant(0.04, 'Or this near.', unit='m')
     surface: float = constant(0.15, 'Points of one surface are this near to each other along the ray.', unit='m')
     least_points: int = constant(3, 'Least number of points of a surface.')
 
@@ -149,8 +140,6 @@ class FloorConstants:
     lying: float = constant(0.07, 'Height of the middle of the trunk over the floor, lying.', unit='statures')
     most_rise: float = constant(60.0, 'A body that faces more steeply up or down than this has no direction on the '
                                       'floor.', unit='deg')
-    ankle: float = constant(METHOD.track.standing.ankle_height, 'Height of the ankle over the floor, of a standing '
-                                                                'adult.', unit='m')
 
 
 @dataclass(frozen=True)

@@ -99,8 +99,10 @@ def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCon
     if not posture > 0:
         return posture
     run = _while(arms, [one.fore[2] > 0 for one in arms])
+    if not run:
+        return 0.0
     ways = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
-    ends = turns(ways[:, 0], constants.wave_back[0])
+    ends = turns(ways[:, 0], constants.wave[0] / 2)
     if not _lively(run, ends, constants):
         return 0.0
     before, last = np.diff(ways[ends[-3:]], axis=0)
@@ -111,7 +113,7 @@ def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCon
     if run[ends[-2]].elbow > held.straight_arm[1] and len(ends) < 4:
         return 0.0
     shorter, longer = sorted((abs(before[0]), abs(last[0])))
-    return least(posture, ramp(longer, constants.wave), ramp(shorter, constants.wave_back))
+    return least(posture, ramp(longer, constants.wave), ramp(2 * shorter, constants.wave))
 
 
 def _level(way: np.ndarray) -> float:
@@ -126,11 +128,13 @@ def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureC
         arms: of one side, in the last second, the newest last.
     """
     arm = arms[-1]
-    posture = least(ramp(arm.raised, constants.beckon_arm), ramp(arm.wrist[1], constants.beckon_ahead),
-                    ramp(arm.from_nose, held.off_face), 1 - ramp(arm.over_eyes, held.over_eyes))
+    posture = least(ramp(arm.wrist[1], constants.beckon_ahead), ramp(arm.from_nose, held.off_face),
+                    1 - ramp(arm.over_eyes, held.over_eyes))
     if not posture > 0:
         return posture
-    run = _while(arms, [one.elbow < constants.beckon_elbow and one.raised > constants.beckon_arm[0] for one in arms])
+    run = _while(arms, [one.elbow < held.straight_arm[1] for one in arms])
+    if not run:
+        return 0.0
     elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
     ends = turns(elbows, constants.beckon[0])
     if not _lively(run, ends, constants):

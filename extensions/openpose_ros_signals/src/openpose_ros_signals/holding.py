@@ -13,16 +13,16 @@ class Held:
     Attributes:
         on: whether it is reported.
         since: when it began to hold, before it was reported [s].
-        confidence: mean degree of late.
+        confidence: how far it holds.
 
     Args:
         begin: time to hold before it is reported [s]; None: as the constants say.
-        at_once: report at once what holds wholly, after a part of `begin` what holds less.
+        at_once: report at once what holds wholly, after a part of that time what holds less.
     """
 
     def __init__(self, constants: HoldConstants, begin: Optional[float] = None, at_once: bool = False) -> None:
         self._constants, self._at_once = constants, at_once
-        self._begin = constants.begin if begin is None else begin
+        self._begin = constants.time if begin is None else begin
         self.on = False
         self.since = self.confidence = np.nan
         self._from = self._until = self._before = np.nan
@@ -35,11 +35,10 @@ class Held:
                 self.on, self._from = False, np.nan
             return
         if self.on:
-            share = min((stamp - self._before) / constants.memory, 1.0)
-            self.confidence += share * (degree - self.confidence)
+            self.confidence = degree
             self._until = np.nan if degree >= constants.unsure else _first(self._until, stamp)
             unseen = stamp - self._before > constants.hidden
-            self.on = np.isnan(self._until) or not (unseen or stamp - self._until >= constants.end - TICK)
+            self.on = np.isnan(self._until) or not (unseen or stamp - self._until >= constants.time - TICK)
             self._from = np.nan
         else:
             self._from = _first(self._from, stamp) if degree >= constants.sure else np.nan

@@ -9,6 +9,7 @@ from openpose_ros_signals.constants import FloorConstants, MotionConstants, Sign
 from openpose_ros_signals.geometry import EARS, EYES, LEGS, NOSE, TICK, Body, unit
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Walk
 from skeleton_extract_3d.body.body import SHOULDERS, TRUNK
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.points.transform import quaternions
 
 _ANKLES = LEGS[:, 2]
@@ -26,16 +27,6 @@ def floor_velocity(bodies: Sequence[Body], constants: MotionConstants) -> Option
             velocity = np.median(moved, axis=0) / elapsed
             return np.asarray(velocity - (velocity @ newest.up) * newest.up)
     return None
-
-
-def rising_speed(bodies: Sequence[Body], constants: MotionConstants) -> float:
-    """Return the speed of a trunk up or down [statures/s], by bodies, the newest last; 0 if it is not known."""
-    newest = bodies[-1]
-    for body in bodies:
-        elapsed = newest.stamp - body.stamp
-        if TICK < elapsed <= constants.least_time + TICK:
-            return float(np.nan_to_num(abs(newest.height(newest.place, body.place)))) / elapsed
-    return 0.0
 
 
 def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
@@ -81,8 +72,8 @@ def height_over_floor(body: Body, place: np.ndarray, lying: bool, floor: Optiona
     if lying:
         return constants.floor.lying * body.stature
     if np.isfinite(ankles).any():
-        return float(place @ body.up - np.nanmin(ankles)) + constants.floor.ankle * scale
-    return (constants.floor.ankle + human.shin + human.thigh + human.trunk_length / 2) * scale
+        return float(place @ body.up - np.nanmin(ankles)) + METHOD.track.standing.ankle_height * scale
+    return (METHOD.track.standing.ankle_height + human.shin + human.thigh + human.trunk_length / 2) * scale
 
 
 def floor_pose(place: np.ndarray, height: float, forward: np.ndarray, up: np.ndarray) -> FloorPose:

@@ -84,7 +84,8 @@ class Person:
         self._bodies: Deque[Body] = deque()
         self._arms: Tuple[Deque[Arm], Deque[Arm]] = (deque(), deque())
         hold = constants.hold
-        self._postures = {name: Held(hold, hold.lying if name == 'lying' else hold.begin) for name in POSTURES}
+        # no other posture is like lying
+        self._postures = {name: Held(hold, at_once=name == 'lying') for name in POSTURES}
         # all of them look back: at a motion to and fro, or at a tenth of a second
         self._gestures = [{name: Held(hold, 0.0) if name in _SWINGS else Held(hold, at_once=True)
                            for name in ARM_GESTURES} for _ in SIDES]
@@ -122,7 +123,7 @@ class Person:
         self._bodies.append(body)
         for side, arms in enumerate(self._arms):
             arms.append(arm_of(body, side))
-        while self._bodies[0].stamp < stamp - constants.history:
+        while self._bodies[0].stamp < stamp - 2 * self._constants.swing.pause:
             self._bodies.popleft()
             for arms in self._arms:
                 arms.popleft()
@@ -142,14 +143,12 @@ class Person:
         constants = self._constants
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body, constants.gesture)
         self._crossed.take(body.stamp, crossed)
-        settled = least(ramp(motion.rising_speed(self._bodies, constants.motion), constants.gesture.settled),
-                        unless_hidden(1 - crossed))
-        up = 0.0 if self._postures['lying'].on else 1.0
+        free, up = unless_hidden(1 - crossed), 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):
             degrees = arm_degrees(list(self._arms[side]), self._arms[1 - side][-1], seen.palms[side], body, constants)
             for name, held in self._gestures[side].items():
-                held.take(body.stamp, least(degrees[name], settled, 1.0 if name in _ALSO_LYING else up))
+                held.take(body.stamp, least(degrees[name], free, 1.0 if name in _ALSO_LYING else up))
             found += [Gesture(name, arm, held.since, held.confidence,
                               self._pointing(side, body, degrees['point'], around) if name == 'point' else None)
                       for name, held in self._gestures[side].items() if held.on]

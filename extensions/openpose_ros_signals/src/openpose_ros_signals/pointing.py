@@ -11,8 +11,8 @@ from openpose_ros_signals.records import Hit, Pointing, Target
 def pointing_of(body: Body, side: int) -> Optional[Pointing]:
     """Return the ray of the left (0) or right (1) arm; None if shoulder, wrist or head are hidden.
 
-    People point with eyes and finger in line, or with the arm. The ray begins in the middle between the shoulder and the
-    eyes and passes through the wrist, so that it errs by half the angle between both in either case.
+    People point with eyes and finger in line, or with the arm. The ray begins in the middle between the shoulder and
+    the eyes and passes through the wrist, so that it errs by half the angle between both in either case.
     """
     shoulder, _, wrist = body.joints[ARMS[side]]
     origin = (shoulder + body.eyes) / 2
@@ -48,8 +48,7 @@ def hit_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, statur
     across = np.linalg.norm(away - along[:, np.newaxis] * pointing.direction, axis=1)
     begin = float((wrist - pointing.origin) @ pointing.direction) + constants.beyond * stature
     with np.errstate(invalid='ignore'):
-        near = (along > begin) & (across <= np.maximum(along * np.tan(np.radians(constants.width)),
-                                                       constants.least_width))
+        near = (along > begin) & (across <= along * np.tan(np.radians(constants.width)))
     order = np.flatnonzero(near)[np.argsort(along[near])]
     last = constants.least_points - 1
     for first, further in zip(order, order[last:]):
