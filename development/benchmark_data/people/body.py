@@ -84,8 +84,6 @@ def anny_model() -> AnnyModel:
         This is not the environment for rendering.
     """
     import anny
-    import torch
-    torch.set_num_threads(1)
     model = anny.Anny(topology='makehuman-full')
     regressor = anny.KeypointsRegressor.coco(model)
     base = model.base_mesh_vertex_indices.numpy()
@@ -102,12 +100,8 @@ def anny_model() -> AnnyModel:
 
 def _rest_shape(phenotype: Dict[str, float]) -> Dict[str, np.ndarray]:
     """Return Anny's output without a pose: rest_vertices, rest_bone_poses, bone_poses and so on."""
-    import torch
-    model = anny_model().model
-    pose = torch.tensor(np.tile(np.eye(4), (model.bone_count, 1, 1)))[None]
-    values = {name: torch.tensor([phenotype.get(name, 0.5)], dtype=torch.float64) for name in model.phenotype_labels}
-    with torch.no_grad():
-        return {name: value[0].numpy() for name, value in model(pose_parameters=pose, phenotype_kwargs=values).items()}
+    output = anny_model().model(phenotype_kwargs=phenotype)
+    return {name: value[0].detach().numpy() for name, value in output.items()}
 
 
 class Body:

@@ -14,6 +14,8 @@ from development.locks import (
     LOCKS,
     NUMPY_OF_SYSTEMS,
     OF_THE_SYSTEM,
+    RENDER_PYTHON,
+    RENDER_REQUIREMENTS,
     REQUIREMENTS,
     TEST_REQUIREMENTS,
     TOOLS,
@@ -75,20 +77,20 @@ def wanted(requirements, python):
 
 @pytest.mark.parametrize('requirements, python', [
     *((path, python) for path in (REQUIREMENTS, TEST_REQUIREMENTS) for python in NUMPY_OF_SYSTEMS),
-    (FOCAL_REQUIREMENTS, '3.8')])
+    (FOCAL_REQUIREMENTS, '3.8'), (RENDER_REQUIREMENTS, RENDER_PYTHON)])
 def test_a_lock_pins_what_is_required_and_nothing_of_the_system(requirements, python):
     asked, found = wanted(requirements, python), pins(lock_of(requirements), python)
     assert asked
     for name, versions in asked.items():
         assert versions.contains(found[name]), name
-    if requirements != FOCAL_REQUIREMENTS:
+    if requirements in (REQUIREMENTS, TEST_REQUIREMENTS):
         assert not set(OF_THE_SYSTEM) & set(found)
 
 
 def test_locks_agree():
     """The nodes' packages are the same when those of the tests join them, and what fetches weights is pinned."""
     assert {path.name for path in LOCKS.glob('*.txt')} == {
-        lock_of(path).name for path in (REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS)}
+        lock_of(path).name for path in (REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS, RENDER_REQUIREMENTS)}
     for python in NUMPY_OF_SYSTEMS:
         nodes, both = (pins(lock_of(path), python) for path in (REQUIREMENTS, TEST_REQUIREMENTS))
         assert nodes.items() <= both.items()
