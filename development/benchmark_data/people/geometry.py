@@ -33,11 +33,12 @@ def rotation_about(axis: Sequence[float], degrees: float) -> np.ndarray:
 
 
 def align(start: Sequence[float], end: Sequence[float]) -> np.ndarray:
-    """Return the smallest (3, 3) rotation that takes a direction to another; near-opposite ones turn about x."""
+    """Return the smallest (3, 3) rotation that takes a direction to another; half a turn for opposite ones."""
     start, end = unit(start), unit(end)
     axis, cosine = np.cross(start, end), float(start @ end)
     if cosine < -0.9999:
-        return Rotation.from_rotvec(np.pi * unit(np.cross(start, [1.0, 0.1, 0.0]))).as_matrix()
+        across = unit(np.cross(start, (1.0, 0.1, 0.0)))
+        return 2 * np.outer(across, across) - np.eye(3)
     skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     return np.eye(3) + skew + skew @ skew / (1 + cosine)
 
