@@ -161,8 +161,8 @@ def test_hand_behind_another_one_is_carried_along_with_its_wrist(detector):
     found = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1).hands
     assert found.left.tolist() == [True, False]
     np.testing.assert_allclose(found.keypoints[0, :, :2], hands[True] + (290, 15), atol=1.0)
-    assert found.scores[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.carry_time)) and found.scores[1] > 0.9
-    later = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1 + LANDMARKS.carry_time).hands
+    assert found.scores[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.follow_time)) and found.scores[1] > 0.9
+    later = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1 + LANDMARKS.follow_time).hands
     assert later.left.tolist() == [False]
 
 
@@ -175,7 +175,7 @@ def test_within_a_budget_those_looked_at_longest_ago_come_first(detector, reader
     reader.passes = 0
     second = detector.detect(image, people(body()), None, 'c', 1.1, seconds=0.0).hands
     assert len(second) == 2 and reader.passes == 2  # the other one is new; the first is carried
-    assert sorted(second.scores)[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.carry_time))
+    assert sorted(second.scores)[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.follow_time))
     third = detector.detect(image, people(body()), None, 'c', 1.2, seconds=0.0).hands
     assert third.scores[first.left[0] == third.left] == pytest.approx([0.95])
     assert len(detector.detect(image, people(body()), None, 'c', 1.3, seconds=10.0).hands) == 2

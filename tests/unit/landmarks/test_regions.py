@@ -32,9 +32,7 @@ def test_crop_lies_turned_in_the_image(angle):
 def test_forearm_is_the_longest_of_what_the_body_tells():
     joints = {'left_wrist': np.array((0.0, 0.0)), 'left_elbow': np.array((30.0, 40.0))}
     assert forearm_length(joints, 'left') == 50
-    joints['left_shoulder'] = np.array((130.0, 40.0))
-    assert forearm_length(joints, 'left') == pytest.approx(90)  # 0.9 of the upper arm
-    joints.update(right_shoulder=np.array((330.0, 40.0)))
+    joints.update(left_shoulder=np.array((130.0, 40.0)), right_shoulder=np.array((330.0, 40.0)))
     assert forearm_length(joints, 'left') == pytest.approx(150)  # 0.75 of the shoulders
     joints.update(neck=np.array((230.0, 40.0)), left_hip=np.array((200.0, 440.0)), right_hip=np.array((260.0, 440.0)))
     assert forearm_length(joints, 'left') == pytest.approx(200)  # half the trunk

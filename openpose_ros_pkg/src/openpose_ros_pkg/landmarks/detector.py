@@ -209,7 +209,7 @@ def _affordable(tasks: Sequence[_Task], seconds: Optional[float]) -> int:
     """Return for how many tasks, from the first on, there is time: one at least."""
     if seconds is None:
         return len(tasks)
-    costs = np.cumsum([task.network.cost(task.known is not None) for task in tasks])
+    costs = np.cumsum([task.network.cost(task.target, task.known is not None) for task in tasks])
     return max(int((costs <= seconds).sum()), min(len(tasks), 1))
 
 
@@ -254,7 +254,7 @@ def _covered(task: _Task, hands: Iterable[LandmarkObservation], stamp: float, co
     """Return whether a followed hand is now at the place of another one."""
     carried = task.known.carried(task.target, stamp, constants) if task.known is not None else None
     return carried is not None and any(
-        np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < constants.covered * _size(hand)
+        np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < constants.same * _size(hand)
         for hand in hands)
 
 

@@ -17,28 +17,21 @@ from openpose_ros_pkg.params.constants import constant
 class LandmarkConstants:
     """How often a network runs for a hand or a face, and which results count."""
 
-    sure: float = constant(0.8, 'Score from which on the first region needs no run at the second one.')
-    lost: float = constant(0.5, 'Score below which a followed hand or face is searched anew, by the body.')
-    loss: float = constant(
-        0.05, 'A second run, at the region of the points found, counts unless the score falls by more.')
-    hand_off: float = constant(0.8, "Greatest distance of a hand's wrist from the wrist of the body.", unit='forearms')
-    face_off: float = constant(0.5, "Greatest distance of a face's nose from the nose of the body.", unit='widths')
-    same: float = constant(0.3, 'Hands whose points are this near, by the median, are one hand.', unit='hand sizes')
-    covered: float = constant(0.5, 'A hand that is lost where the middle of another one is this near is behind it.',
-                              unit='hand sizes')
-    first_passes: float = constant(2.2, 'Mean number of runs of the network for a new hand or face.')
-    follow_time: float = constant(0.5, 'A hand or a face that was found no longer ago is searched where it was.',
-                                  unit='s')
+    lost: float = constant(0.5, 'Score below which a hand or a face is searched in the next region; a followed one '
+                                'anew, by the body.')
+    off: float = constant(0.6, "Greatest distance of a hand's wrist, or a face's nose, from that of the body.",
+                          unit='forearms, or widths of the face')
+    same: float = constant(0.4, 'Hands whose points are this near, by the median, are one hand; one that is lost where '
+                                'the middle of another one is this near is behind it.', unit='hand sizes')
+    follow_time: float = constant(
+        0.5, 'A hand or a face that was found no longer ago is searched where it was. Behind another hand, or without '
+             'a run for want of time, it moves with the wrist or nose; its score falls to 0 until then.', unit='s')
     with_body: float = constant(
         0.75, "Share of the motion of the body's wrist or nose that the region of the last points follows, as the body "
               'is less exact.')
     drift: float = constant(0.25, 'A second run follows where the region of the points found is shifted by more, in '
                                  'sides, turned by more [rad], or larger or smaller by more (logarithm).')
     retry_time: float = constant(0.1, 'After a run without a result there is no other one for this long.', unit='s')
-    carry_time: float = constant(
-        0.5, 'Maximum time a hand or face behind another hand, or without a run for want of time, moves with the wrist '
-             'or nose; its score falls to 0 until then.', unit='s')
-    pace_share: float = constant(0.2, 'Share of the newest measurement in the time that a pass takes.')
 
 
 LANDMARKS = LandmarkConstants()
@@ -82,7 +75,7 @@ class LandmarkObservation:
 
     def carried(self, target: Target, stamp: float, constants: LandmarkConstants) -> Optional['LandmarkObservation']:
         """Return the observation moved with the body to a later time; None: it is too old."""
-        left = 1 - (stamp - self.stamp) / constants.carry_time
+        left = 1 - (stamp - self.stamp) / constants.follow_time
         if left <= 0:
             return None
         points = self.points.copy()
@@ -96,7 +89,6 @@ class LandmarkNetwork:
     def __init__(self, kind: Kind, network: Backend, constants: LandmarkConstants = LANDMARKS) -> None:
         self.kind, self.seconds = kind, 0.0
         self._network, self._constants = network, constants
-        self._off = constants.hand_off if kind is HAND else constants.face_off
 
     def warm_up(self) -> None:
         """Run the network on blank crops: several are computed side by side, by one that is compiled for it."""
@@ -104,9 +96,9 @@ class LandmarkNetwork:
         for count in (1, 2, 2):
             self._pass(blank, [Region(4, 4, 8)] * count)
 
-    def cost(self, known: bool) -> float:
+    def cost(self, target: Target, known: bool) -> float:
         """Return the expected time [s] for a followed or a new hand or face."""
-        return self.seconds * (1.0 if known else self._constants.first_passes)
+        return self.seconds * (1 if known else 1 + len(target.regions))
 
     def observe(self, bgr: np.ndarray, targets: Sequence[Target], known: Dict[int, LandmarkObservation], stamp: float
                 ) -> List[Optional[LandmarkObservation]]:
@@ -120,22 +112,27 @@ class LandmarkNetwork:
         results = [None if i in lost else seen for i, seen in enumerate(results)]
         for choice in (0, 1):
             regions = {i: targets[i].regions[choice] for i in lost if len(targets[i].regions) > choice
-                       and _score(results[i]) < constants.sure}
+                       and _score(results[i]) < constants.lost}
             results = self._better(bgr, targets, results, regions, stamp)
         again = {i: self.kind.region(seen.points[:, :2]) for i, seen in enumerate(results)
                  if seen is not None and seen.score >= constants.lost
                  and (i in lost or self._drifted(first[i], seen.points[:, :2]))}
-        return self._better(bgr, targets, results, again, stamp, constants.loss)
+        # points of a region that fits are better, with any score that counts
+        return self._better(bgr, targets, results, again, stamp, constants.lost)
 
     def _better(self, bgr: np.ndarray, targets: Sequence[Target], before: Sequence[Optional[LandmarkObservation]],
-                regions: Dict[int, Region], stamp: float, allowed_loss: float = 0.0
+                regions: Dict[int, Region], stamp: float, enough: float = 1.0
                 ) -> List[Optional[LandmarkObservation]]:
-        """Return the better ones of observations and of a run at regions, by the numbers of the targets."""
+        """Return the better ones of observations and of a run at regions, by the numbers of the targets.
+
+        Args:
+            enough: score from which on the run is the better one, whatever the score before.
+        """
         results = list(before)
         for i, (points, score, right) in zip(regions, self._pass(bgr, list(regions.values()))):
             target, known = targets[i], before[i]
             apart = np.linalg.norm(points[self.kind.anchor, :2] - target.anchor)
-            if apart <= self._off * target.size and (known is None or score > known.score - allowed_loss):
+            if apart <= self._constants.off * target.size and (known is None or score > min(known.score, enough)):
                 results[i] = LandmarkObservation(points, score, right, target.anchor, stamp)
         return results
 
@@ -154,8 +151,7 @@ class LandmarkNetwork:
         begin = time.perf_counter()
         outputs = self._network.infer_many([region.crop(bgr, side)[np.newaxis] for region in regions])
         seconds = (time.perf_counter() - begin) / len(regions)
-        self.seconds = seconds if self.seconds == 0 else (
-            self._constants.pace_share * seconds + (1 - self._constants.pace_share) * self.seconds)
+        self.seconds = seconds if self.seconds == 0 else (seconds + self.seconds) / 2
         return [self._decoded(output, region, side) for output, region in zip(outputs, regions)]
 
     def _decoded(self, output: Tuple[np.ndarray, ...], region: Region, side: int) -> Tuple[np.ndarray, float, float]:

@@ -18,10 +18,8 @@ _EYE_CORNERS = (33, 263)
 class HandRegionConstants:
     """Search region of a hand, measured in the length of a forearm that points along the image plane."""
 
-    upper_arm: float = constant(0.9, 'Forearm per length of the upper arm; the longest of five estimates counts, as '
-                                     'all become shorter with the direction of view.')
-    shoulders: float = constant(0.75, 'Forearm per distance of the shoulders.')
-    ears: float = constant(1.7, 'Forearm per distance of the ears.')
+    shoulders: float = constant(0.75, 'Forearm per distance of the shoulders; the longest of three estimates counts, '
+                                      'as all become shorter with the direction of view.')
     trunk: float = constant(0.5, 'Forearm per distance from the neck to the middle of the hips.')
     reach: float = constant(0.3, 'From the wrist to the centre of the region, along the forearm.', unit='forearms')
     side: float = constant(1.2, 'Side of the region.', unit='forearms')
@@ -36,10 +34,8 @@ class HandRegionConstants:
 class FaceRegionConstants:
     """Search region of a face, measured in its width."""
 
-    eyes: float = constant(2.2, 'Width per distance of the eyes; the widest of five estimates counts.')
+    eyes: float = constant(2.2, 'Width per distance of the eyes; the widest of three estimates counts.')
     eye_ear: float = constant(1.5, 'Width per distance from an eye to the ear beside it.')
-    nose_ear: float = constant(1.3, 'Width per distance from the nose to an ear.')
-    nose_eye: float = constant(2.2, 'Width per distance from the nose to an eye.')
     side: float = constant(1.6, 'Side of the region, whose centre is the nose.', unit='widths')
     box_scale: float = constant(1.5, "Side of the next region per longer side of the box round the face's points.",
                                 source=_MEDIAPIPE)
@@ -86,13 +82,11 @@ def forearm_length(joints: Dict[str, np.ndarray], side: str, constants: HandRegi
         joints: (2,) [px] of each joint that was found, by its name.
         side: 'left' or 'right'.
     """
-    wrist, elbow, shoulder = (f'{side}_{joint}' for joint in ('wrist', 'elbow', 'shoulder'))
     hips = [joints[name] for name in ('left_hip', 'right_hip') if name in joints]
     trunk = {'neck': joints['neck'], 'hips': np.mean(hips, axis=0)} if hips and 'neck' in joints else {}
     return _longest([
-        _distance(joints, wrist, elbow), constants.upper_arm * _distance(joints, elbow, shoulder),
+        _distance(joints, f'{side}_wrist', f'{side}_elbow'),
         constants.shoulders * _distance(joints, 'left_shoulder', 'right_shoulder'),
-        constants.ears * _distance(joints, 'left_ear', 'right_ear'),
         constants.trunk * _distance(trunk, 'neck', 'hips')])
 
 
@@ -125,9 +119,7 @@ def face_width(joints: Dict[str, np.ndarray], constants: FaceRegionConstants = F
     sides = ('left', 'right')
     return _longest([
         _distance(joints, 'left_ear', 'right_ear'), constants.eyes * _distance(joints, 'left_eye', 'right_eye'),
-        *(constants.eye_ear * _distance(joints, f'{side}_eye', f'{side}_ear') for side in sides),
-        *(constants.nose_ear * _distance(joints, 'nose', f'{side}_ear') for side in sides),
-        *(constants.nose_eye * _distance(joints, 'nose', f'{side}_eye') for side in sides)])
+        *(constants.eye_ear * _distance(joints, f'{side}_eye', f'{side}_ear') for side in sides)])
 
 
 def face_regions(joints: Dict[str, np.ndarray], width: float, constants: FaceRegionConstants = FACE_REGION
