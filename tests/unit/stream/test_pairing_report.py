@@ -28,9 +28,9 @@ def by_arrival(count, period, offset=0.0, delay=0.0):
     # a slop of the user that is too small for a slow camera
     (by_arrival(6, 1.0, 0.21), {'slop': 0.03}, 'differ by 0.21 s, allowed are 0.03 s; slop:=0.3 pairs them',
      {'slop': 0.3}),
-    # clouds that come after two seconds: the images that they belong to wait no longer
-    (by_arrival(80, 1 / 15, 0.0, 2.0), {}, '/points is 2 s behind /image: does its clock differ?; if it only '
-     'comes late, queue_size:=40 pairs them', {'queue_size': 40}),
+    # clouds that come after three seconds: the images that they belong to wait no longer
+    (by_arrival(80, 1 / 15, 0.0, 3.0), {}, '/points is 3 s behind /image: does its clock differ?; if it only '
+     'comes late, queue_size:=60 pairs them', {'queue_size': 60}),
 ])
 def test_what_the_report_suggests_pairs_the_streams(arrivals, params, words, settings):
     matcher, pairs = played(arrivals, **params)

@@ -21,23 +21,15 @@ class PairingConstants:
         0.4, 'Largest deviation of a pair from the usual difference, as a share of the shorter period: below a half, '
              'so that no message has two candidates; jitter of a tenth of the period is tolerated.')
     first_slop: float = constant(0.005, 'Largest deviation until period and difference are known.', unit='s')
-    least_slop: float = constant(0.0005, 'Least value of the largest deviation.', unit='s')
-    history: int = constant(64, 'Stamps of each stream to learn from.')
-    arrivals: int = constant(256, 'Messages of both streams by which a report says why none pair.')
-    min_periods: int = constant(4, 'Differences between stamps that a period needs.')
-    min_offsets: int = constant(7, 'Pairs that the usual difference needs.')
-    offset_share: float = constant(
-        0.6, 'Pairs with a greater difference, as a share of the period, lack their partners: not learnt from.')
+    history: int = constant(64, 'Stamps of each stream to learn from, and by which a report says why none pair.')
+    min_offsets: int = constant(7, 'Pairs that the usual difference needs, and stamps that a period needs.')
     period_rank: float = constant(
         0.25, 'The period is this quantile of the differences: lost messages lengthen differences, never shorten them.')
     reset_backstep: int = constant(
         500_000_000, 'Stamps that go back by more start a new recording (bag loop, restarted clock); by less: late '
                      'messages.', unit='ns')
-    queue_seconds: Tuple[float, float] = constant(
-        (1.0, 0.5), 'Time that images and clouds may wait for their partner.', unit='s')
-    queue_least: int = constant(2, 'Least bound of each queue.')
-    queue_greatest: Tuple[int, int] = constant(
-        (30, 15), 'Greatest bound of each queue: 15 clouds of 960 x 540 points take 250 MB.')
+    queue: Tuple[int, int] = constant(
+        (30, 15), 'Images and clouds that may wait for their partner: 15 clouds of 960 x 540 points take 250 MB.')
 
 
 PAIRING = PairingConstants()
@@ -51,8 +43,8 @@ class PairingParams(Parameters):
         0.0, 'Largest deviation of the stamps of a pair from the usual difference between the two streams; '
              '0: 0.4 of the shorter frame period, learnt from the stamps.', unit='s', minimum=0.0, maximum=10.0)
     queue_size: int = parameter(
-        0, 'Images and clouds (16 MB each at 960 x 540) that may wait for their partner; 0: one second of images '
-           '(at most 30) and half a second of clouds (at most 15).', minimum=0, maximum=1000)
+        0, 'Images and clouds (16 MB each at 960 x 540) that may wait for their partner; 0: 30 images and 15 '
+           'clouds.', minimum=0, maximum=1000)
 
 
 class StampMatcher:
@@ -72,7 +64,7 @@ class StampMatcher:
         self._stamps: Tuple[Deque[int], ...] = tuple(deque(maxlen=constants.history) for _ in range(2))
         self._periods: List[Optional[float]] = [None, None]
         self._offset: Optional[float] = None
-        self.arrivals: Deque[Tuple[int, int]] = deque(maxlen=constants.arrivals)
+        self.arrivals: Deque[Tuple[int, int]] = deque(maxlen=2 * constants.history)
         self.unpaired = [0, 0]
         self.out_of_order = 0
         self.resets = 0
@@ -134,7 +126,7 @@ class StampMatcher:
         period, constants = self._shorter_period, self.constants
         if period is None:
             return constants.first_slop
-        derived = max(constants.slop_share * period * 1e-9, constants.least_slop)
+        derived = constants.slop_share * period * 1e-9
         return min(derived, constants.first_slop) if self._offset is None else derived
 
     def _reset(self) -> None:
@@ -151,7 +143,7 @@ class StampMatcher:
             queue.clear()
 
     def _learn(self, stream: int) -> None:
-        if len(self._stamps[stream]) > self.constants.min_periods:
+        if len(self._stamps[stream]) >= self.constants.min_offsets:
             differences = np.sort(np.diff(np.array(self._stamps[stream])))
             self._periods[stream] = float(differences[int(self.constants.period_rank * len(differences))])
         period = self._shorter_period
@@ -161,7 +153,6 @@ class StampMatcher:
         first, second = (np.array([stamp - origin for stamp in stamps], np.float64) for stamps in self._stamps)
         of_first, of_second = mutual_nearest(second[None, :] - first[:, None])
         offsets = second[of_second] - first[of_first]
-        offsets = offsets[np.abs(offsets) < self.constants.offset_share * period]
         if len(offsets) >= self.constants.min_offsets:
             self._offset = float(np.median(offsets))
 
@@ -205,13 +196,7 @@ class StampMatcher:
         return passed and all(abs(distance) >= self.slop for distance in distances)
 
     def _bound(self, stream: int) -> int:
-        if self.params.queue_size:
-            return self.params.queue_size
-        constants, period = self.constants, self._periods[stream]
-        greatest = constants.queue_greatest[stream]
-        if not period:
-            return greatest
-        return int(min(max(constants.queue_seconds[stream] * 1e9 / period, constants.queue_least), greatest))
+        return self.params.queue_size or self.constants.queue[stream]
 
 
 def mutual_nearest(differences: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
