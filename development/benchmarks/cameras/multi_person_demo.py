@@ -8,10 +8,12 @@ import subprocess
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from development import ROOT, VENV
 from openpose_ros_pkg.errors import BadInputError
@@ -21,6 +23,8 @@ from skeleton_extract_3d.points.transform import Transform
 WHEEL, SHA256 = 'pose2sim-0.10.49-py3-none-any.whl', '403e0dc4065898ba6a595e72a8970950310979253d60e24c2e00b16b36bf21e1'
 FOLDER, DEMO = ROOT / 'build/multi_person_demo', 'Pose2Sim/Demo_MultiPerson/'
 RATE = 60.0  # [Hz]
+# Standard deviations of the marks [px], and of the poses of Qualisys, [rad] and [m].
+MARK, ANGLE, SHIFT = 2.0, np.radians(1.0), 0.02
 # Pixels of things that stand still: reflectors and bolts of the treadmill, marked by hand in the first images.
 MARKED: Tuple[Dict[str, Tuple[int, int]], ...] = (
     {'cam01': (319, 1333), 'cam02': (325, 1206), 'cam04': (889, 1071)},
@@ -90,16 +94,30 @@ def cameras() -> List[Camera]:
     return found
 
 
-def marked_errors(given: Dict[str, Transform], models: Dict[str, CameraModel]) -> np.ndarray:
-    """Return how far the marked things are beside their pixels, by the poses of cameras [px]."""
-    errors: List[float] = []
+def marked_errors(poses: Dict[str, Transform], models: Dict[str, CameraModel]) -> np.ndarray:
+    """Return how far the marked things are beside their pixels, by the poses of cameras, (N, 2) [px]."""
+    errors: List[np.ndarray] = []
     for marks in MARKED:
         total, right = np.zeros((3, 3)), np.zeros(3)
         for name, pixel in marks.items():
-            ray = given[name][0] @ models[name].rays(np.array([pixel], np.float64))[0]
+            ray = poses[name][0] @ models[name].rays(np.array([pixel], np.float64))[0]
             across = np.eye(3) - np.outer(ray, ray) / (ray @ ray)
-            total, right = total + across, right + across @ given[name][1]
+            total, right = total + across, right + across @ poses[name][1]
         place = np.linalg.solve(total, right)
-        errors += [float(np.linalg.norm(models[name].project((place - given[name][1]) @ given[name][0])[0] - pixel))
+        errors += [models[name].project((place - poses[name][1]) @ poses[name][0])[0] - pixel
                    for name, pixel in marks.items()]
     return np.array(errors)
+
+
+def adjusted_poses(given: Sequence[Camera]) -> Dict[str, Transform]:
+    """Return the poses of Qualisys, changed as little as the marked things ask for: least squares."""
+    models = {camera.name: camera.model for camera in given}
+
+    def poses(changes: np.ndarray) -> Dict[str, Transform]:
+        return {camera.name: (Rotation.from_rotvec(ANGLE * change[:3]).apply(camera.pose[0].T).T,
+                              camera.pose[1] + SHIFT * change[3:])
+                for camera, change in zip(given, changes.reshape(-1, 6))}
+
+    found = least_squares(lambda changes: np.concatenate([marked_errors(poses(changes), models).ravel() / MARK,
+                                                          changes]), np.zeros(6 * len(given)))
+    return poses(found.x)

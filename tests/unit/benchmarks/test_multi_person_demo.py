@@ -33,5 +33,13 @@ def test_marked_things_are_at_their_pixels_by_poses_that_fit(tmp_path, monkeypat
     seen = {name: model.project((np.array([[0.2, 0.1, 1.3]]) - pose[1]) @ pose[0])[0] for name, pose in poses.items()}
     for beside, least, most in ((0.0, 0.0, 0.01), (20.0, 5.0, 20.0)):
         monkeypatch.setattr(multi_person_demo, 'MARKED', ({**seen, 'a': seen['a'] + [0.0, beside]},))
-        errors = multi_person_demo.marked_errors(poses, {'a': model, 'b': model})
+        errors = np.linalg.norm(multi_person_demo.marked_errors(poses, {'a': model, 'b': model}), axis=1)
         assert len(errors) == 2 and least <= errors.max() <= most
+        cameras = [multi_person_demo.Camera(name, model, pose, tmp_path) for name, pose in poses.items()]
+        adjusted = multi_person_demo.adjusted_poses(cameras)
+        rest = np.linalg.norm(multi_person_demo.marked_errors(adjusted, {'a': model, 'b': model}), axis=1)
+        assert rest.max() < 2
+        # 1000 px are a focal length: 20 px are 1.1 degrees of one camera, or half of it of each
+        turned = [np.degrees(np.arccos(np.clip((np.trace(adjusted[name][0] @ pose[0].T) - 1) / 2, -1, 1)))
+                  for name, pose in poses.items()]
+        assert max(turned) < (0.01 if beside == 0 else 1.2)
