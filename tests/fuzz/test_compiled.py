@@ -42,7 +42,7 @@ CALLS = {
     'depth_costs': (COMPILED.depth_costs, [SAMPLES, SCORES, filled(P), SCORES, SCORES, SCORES, FLAGS, FOREIGN]),
     'others_depths': (COMPILED.others_depths, [filled(P, J, 2), SCORES, 500.0]),
     'covered_by_self': (COMPILED.covered_by_self, [filled(P, J, 2), filled(P), 500.0]),
-    'measure': (COMPILED.measure, [[filled(P, J, 3), SCORES, FLAGS, SAMPLES], SCORES, SCORES, SCORES, FOREIGN,
+    'measure': (COMPILED.measure, [[filled(P, J, 3), SCORES, FLAGS, SAMPLES], SCORES, SCORES, FOREIGN,
                                    filled(P, BONES)]),
     'estimate_head_pose': (COMPILED.estimate_head_pose, [filled(P, J, 3), SCORES, filled(P), filled(P), filled(P)]),
     'infer_depths': (COMPILED.infer_depths, [filled(P, 13, STEPS), filled(P, 13, 3), filled(P, value=2.0),
