@@ -170,7 +170,7 @@ class PeopleEstimator:
         """Return the memory after a frame and its people, lifted and with their tracks corrected."""
         settings, method, clock, view = self._settings, self._method, Stopwatch(), found.view
         before, occlusion = found.memory.tracks, settings.occlusion
-        expectation = expect(found.expected, found.row, view.elapsed, method)
+        expectation = expect(found.expected, found.row, method)
         lifted = self._lifting.lift(found.observed, view.points, expectation)
         clock.lap('lift')
         memory, tracks, people = self._reidentification.welcome(

@@ -37,9 +37,9 @@ def test_a_share_is_at_most_one():
 
 
 def test_other_values_are_those_of_a_copy():
-    changed = with_values(METHOD, {'track.identity.same_depth': 0.5, 'head.error': 0.5})
-    assert (changed.track.identity.same_depth, changed.head.error) == (0.5, 0.5)
-    assert METHOD.track.identity.same_depth != 0.5 and changed.costs is METHOD.costs
+    changed = with_values(METHOD, {'track.identity.same_place': 0.5, 'head.error': 0.5})
+    assert (changed.track.identity.same_place, changed.head.error) == (0.5, 0.5)
+    assert METHOD.track.identity.same_place != 0.5 and changed.costs is METHOD.costs
 
 
 def test_detection_has_its_constants_back_after_an_error():

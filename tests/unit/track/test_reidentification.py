@@ -105,10 +105,10 @@ def test_a_person_who_comes_without_clothes_in_view_waits_a_moment_for_the_id():
     story = Story()
     assert story.sees((LEFT, RED)) == [1]
     story.sees_no_person_for(3.0)
-    assert story.sees((LEFT, RED), seconds=RETURNING.patience / 2, joints=WITHOUT_HIPS) == []
+    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap / 2, joints=WITHOUT_HIPS) == []
     assert story.sees((LEFT, RED), seconds=0.2) == [1]
     story.sees_no_person_for(3.0)
-    assert story.sees((LEFT, RED), seconds=RETURNING.patience + 0.3, joints=WITHOUT_HIPS) == [2]
+    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap + 0.3, joints=WITHOUT_HIPS) == [2]
 
 
 def test_where_a_person_left_stays_where_it_is_in_the_room_when_the_camera_moves():

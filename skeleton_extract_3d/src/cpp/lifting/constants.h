@@ -110,7 +110,7 @@ struct Constants : Step
   struct Costs : Step
   {
     int steps = get<int>("steps"), half = get<int>("half");
-    double step = get("step"), hidden = get("hidden"), hidden_depth = get("hidden_depth"), under = get("under");
+    double step = get("step"), hidden = get("hidden"), under = get("under");
     double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope");
     double hidden_covered = get("hidden_covered"), anything = get("anything");
     std::vector<double> kernel_shares = get<std::vector<double>>("kernel_shares");
@@ -124,7 +124,7 @@ struct Constants : Step
 
   struct Measuring : Step
   {
-    double agreement = get("agreement"), least_support = get("least_support"), against_front = get("against_front");
+    double agreement = get("agreement"), least_support = get("least_support");
     double shortest = get("shortest"), longest = get("longest");
     double folded = get("folded");
   } measuring{ get<py::object>("measuring") };

@@ -93,7 +93,7 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
     const bool of_head = std::find(head.begin(), head.end(), row % JOINTS) != head.end();
     // a face that is turned away is under the head
     measured_out[row] = found[row] && support.own > s.least_support * support.total &&
-                        support.own >= s.against_front * support.in_front && (!of_head || offset[row] < thickness);
+                        support.own >= support.in_front && (!of_head || offset[row] < thickness);
     store(at(ray + 3 * row) * (measured_out[row] && !of_head ? support.surface + offset[row] : depth[row]),
           xyz_out + 3 * row);
   }

@@ -97,7 +97,7 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
   cumulate(window.all(), below);
   const int hiding = static_cast<int>(std::min(std::max(1.0, std::nearbyint(joint.gap / s.step)), s.steps + 1.0));
   const double by_score = std::max(std::exp(s.hidden_slope * (s.hidden_score - joint.score)), 1.0);
-  const double hidden = (joint.covered ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step / s.hidden_depth;
+  const double hidden = (joint.covered ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step;
   for (int i = 0; i < s.steps; ++i)
   {
     double seen = 0.0;

@@ -12,12 +12,11 @@ class SizeConstants:
         0.5, 'Keypoints with a lower score may be beside the body: they measure neither sizes nor clothes.')
     least_bones: int = constant(3, 'A stature is measured by at least this many bones at once.', source='chosen')
     most_frames: float = constant(
-        30.0, 'A frame counts at least one in this many, so sizes and colours may still change.', unit='frames')
-    prior_frames: float = constant(8.0, "An adult's proportions count like this many frames.", unit='frames')
-    known_stature: float = constant(
-        0.06, 'Standard deviation of a stature that is known: measured often, or by the size in the image where the '
-              'depth of the trunk is sure.', unit='share')
-    known_spread: float = constant(0.03, 'Standard deviation of a length that was measured often.', unit='share')
+        30.0, 'A frame counts at least one in this many, so sizes and colours may still change; '
+              "an adult's proportions count like so many.", unit='frames')
+    known: float = constant(
+        0.06, 'Standard deviation of a length that is known: measured often, or by the size in the image where the '
+              'depth of the trunk is sure; and of a depth by it.', unit='share')
 
 
 @dataclass(frozen=True)
@@ -26,13 +25,11 @@ class ExtraJointConstants:
 
     foot_reach: float = constant(0.25, "Toes and heels are within this distance of the ankle's depth.", unit='m',
                                  source='chosen')
-    offset: float = constant(0.02, 'Depth of the top of the head, toes and heels under the surface.', unit='m',
-                             source='chosen')
+    offset: float = constant(
+        0.02, "Depth of the top of the head, toes and heels under the surface, and how much greater than the parent's "
+              'their errors are.', unit='m', source='chosen')
     window: float = constant(0.03, 'Half the side of the window around the keypoint; feet are narrow.', unit='m',
                              source='chosen')
-    measured_sigma: float = constant(0.04, 'Error of a joint that is measured.', unit='m', source='chosen')
-    inferred_sigma: float = constant(0.12, 'Error of a joint with the depth of the joint that it hangs on.', unit='m',
-                                     source='chosen')
 
 
 @dataclass(frozen=True)

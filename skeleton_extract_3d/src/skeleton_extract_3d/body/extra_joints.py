@@ -107,6 +107,6 @@ def _at_the_end(people: People3D, uv: np.ndarray, view: FrameView, hanging: _Han
     # an inferred place beyond the reach of the body means a wrong keypoint
     known &= np.linalg.norm(xyz - near, axis=1) < 2 * hanging.reach
     seen = np.where(measured, MEASURED, INFERRED)
-    sigma = np.where(measured, constants.measured_sigma, constants.inferred_sigma)
+    sigma = people.sigma[:len(uv), parent] + np.where(measured, constants.offset, hanging.reach / 2)
     return (np.where(known[:, None], xyz, np.nan), np.where(known, seen, MISSING), np.where(known, sigma, np.nan),
             np.where(known[:, None], people.velocity[:len(uv), parent], np.nan))

@@ -31,22 +31,22 @@ class Sizes(NamedTuple):
 def expected_lengths(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the lengths of the bones of people, (N, 8) [m]: measured ones, and an adult's proportions."""
     body, weight = method.body, sizes.bone_weights
-    prior, prior_weight = body.bone_lengths * (sizes.stature / body.adult_stature)[:, None], method.sizes.prior_frames
+    prior, prior_weight = body.bone_lengths * (sizes.stature / body.adult_stature)[:, None], method.sizes.most_frames
     return (prior_weight * prior + weight * sizes.bones) / (prior_weight + weight)
 
 
 def length_spreads(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the standard deviations of these lengths, (N, 8), as shares."""
     proportion_spread = method.body.proportion_spread
-    share = sizes.bone_weights / (method.sizes.prior_frames + sizes.bone_weights)
-    return proportion_spread + (method.sizes.known_spread - proportion_spread) * share
+    share = sizes.bone_weights / (method.sizes.most_frames + sizes.bone_weights)
+    return proportion_spread + (method.sizes.known - proportion_spread) * share
 
 
 def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the standard deviation of each stature, as a share, (N,)."""
     unknown = method.body.stature_spread
-    share = sizes.stature_weight / (method.sizes.prior_frames + sizes.stature_weight)
-    return unknown + (method.sizes.known_stature - unknown) * share
+    share = sizes.stature_weight / (method.sizes.most_frames + sizes.stature_weight)
+    return unknown + (method.sizes.known - unknown) * share
 
 
 def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD

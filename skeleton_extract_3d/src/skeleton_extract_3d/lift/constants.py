@@ -43,12 +43,8 @@ class TrunkConstants:
               'does not hide it.', unit='m')
     front: float = constant(0.12, 'Likelihood of a surface in front of the body: the joint is occluded.')
     behind: float = constant(0.03, 'Likelihood of a surface behind the body: the keypoint lies beside it.')
-    size_weight: float = constant(4.0, 'Weight of the size in the image against the surfaces.')
-    size_limit: float = constant(-12.0, 'Least log likelihood of a size: an odd pose is not another depth.')
     foreshortening: float = constant(
         0.15, 'Even the second longest bone may be turned out of the image plane by this much.', unit='share')
-    size_bias: float = constant(0.97, 'The longest bone looks longer than it is by the errors of its ends; less this.',
-                                unit='share')
 
     @cached_property
     def depths(self) -> np.ndarray:
@@ -85,8 +81,7 @@ class CostConstants:
     kernel_shares: Tuple[float, ...] = constant(
         (0.40, 0.25, 0.05), 'Share of a surface at its candidate, and at each one beside it and next to that on both '
                             'sides: noise, and what clothes add, make a surface a step thick.')
-    hidden: float = constant(0.30, 'Likelihood that a joint is hidden behind a surface.')
-    hidden_depth: float = constant(0.6, 'A hidden joint is anywhere within this depth behind the surface.', unit='m')
+    hidden: float = constant(0.5, 'Likelihood that a joint is hidden anywhere behind a surface.', unit='1/m')
     hidden_score: float = constant(0.8, 'Below this score, being hidden grows more likely.')
     hidden_slope: float = constant(4.0, 'It does so by exp(slope * difference of the score).')
     hidden_covered: float = constant(
@@ -113,8 +108,8 @@ class CostConstants:
 class OccluderConstants:
     """Which body, or none, the surface at a keypoint belongs to."""
 
-    others_reach: float = constant(0.22, "A sample is on another person if it is this near to that body, ...", unit='m')
-    others_lead: float = constant(0.10, '... and nearer to it than to its own by this.', unit='m')
+    others_reach: float = constant(
+        0.22, 'A sample is on another person if it is this near to that body, and nearer than to its own.', unit='m')
     covering_share: float = constant(0.8, 'Inner share of the breadth of a part of the own body that covers joints.',
                                      unit='share')
     beside: float = constant(0.10, 'This far to the side of a limb, an arm stands out from the trunk.', unit='m')
@@ -159,8 +154,6 @@ class MeasuringConstants:
     agreement: float = constant(
         0.09, 'Samples within this distance of where the surface should be support a joint or head.', unit='m')
     least_support: float = constant(0.12, 'A measured joint is supported by more than this weight of its window.')
-    against_front: float = constant(0.8, '... and by at least this share of the weight that lies in front of it.',
-                                    unit='share')
     shortest: float = constant(0.62, 'A bone below this share of its length has a keypoint that is elsewhere.',
                                unit='share')
     longest: float = constant(1.45, 'So has a bone above this share of its length and the error of keypoints.',

@@ -33,7 +33,7 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
     there = np.sort(others[person, joint], axis=1)[:, :count.max()]
     gap = np.abs(surface[..., None] - there[:, None]).min(axis=2)
     own = np.broadcast_to(expected, samples.shape[:2])[person, joint]
-    lies_there = (gap < constants.others_reach) & (gap + constants.others_lead < np.abs(surface - own[:, None]))
+    lies_there = (gap < constants.others_reach) & (gap < np.abs(surface - own[:, None]))
     if not lies_there.any():
         return None
     foreign = np.zeros(samples.shape, bool)

@@ -92,7 +92,7 @@ class Expectation(NamedTuple):
             return self
         ratio = np.log(np.where(known, root / observed.adult_depth, 1.0))
         # mean of the stature of adults and that in the image, weighted by their precisions
-        prior, precision = self.stature_spread ** -2, method.sizes.known_stature ** -2
+        prior, precision = self.stature_spread ** -2, method.sizes.known ** -2
         stature = body.adult_stature * np.exp(ratio * precision / (prior + precision))
         scale = np.where(known, np.clip(stature, *body.stature_limits) / self.stature, 1.0)
         return self._replace(stature=self.stature * scale, lengths=self.lengths * scale[:, None])

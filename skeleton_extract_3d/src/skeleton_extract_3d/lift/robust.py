@@ -82,7 +82,7 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
     """Return the depth of the trunk, (P,) [m], whether it is sure, (P,) bool, and the samples on other people."""
     trunk = method.trunk
     size = observed.adult_depth * expected.stature / method.body.adult_stature
-    sized = surfaces.size_evidence(size, expected.stature_spread, trunk)
+    sized = surfaces.size_evidence(size, expected.stature_spread, method)
     evidence = observed.trunk_evidence + sized
     foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
     if foreign is not None:

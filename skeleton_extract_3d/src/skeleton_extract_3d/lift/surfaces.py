@@ -8,7 +8,7 @@ from typing import Tuple
 import numpy as np
 
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.lift.constants import CostConstants, TrunkConstants, WindowConstants
+from skeleton_extract_3d.lift.constants import CostConstants, WindowConstants
 from skeleton_extract_3d.lift.records import Expectation, ObservedPeople, Ownership, Skin
 from skeleton_extract_3d.points.point_grid import PointGrid
 
@@ -66,29 +66,29 @@ def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = M
         rays: (P, 18, 3) with z = 1.
         scores: (P, 18) of the keypoints, 0 where there is none.
     """
-    trunk, (start, end) = method.trunk, method.body.sized_pairs.T
+    start, end = method.body.sized_pairs.T
     along = rays.take(start, axis=1) - rays.take(end, axis=1)
     lengths = np.sqrt(np.einsum('pbi,pbi->pb', along, along))
     sure = scores > method.sizes.least_score
     usable = sure.take(start, axis=1) & sure.take(end, axis=1) & (lengths > _LEAST_LENGTH)
     depths = np.sort(np.where(usable, method.body.sized_lengths / np.where(usable, lengths, 1.0), np.inf), axis=1)
-    return np.where(usable.sum(axis=1) >= method.sizes.least_bones, depths[:, 1] * trunk.size_bias, depths[:, 0])
+    return np.where(usable.sum(axis=1) >= method.sizes.least_bones, depths[:, 1], depths[:, 0])
 
 
-def size_evidence(size: np.ndarray, spread: np.ndarray, trunk: TrunkConstants = METHOD.trunk) -> np.ndarray:
+def size_evidence(size: np.ndarray, spread: np.ndarray, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the log likelihood of the trunk's depths given the size in the image, (..., depths).
 
     Args:
         size: (...) depth at which the person would look as large [m]; not finite: unknown.
         spread: (...) standard deviation of the person's size, as a share.
     """
-    known = np.isfinite(size)
+    trunk, known = method.trunk, np.isfinite(size)
     off = trunk.log_depths - np.log(np.where(known, size, 1.0))[..., None]
     # nearer than it looks, a person may be turned or bent; further, the size itself is another one
-    weight = np.sqrt(0.5 * trunk.size_weight) * known
+    weight = np.sqrt(0.5) * known
     further, nearer = weight / spread, weight / (trunk.foreshortening + spread)
     off *= np.where(off > 0, further[..., None], nearer[..., None])
-    return np.maximum(-off * off, trunk.size_limit)
+    return np.maximum(-off * off, -method.costs.limit)
 
 
 def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Skin, ownership: Ownership,

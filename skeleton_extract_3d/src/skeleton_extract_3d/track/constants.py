@@ -32,16 +32,18 @@ class InnovationConstants:
 
     memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
                              source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
-    independent: float = constant(0.95, 'Errors of frames are independent where the mean square of innovations is this '
-                                        'share, or more, of what independent errors make.', source='as `memory`')
-    repeated: float = constant(0.25, 'Errors repeat in full where it is less.', source='as `memory`')
+    repeated: float = constant(
+        0.25, 'Errors repeat in full where the mean square of innovations is this share, or less, of what independent '
+              'errors make.', source='as `memory`')
 
 
 @dataclass(frozen=True)
 class BirthConstants:
     """State of a new track."""
 
-    sigma: float = constant(0.1, "Standard deviation per axis of the joints and the trunk's middle.", unit='m')
+    sigma: float = constant(
+        0.15, "Standard deviation per axis of the joints and of the trunk's middle; later on of the middle of a trunk "
+              'of which few corners are measured.', unit='m')
     speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
                             unit='m/s')
 
@@ -50,22 +52,21 @@ class BirthConstants:
 class IdentityConstants:
     """Costs of data association."""
 
-    same_depth: float = constant(0.08, "Depths nearer to the track's depth count as the track's.", unit='share')
-    distance_unit: float = constant(0.3, 'Distance across the view that costs 1.', unit='m')
-    evidence_unit: float = constant(6.7, 'Log likelihood ratio of another depth of the trunk that costs 1.')
-    colour_unit: float = constant(25.0, 'Difference of the clothes that costs 1.', unit='Delta E (CIE 1976)')
-    most_colour: float = constant(2.0, 'Greatest cost of other colours: they may be of what covers the person.')
+    evidence_cost: float = constant(
+        0.045, 'Distance across the view that costs as much as a log likelihood ratio of another depth of 1.', unit='m')
+    colour_cost: float = constant(
+        0.003, 'The same for a difference of the clothes of 1: other colours may be of what covers the person.',
+        unit='m per Delta E (CIE 1976)')
     gap: float = constant(
-        0.2, 'After a longer time without a detection colours count in full, joints without a keypoint move with the '
-             'others, and a new person may be the track. Of people who are in one place for longer one stays: for some '
-             'frames, one may be put on the other by mistake where they touch.', unit='s')
-    present_share: float = constant(0.3, 'Weight of the colours of other tracks.', unit='share')
+        0.2, 'After a longer time without a detection joints without a keypoint move with the others, '
+             'and a new person may be the track; one whose clothes are hidden waits for an id for so long. Of people '
+             'in one place for longer one stays: for some frames, one may be put on the other where they touch.',
+        unit='s')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
               'a person who is almost hidden are those of another one. New people nearer to a track, and parts of '
               'people nearer to each other, are the same person (median of joints).', unit='m')
-    halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
 
 
 @dataclass(frozen=True)
@@ -92,8 +93,7 @@ class ExpectationConstants:
 
     depth_sigma: float = constant(0.06, 'Error of an expected depth beyond that of the filter.', unit='m')
     depth_factor: float = constant(1.5, 'Factor of the error of an expected depth.')
-    turning_time: float = constant(0.1, 'The direction that people face is averaged over this time.', unit='s')
-    turning_frames: float = constant(4.0, '... or this number of frames, if that is less.', unit='frames')
+    turning_frames: float = constant(2.0, 'Weight of the direction that people faced before.', unit='frames')
 
 
 @dataclass(frozen=True)
@@ -102,13 +102,10 @@ class CorrectionConstants:
 
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
-    across_hidden: float = constant(0.02, 'What a hidden joint adds to this error.', unit='m')
     along: float = constant(
         0.024, 'Error along the ray of a measured surface and its offset, least one of an inferred depth.', unit='m')
-    body_sigma: float = constant(0.01, 'Error of the body model: no filter takes it away.', unit='m')
     root_measured: float = constant(0.03, 'Error per axis of the middle of a trunk of which most corners are measured.',
                                     unit='m')
-    root_guessed: float = constant(0.15, 'The same of another trunk.', unit='m')
     measured_reach: float = constant(
         0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
     down_share: float = constant(0.2, "Weight of a frame in the trunk's direction downwards.", unit='share')
@@ -123,7 +120,8 @@ class CompletionConstants:
     sigma_growth: float = constant(0.35, 'Growth of this error, and of that of hidden people.', unit='m/s')
     rest_sigmas: np.ndarray = constant(
         _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
-    rest_time: float = constant(0.7, 'Limbs without a keypoint hang straight down within about this time.', unit='s')
+    rest_time: float = constant(
+        0.7, 'Limbs without a keypoint hang straight down, and hidden people stop, within about this time.', unit='s')
     speed: float = constant(0.5, 'Standard deviation per axis of the velocity of what is not seen.', unit='m/s')
 
 
@@ -131,7 +129,6 @@ class CompletionConstants:
 class OutOfSightConstants:
     """Tracks without a detection: their motion, and which are still in view."""
 
-    walking_time: float = constant(1.0, 'They slow down with this time constant.', unit='s')
     greatest_speed: float = constant(2.0, 'They walk at most this fast, also while absent.', unit='m/s')
     least_sightings: int = constant(3, 'Tracks with fewer detections are not reported.', unit='frames')
 
@@ -144,8 +141,6 @@ class OneBodyConstants:
         0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
               'the joints of two people are apart where they touch.', unit='m')
     least_joints: int = constant(3, 'Joints that both must have for that.', unit='joints')
-    surely_alone: float = constant(
-        1.0, 'A track that had a place of its own for longer before is another person, and stays as hidden.', unit='s')
 
 
 @dataclass(frozen=True)
@@ -157,12 +152,9 @@ class ReturningConstants:
     spread: float = constant(
         1.5, 'Error per axis of the predicted place of a track that was lost: people come back by where they left.',
         unit='m')
+    most_gone: int = constant(32, 'Ended tracks that may be reidentified, the newest ones.')
     least_evidence: float = constant(2.3, 'Least log likelihood ratio of a track to a person without one, and to every '
                                           'other absent track and new person (10:1).')
-    patience: float = constant(
-        0.3, 'New people wait this long for an id while their clothes are hidden and an absent track may be theirs.',
-        unit='s')
-    most_gone: int = constant(32, 'Ended tracks that may be reidentified, the newest ones.')
 
 
 @dataclass(frozen=True)

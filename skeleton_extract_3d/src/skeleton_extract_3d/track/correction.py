@@ -47,7 +47,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     shares, errors = joint_errors(tracks, joints, (xyz, covariance), used, stamp, method.track)
     has = tracks.has | trusted
     sure = 2 * lifted.measured[:, _CORNERS].sum(axis=1) > len(_CORNERS)
-    error = np.where(sure, constants.root_measured, constants.root_guessed)
+    error = np.where(sure, constants.root_measured, method.track.birth.sigma)
     middle = middle_of_trunk(joints.position, has)
     root = tracks.root.corrected(middle[:, None], isotropic(error * np.sqrt(3))[:, None],
                                  np.ones((len(tracks), 1), bool), method)
@@ -58,7 +58,8 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), constants),
         sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),
         clothes=tracks.clothes.learnt(people.clothes, sure, method.sizes))
-    sigma = np.maximum(np.sqrt(errors + constants.body_sigma ** 2), people.size_error(method.body.stature_spread))
+    sigma = np.sqrt(errors + method.inference.keypoint_error ** 2)  # no filter takes the errors of the model away
+    sigma = np.maximum(sigma, people.size_error(method.body.stature_spread))
     return Completion(tracks, trusted, trusted, sigma)
 
 
@@ -67,7 +68,7 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     """Return the positions of joints in the frame, moved towards the lengths of bones if `bones`, and covariances."""
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
     across = (constants.across + constants.across_by_score * (1 - np.minimum(observed.scores, 1.0)) ** 2
-              + np.where(lifted.measured, 0.0, constants.across_hidden))
+              + np.where(lifted.measured, 0.0, method.inference.keypoint_error))
     along = np.where(lifted.measured, constants.along, np.maximum(lifted.sigma, constants.along))
     covariance = along_rays(observed.rays, across, np.maximum(along, people.size_error(method.body.stature_spread)))
     xyz = lifted.xyz

@@ -7,20 +7,20 @@ from skeleton_extract_3d.lift.records import Expectation
 from skeleton_extract_3d.track.tracks import Tracks
 
 
-def expect(tracks: Tracks, row: np.ndarray, elapsed: float, method: MethodConstants = METHOD) -> Expectation:
-    """Return the expectation of people with tracks in rows (P,), predicted over the time since the frame before [s]."""
+def expect(tracks: Tracks, row: np.ndarray, method: MethodConstants = METHOD) -> Expectation:
+    """Return the expectation of people with tracks in rows (P,), predicted to this frame."""
     constants, old, default = method.track.expectation, row >= 0, Expectation.of_strangers(len(row), method.body)
     if not old.any():
         return default
     row = np.maximum(row, 0)
     sizes = tracks.sizes.select(row)
-    weight = constants.turning_time / max(elapsed, constants.turning_time / constants.turning_frames)
     variance = tracks.joints.position_covariance[row, :, 2, 2]
     known = Expectation(
         root=tracks.root.position[row, 0, 2],
         depth=np.where(tracks.has[row], tracks.joints.position[row, :, 2], np.nan),
         depth_sigma=constants.depth_factor * np.sqrt(variance + constants.depth_sigma ** 2),
-        left=tracks.left[row] * weight, stature=sizes.stature, stature_spread=measures.stature_spread(sizes, method),
+        left=tracks.left[row] * constants.turning_frames, stature=sizes.stature,
+        stature_spread=measures.stature_spread(sizes, method),
         lengths=measures.expected_lengths(sizes, method), length_spread=measures.length_spreads(sizes, method))
     if old.all():
         return known

@@ -43,11 +43,9 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
     allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
-    cost = across / constants.distance_unit + against / constants.evidence_unit
+    cost = across + constants.evidence_cost * against
     if params.use_clothes:
-        colour = colour_distances(tracks.clothes, clothes) / constants.colour_unit
-        cost += (np.where(away > constants.gap, 1.0, constants.present_share)
-                 * np.minimum(colour, constants.most_colour))
+        cost += constants.colour_cost * colour_distances(tracks.clothes, clothes)
     for track, person in match(cost, allowed):
         rows[person] = track
     return rows
@@ -73,7 +71,7 @@ def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, 
     keypoints, known, kept = people.keypoints.copy(), observed.known.copy(), np.ones(len(row), bool)
     for part, track, possible in zip(new, nearest, allowed.any(axis=0)):
         owner = row == track
-        if possible and owner.any() and (known[owner] & known[part]).sum() <= constants.halves_common:
+        if possible and owner.any() and (known[owner] & known[part]).sum() < method.track.one_body.least_joints:
             whole = np.where(keypoints[owner, :, 2:] > 0, keypoints[owner], keypoints[part])
             keypoints[owner], known[owner], kept[part] = whole, known[owner] | known[part], False
     if kept.all():
@@ -96,8 +94,8 @@ def _evidence_against(tracks: Tracks, observed: ObservedPeople, method: MethodCo
     depths = method.trunk.depths
     size = observed.adult_depth[None] * (tracks.sizes.stature / method.body.adult_stature)[:, None]
     spread = np.broadcast_to(stature_spread(tracks.sizes, method)[:, None], size.shape)
-    total = observed.trunk_evidence[None] + surfaces.size_evidence(size, spread, method.trunk)
+    total = observed.trunk_evidence[None] + surfaces.size_evidence(size, spread, method)
     depth = np.maximum(tracks.root.position[:, 0, 2], method.trunk.nearest)
-    near = np.abs(np.log(depths / depth[:, None])) < method.track.identity.same_depth
+    near = np.abs(np.log(depths / depth[:, None])) < method.sizes.known
     there = np.where(near[:, None], total, -np.inf).max(axis=2)
     return np.minimum(total.max(axis=2) - there, _MOST_AGAINST)

@@ -13,8 +13,7 @@ errors of x and z, and the share u = s / (p_0 + r):
               motion model says
     u < 1     errors repeat: p = p_0, c = (1 - u) (p_0 + r) / 2, but not more than (p_0 r)^0.5
 
-As motion adds to innovations, which are estimated from few values, 1 - u counts as 0 from `independent` on, and as 1 up
-to `repeated`.
+As motion adds to innovations, which are estimated from few values, 1 - u counts as 1 up to `repeated`.
 
 `drifted` is the prediction of the covariances; it holds for matrices and for variances per axis alike.
 """
@@ -152,6 +151,6 @@ def error_variances(shares: np.ndarray, gains: np.ndarray, before: np.ndarray, m
     """
     share, independent = shares[:, np.newaxis], before + measured
     place = np.minimum(before + np.maximum(share - 1, 0.0) * independent, np.maximum(expected, before))
-    part = np.clip((constants.independent - share) / (constants.independent - constants.repeated), 0.0, 1.0)
+    part = np.clip((1 - share) / (1 - constants.repeated), 0.0, 1.0)
     repeated = np.minimum(part * independent / 2, np.sqrt(before * measured))
     return (1 - gains) ** 2 * place + gains ** 2 * measured + 2 * gains * (1 - gains) * repeated

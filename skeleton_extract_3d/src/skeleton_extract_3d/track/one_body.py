@@ -35,7 +35,7 @@ def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: 
 def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
     """Return which people are halves of one person, (P, P) bool: few joints in common, and the trunk in one place."""
     common = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2)
-    return (common <= constants.identity.halves_common) & in_one_place(
+    return (common < constants.one_body.least_joints) & in_one_place(
         seen.tracks.joints.position, seen.placed & _OF_TRUNK, constants.one_body.least_joints,
         constants.identity.same_place)
 
@@ -61,7 +61,7 @@ def separate(seen: Completion, people: Observations, stamp: float, constants: Tr
     if not gone.any():
         return seen._replace(tracks=tracks), people, Tracks.none()
     kept = np.flatnonzero(~gone)
-    real = gone & (tracks.alone - tracks.born >= one_body.surely_alone)
+    real = gone & (tracks.alone - tracks.born >= constants.identity.gap)
     return (Completion(tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
             people.select(kept), tracks.select(real))
 

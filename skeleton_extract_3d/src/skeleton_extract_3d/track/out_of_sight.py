@@ -15,7 +15,7 @@ def walk_on(tracks: Tracks, view: FrameView, method: MethodConstants = METHOD) -
     if not len(tracks):
         return tracks
     unseen, rest = method.track.out_of_sight, method.track.completion
-    velocity = tracks.root.velocity * np.exp(-view.elapsed / unseen.walking_time)
+    velocity = tracks.root.velocity * np.exp(-view.elapsed / rest.rest_time)
     speed = np.linalg.norm(velocity, axis=2, keepdims=True)
     velocity = velocity * np.minimum(1.0, unseen.greatest_speed / np.maximum(speed, 1e-6))
     step, position = velocity * view.elapsed, tracks.joints.position

@@ -58,7 +58,7 @@ class Reidentification:
                              method)
             unclear = rows == UNCLEAR
             waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
-            if waiting is not None and stamp - waiting < method.track.returning.patience:
+            if waiting is not None and stamp - waiting < method.track.identity.gap:
                 new, rows = new[~unclear], rows[~unclear]
         if len(new):
             given = self._named(people.observed.people_2d.ids, new, absent, rows)
