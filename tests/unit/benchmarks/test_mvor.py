@@ -14,6 +14,10 @@ TIMES = np.arange(0.5, 5.0, 0.1)
 def write(folder, missing):
     """Write frames of two people; `missing`: cameras that do not see the second one."""
     room, cameras = walking(6.0, 2, seed=3), around(3, noise=0.0)
+    for side in ('left', 'right'):  # arms that hang down: those that swing change their lengths
+        shoulder, elbow, wrist = (COCO_18.index[f'{side}_{joint}'] for joint in ('shoulder', 'elbow', 'wrist'))
+        room.joints[:, :, elbow] = room.joints[:, :, shoulder] - [0.0, 0.0, 0.27]
+        room.joints[:, :, wrist] = room.joints[:, :, elbow] - [0.0, 0.0, 0.24]
     detections, truth, images = [], [], []
     root = np.vstack([np.column_stack(cameras[0].pose), [0, 0, 0, 1]])
     poses = [np.linalg.inv(root) @ np.vstack([np.column_stack(camera.pose), [0, 0, 0, 1]]) for camera in cameras]
