@@ -11,7 +11,7 @@ from results.separate import on_a_master
 from scoring.figures import Figure
 
 RATES, PEOPLE, SECONDS = (15.0, 30.0), (1, 2, 5, 8), 15.0
-COLUMNS = ('camera [Hz]', 'people', 'T [ms]', 'results [Hz]', 'latency median / 95 % [ms]', 'stages, means [ms]',
+COLUMNS = ('camera [Hz]', 'people', 'T [ms]', 'results [Hz]', 'latency median / 95 % [ms]',
            'frames with 0, 1, ... people', 'processor [% of a core]', 'memory [MB]', 'start [s]')
 
 

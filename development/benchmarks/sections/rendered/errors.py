@@ -37,10 +37,11 @@ def measure(options: Options) -> Section:
                 for title, each in found.items() if title != 'light']
     named = {f'{key_of(name)}_{key}': figure for each in found.values() for name, one in each.items()
              for key, figure in one.items()}
+    shown = {name: title for name, title in COLUMNS.items() if name != 'visible_90'}
     return Section('Mode balanced, on the scenes of the section on accuracy. Distance is that of the joint along the '
                    'axis of the camera.', named,
-                   [Table(f'By {title}', rows_of(group, JOINT_STATISTICS, COLUMNS, title))
-                    for title, group in groups.items()], pictures)
+                   [Table(f'By {title}', rows_of(group, JOINT_STATISTICS, shown, title))
+                    for title, group in groups.items() if title != 'light'], pictures)
 
 
 def column(groups: Dict[str, Dict[str, Figure]], name: str) -> Dict[str, Figure]:
