@@ -27,12 +27,10 @@ class AssociationConstants:
 class EstimateConstants:
     """One position of a joint out of several cameras."""
 
-    outlier: float = constant(1.0, 'Distance from the estimate at which a measurement has half of its weight (Cauchy).',
-                              unit='standard deviations')
-    usual: float = constant(
-        1.5, 'Measurements nearer to the estimate count in full in sigma: cameras that agree as well as they say make '
-             'nothing less certain.', unit='standard deviations',
-        source='simulated errors of 20 and 60 mm, 5 to 60 Hz')
+    outlier: float = constant(
+        1.5, 'Distance from the estimate at which a measurement has half of its weight (Cauchy). Nearer ones count in '
+             'full in sigma: cameras that agree as well as they say make nothing less certain.',
+        unit='standard deviations')
     rounds: int = constant(5, 'Rounds of reweighting.')
     least_information: float = constant(1.0, 'Mean information over the axes without which a joint has no position.',
                                         unit='1/m^2')
@@ -67,7 +65,6 @@ class SingleViewConstants:
     size_gain: float = constant(0.2, 'Share by which the size of the person is corrected at each update.',
                                 source='chosen: 0 drifts, 1 is noisy')
     size_error: float = constant(0.05, 'Error of the distance by the size in the image, as a share of it.')
-    outlier: float = constant(0.05, 'Distance from its ray at which a joint has half of its weight (Cauchy).', unit='m')
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,6 @@ class MotionConstants:
     """How people move between the frames."""
 
     acceleration: float = constant(25.0, 'Standard deviation of the acceleration of a joint per axis.', unit='m/s^2')
-    first_speed: float = constant(1.0, 'Standard deviation of the speed of a new joint per axis.', unit='m/s')
     swing: float = constant(0.3, 'Time in which the motion of a joint beside that of its body fades (1 / e).', unit='s')
     most_gap: float = constant(1.0, 'A track that no camera sees for longer ends.', unit='s')
     reported_gap: float = constant(

@@ -5,7 +5,7 @@ covariance), which for a ray is 0 along it. The joint is where sum_i w_i (x - p_
 w_i = 1 / (1 + d_i^2 / c^2) of its distance d_i = ((x - p_i)' L_i (x - p_i))^0.5 (Cauchy), found by reweighting.
 
 (sum_i w_i L_i)^-1 is greater than its covariance, as d_i^2 is 3 on the mean where errors are as they are said to be.
-Weights for that are v_i = min((u^2 + c^2) / (d_i^2 + c^2), 1), which are 1 up to a usual distance u, and fall like w_i.
+Weights for that are v_i = min(2 w_i, 1), which are 1 up to the distance c, and fall like w_i.
 
 **Error.** By innovations, see skeleton_extract_3d.track.joint_filter. All cameras make one innovation together: the sum
 of v_i L_i (p_i - x) with the prediction x, also of rays.
@@ -125,7 +125,7 @@ def estimate_joints(people: int, measured: Measurements, constants: EstimateCons
         used, squares = weights, np.einsum('imk,ijmk,jmk->mk', offsets, information, offsets)
         weights = 1.0 / (1.0 + squares / constants.outlier ** 2)
     leverage = used * np.einsum('ijmk,ijmk->mk', inverse[:, :, owner], information) / 3
-    trust = np.minimum((constants.usual ** 2 + constants.outlier ** 2) * weights / constants.outlier ** 2, 1.0)
+    trust = np.minimum(2 * weights, 1.0)
     covariance = np.moveaxis(inverse, (0, 1), (2, 3))
     return Joints(np.where(known[..., np.newaxis], np.moveaxis(positions, 0, 2), np.nan),
                   np.where(known[..., np.newaxis, np.newaxis], covariance, np.nan), weights, trust, leverage)

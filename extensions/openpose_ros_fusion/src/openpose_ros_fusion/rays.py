@@ -204,7 +204,7 @@ def shift_onto_rays(joints: np.ndarray, sighting: Sighting, person: int, constan
         shift = np.linalg.solve((weights[:, np.newaxis, np.newaxis] * across).sum(axis=0),
                                 np.einsum('k,kij,kj->i', weights, across, offsets))
         left = np.linalg.norm(np.einsum('kij,kj->ki', across, offsets - shift), axis=1)
-        weights = 1 / (1 + (left / constants.single_view.outlier) ** 2)
+        weights = 1 / (1 + (left / constants.association.same_place) ** 2)
     return shift
 
 

@@ -138,7 +138,7 @@ class Tracks(Rows):
         rest = independent / np.maximum(place, 1e-12)
         after = np.stack([variance, mixed * rest, speed - gain * mixed * (1 - rest)], axis=2)
         first = np.stack([variance, np.zeros_like(variance),
-                          np.full_like(variance, constants.first_speed ** 2)], axis=2)
+                          np.full_like(variance, (constants.acceleration * constants.reported_gap) ** 2)], axis=2)
         covariance = np.where(both, after, np.where(new[..., np.newaxis], first, self.covariance))
         return replace(self, positions=np.where(new[..., np.newaxis], positions, self.positions),
                        velocities=np.where((new & ~known)[..., np.newaxis], 0.0, velocities), covariance=covariance)
