@@ -13,7 +13,7 @@ from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
-from simulated_errors import ErringCamera
+from simulated_errors import ErringCamera, striding
 from simulated_rig import looking_at_the_middle, walking
 from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 
@@ -54,7 +54,7 @@ def _story(seed: int, rgb: int) -> Frames:
     gives it a new id then, infers joints far off, and sees a false person at times.
     """
     random, people, count = Random(seed), 1 + seed % 4, 2 + seed % 3
-    room, rate = walking(4.5, people, seed), (10.0, 15.0, 30.0)[seed % 3]
+    room, rate = striding(4.5, people), (10.0, 15.0, 30.0)[seed % 3]
     angles = 2 * np.pi * (np.arange(count) + random.uniform(-0.2, 0.2, count)) / max(count, 3)
     cameras = [ErringCamera(f'camera{number}', looking_at_the_middle(angle), random.choice([0.02, 0.04]), 0.3,
                             0.008 if number < rgb else None, Random(seed * 10 + number))
