@@ -1,7 +1,8 @@
 """Repeatability: the same recording computed in other ways.
 
 `process_bag` runs in processes of its own on a recording of the shipped sequence; each table of people is compared with
-that of the first run.
+that of another run. With `--data emulator=/usr/bin/qemu-x86_64` (package qemu-user) it also runs on an emulated
+processor, which has no AVX-512; three frames take it three minutes of processor time.
 """
 import os
 import shutil
@@ -20,15 +21,13 @@ from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from results import Options, Section, Table
 from scoring.figures import Figure
 
-# Runs a processor's instructions in software; its processor has no AVX-512.
-EMULATOR = ('qemu-x86_64', '-cpu', 'max')
 PROGRAM = ROOT / 'extensions/openpose_ros_tools/scripts/process_bag'
 # Frames that are emulated: one takes a minute.
 EMULATED_FRAMES = 3
 # NumPy, OpenCV and OpenBLAS choose their code by the processor too.
 NO_AVX_512 = {'ONEDNN_MAX_CPU_ISA': 'AVX2', 'OPENBLAS_CORETYPE': 'Haswell',
               'OPENCV_CPU_DISABLE': 'AVX512-COMMON,AVX512-SKX,AVX512-CLX,AVX512-ICL',
-              'NPY_DISABLE_CPU_FEATURES': 'AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR'}
+              'NPY_DISABLE_CPU_FEATURES': 'AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL'}
 
 
 class Way(NamedTuple):
@@ -82,15 +81,16 @@ def measure(options: Options) -> Section:
         bag, short = make_bag(DEMO, folder / 'cross.bag', cloud=False), folder / 'short.bag'
         make_bag(first_frames(DEMO, folder / 'short', EMULATED_FRAMES), short, cloud=False)
         ways = [way for way in WAYS if (way.name in QUICK if options.quick else
-                                        not way.emulated or shutil.which(EMULATOR[0]))]
+                                        not way.emulated or 'emulator' in options.data)]
         for way in ways:
             print(way.text, flush=True)
-            compute(short if way.emulated else bag, folder / f'{way.name}.csv', way)
-        found = {way: difference(folder / f'{way.reference}.csv', folder / f'{way.name}.csv') for way in ways[1:]}
+            prefix = [str(options.folder('emulator')), '-cpu', 'max'] if way.emulated else []
+            compute(short if way.emulated else bag, folder / f'{way.name}.csv', way, prefix)
+        found = [(way, difference(folder / f'{way.reference}.csv', folder / f'{way.name}.csv')) for way in ways[1:]]
     figures: Dict[str, Figure] = {}
     rows: List[List[Any]] = [['computed', 'compared with', 'people of one only', 'other status', 'median [mm]',
                               '99 % [mm]', 'maximum [mm]', 'same to the byte']]
-    for way, each in found.items():
+    for way, each in found:
         figures.update(figures_of(way, each))
         rows.append([way.text, next(one.text for one in WAYS if one.name == way.reference),
                      *(figures[f'{way.name}_{part}'] for part in ('people', 'status', 'median', 'p99', 'maximum')),
@@ -109,11 +109,11 @@ def first_frames(sequence: Path, folder: Path, frames: int) -> Path:
     return folder
 
 
-def compute(bag: Path, table: Path, way: Way) -> None:
-    """Make the table of people of a recording, in a process of its own."""
+def compute(bag: Path, table: Path, way: Way, prefix: Sequence[str] = ()) -> None:
+    """Make the table of people of a recording, in a process of its own; `prefix`: of its command."""
     settings = ['--csv', str(table), '--csv-layout', 'extended', '--set', 'compiled_cache=off']
     environment = {**os.environ, **way.environment, 'PYTHONPATH': os.pathsep.join(sys.path)}
-    program = [*(EMULATOR if way.emulated else ()), sys.executable, str(PROGRAM)]
+    program = [*prefix, sys.executable, str(PROGRAM)]
     subprocess.run([*program, str(bag), '-o', str(table.with_suffix('.bag')), *settings, '--jobs', '1', *way.arguments],
                    env=environment, cwd=str(ROOT), stdout=subprocess.DEVNULL, check=True)
 
