@@ -37,8 +37,8 @@ INFERRED joints as circles; on the right the same people over the depth: red nea
 [Licences of the pictures](results/real_recordings_licences.txt).
 
 The near person's right arm in the first picture: the person is turned by 30 degrees and the belly hides the elbow,
-which is INFERRED at 2.32 m, 6 cm behind the strip of the upper arm that is seen above it: that is right. Wrong is
-the wrist: the hand is seen at 1.95 m, and the wrist is INFERRED at 2.09 m. The surface there counts as the person's
+which is INFERRED at 2.31 m, 5 cm behind the strip of the upper arm that is seen above it: that is right. Wrong is
+the wrist: the hand is seen at 1.95 m, and the wrist is INFERRED at 2.08 m. The surface there counts as the person's
 own hand with a likelihood of 0.15 only, as the keypoint lies over the trunk and the right side is the far one; and
 an elbow behind the body leaves a forearm of 25 cm no way to the hand. In the RealSense recording, forearms before
 the chest are INFERRED though they stand out from the trunk by up to 26 cm: a joint over the trunk is taken to be as
@@ -96,12 +96,12 @@ def frames_of_cloud(path: Path) -> Iterator[Frame]:
 RECORDINGS = {
     'hsr_1': Recording('hsr_bags/2019-05-03-12-41-38.bag', frames_of_bag, (0,), (
         "A robot's Xtion. The person behind the counter, with the head behind a shelf, is right. Wrong: the hand "
-        'with the phone is seen and its wrist is INFERRED; of the row of people who sit one is found, with the '
-        'legs of a standing person.')),
+        'with the phone is seen and its wrist is INFERRED; of the row of people who sit two are found, with the '
+        'legs of standing people, and the skeleton of one has joints of a neighbour.')),
     'hsr_2': Recording('hsr_bags/2019-05-03-12-42-18.bag', frames_of_bag, (0,), (
-        'The same room. Wrong: the network puts the right elbow and wrist of the near person on the hands of a '
-        'man 10 m away; no depth agrees, and they are INFERRED. Of those who sit, one has a knee MEASURED on a '
-        'jacket over a chair.')),
+        'The same room. Wrong: the network puts the right elbow and wrist of the near person on a man 10 m away; '
+        'no depth agrees, and they are INFERRED. Both skeletons of the row of people who sit have joints of two '
+        'of them, and one a shin MEASURED on a jacket over a chair.')),
     'hsr_3': Recording('hsr_bags/2019-05-03-12-42-30.bag', frames_of_bag, (0,), (
         'The same room. The right elbow of the near person is hidden by the belly and INFERRED. Wrong: a runner '
         'beyond the range of the sensor is put at 12 m, the greatest depth that is considered; one who sits has a '
@@ -110,8 +110,8 @@ RECORDINGS = {
         'A RealSense; frames 1, 21 and 40 of 40. Wrong: in the first, the right forearm of the man who stands is '
         'seen before the chest and INFERRED; in the last, his right elbow.')),
     'kinect': Recording('pcl_five_people', frames_of_cloud, (0,), (
-        'A Kinect, five people from behind; the arms before the bodies are INFERRED rightly. Wrong: the right arm '
-        'of person 2, hidden by person 1, is MEASURED on the left arm of person 1, whose wrist is INFERRED.'))}
+        'A Kinect, five people from behind; arms before the bodies are INFERRED rightly. Wrong: the right wrist '
+        'of person 2, hidden by person 1, is MEASURED on the left wrist of person 1, which is INFERRED.'))}
 
 
 def measure(options: Options) -> Section:
