@@ -35,10 +35,6 @@ class CropConstants:
     most_area: float = constant(
         9.0, 'Greatest area of a crop per area of the image: a person close before the camera, or in a long thin '
              'image, shall not take gigabytes.')
-    sure_joint: float = constant(
-        0.25, 'Joints with a lower score, often hidden ones, do not widen the crop.')
-    least_tilt: float = constant(
-        60.0, 'People who are tilted by more, from ankles to shoulders, are turned upright.', unit='deg')
 
 
 CROP = CropConstants()
@@ -70,7 +66,7 @@ def prepare_crop(image: CrowdImage, person: np.ndarray, refinement: CropRefineme
     crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
     if refinement.model.decoder != Decoder.MOVENET_SINGLEPOSE:
         return crop
-    turns = quarter_turns(person, skeleton, constants)
+    turns = quarter_turns(person, skeleton)
     if len(people) < 2:
         return crop.turned(turns)
     joint_sigmas = sigmas(skeleton)
@@ -141,16 +137,16 @@ def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants
     return people._replace(opinions=opinions, keypoints=keypoints), seconds
 
 
-def quarter_turns(person: np.ndarray, skeleton: SkeletonModel, constants: CropConstants = CROP) -> int:
+def quarter_turns(person: np.ndarray, skeleton: SkeletonModel) -> int:
     """Return by how many quarter turns, counter-clockwise, a person, (K, 3), has to be turned to be upright: 0 to 3."""
     shoulders, hips, knees, ankles = (
-        _middle(person, skeleton, joint, constants.sure_joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
+        _middle(person, skeleton, joint, COVER.sure_joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
     # a person who bends down stands all the same: visible legs tell the direction
     along = [shoulders - end for end in (ankles, knees, hips) if np.isfinite(end).all()]
     if not along or not np.isfinite(shoulders).all() or not np.isfinite(hips).all():
         return 0
     angle = np.degrees(np.arctan2(along[0][0], -along[0][1]))
-    return 0 if abs(angle) < constants.least_tilt else int(np.rint(angle / 90)) % 4
+    return int(np.rint(angle / 90)) % 4
 
 
 def _middle(person: np.ndarray, skeleton: SkeletonModel, joint: str, least: float) -> np.ndarray:
@@ -170,7 +166,7 @@ def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, i
 def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int], constants: CropConstants
                  ) -> Tuple[int, int, int, int]:
     """Return left, top, right, bottom [px] of the square around a person; its centre lies in the image."""
-    sure = person[person[:, 2] >= constants.sure_joint]
+    sure = person[person[:, 2] >= COVER.sure_joint]
     low, high = extent(sure if len(sure) > 1 else person)
     most = np.sqrt(constants.most_area * size[0] * size[1])
     half = max(min(margin * (high - low).max(), most), constants.least_side) / 2

@@ -4,7 +4,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import CROP
+from openpose_ros_pkg.detect.occlusion_masks import COVER
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import ImageTracks, PersonIds, person_sizes
 from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, extent, sigmas, similarity, vote_with_crops
@@ -41,7 +41,6 @@ NEVER_FOLLOWED = FollowingParams(following='never')
 class FollowingConstants:
     """How people are followed on crops of the image."""
 
-    crop_score: float = constant(0.2, 'Least mean score of the joints of a person on a crop.')
     agreement: float = constant(
         0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '
               'person (half the diagonal of the box of the joints).')
@@ -109,7 +108,7 @@ class FollowedPerson:
     def box(self) -> np.ndarray:
         """Least, and greatest x and y of the detected or expected joints, (2, 2) [px]."""
         pose = self.expected if self.crop is None else self.crop
-        sure = pose[pose[:, 2] >= CROP.sure_joint]
+        sure = pose[pose[:, 2] >= COVER.sure_joint]
         return np.stack(extent(sure if len(sure) > 1 else pose))
 
     @property
@@ -165,7 +164,7 @@ class FollowedPerson:
         if self.memory is None:
             return True
         allowed = self.constants.agreement + self.constants.agreement_growth * self.unseen
-        return bool(pose[:, 2].mean() >= self.constants.crop_score and disagreement(pose, self.expected) <= allowed)
+        return bool(pose[:, 2].mean() >= COVER.sure_joint and disagreement(pose, self.expected) <= allowed)
 
     def with_crop(self, number: int, poses: Sequence[np.ndarray]) -> 'FollowedPerson':
         """Return the person after a source saw a crop, with the first of its poses that is the person."""

@@ -10,9 +10,9 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import CROP, compute_crops, decode_crop
+from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.occlusion_masks import LAYERS, Foreground, cover_others
+from openpose_ros_pkg.detect.occlusion_masks import COVER, LAYERS, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
 from openpose_ros_pkg.networks.model_types import Decoder
@@ -144,7 +144,7 @@ def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = H
                      for head, pose in candidates]
         found = [person for person in confirmed if person is not None]
     keypoints = np.array(found, np.float32).reshape(-1, len(skeleton.joints), 3)
-    scores = np.array([_score(person, CROP.sure_joint) for person in found], np.float32)
+    scores = np.array([_score(person, COVER.sure_joint) for person in found], np.float32)
     return Recovered(Poses(keypoints, scores), len(free), seconds)
 
 
@@ -222,7 +222,7 @@ def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthVi
         return None
     with np.errstate(invalid='ignore'):
         behind = _depths(xy, view) - head.depth
-        sure = pose[:, 2] >= CROP.sure_joint
+        sure = pose[:, 2] >= COVER.sure_joint
         seen, beyond = sure & (np.abs(behind) < LAYERS.reach), sure & (behind >= LAYERS.reach)
     if seen.sum() < constants.confirmed or beyond.sum() > constants.refuted * sure.sum():
         return None

@@ -28,7 +28,9 @@ class CoverConstants:
     breadth: float = constant(
         0.15, 'Breadth of limbs, and of the border of the trunk, and radius of the head, as a share of the root of the '
               'area of the person.')
-    sure_joint: float = constant(0.15, 'Joints with a lower score cover nothing.')
+    sure_joint: float = constant(
+        0.2, 'Joints with a lower score, often hidden ones, cover nothing, do not widen a crop and confirm no head; a '
+             'person on a crop has a greater mean score.')
 
 
 COVER = CoverConstants()
@@ -40,12 +42,12 @@ class LayerConstants:
 
     breadth: float = constant(
         2.0, 'Factor on the breadths of `CoverConstants` for people in front, within which the depth shows the body.')
-    least_gap: float = constant(
-        0.3, 'A person whose trunk is nearer by this is in front; of people who are less far apart, an arm of either '
-             'may be in front.', unit='m')
     reach: float = constant(
         0.4, 'Surfaces this near to the depth of a trunk or head are of its person: such joints agree with it, and do '
              'not count for the depth of a person behind.', unit='m')
+    least_gap: float = constant(
+        0.3, 'A person whose trunk is nearer by this is in front; of people who are less far apart, an arm of either '
+             'may be in front.', unit='m')
     preference: float = constant(
         1.0, 'Depths are estimated from the nearest person to the farthest; a person counts as nearer by this times '
              'the share of the joints that agree.', unit='m')

@@ -9,8 +9,9 @@ from openpose_ros_pkg.params.constants import constant
 class CameraFitConstants:
     """How the camera of an organized cloud is found."""
 
-    grid: Tuple[int, int] = constant((32, 18), 'Columns and rows of the points that the camera is fitted to.',
-                                     unit='points', source='chosen')
+    grid: Tuple[int, int] = constant(
+        (32, 18), 'Columns and rows of the points that the camera is fitted to, and that are judged.', unit='points',
+        source='chosen')
     least_points: int = constant(12, 'At least this many of them must be valid.', unit='points', source='chosen')
     tolerance: float = constant(3.0, 'Greatest median distance of the points from their pixels.', unit='px',
                                 source='chosen')
@@ -34,8 +35,6 @@ class CameraLimitConstants:
 class PlausibilityConstants:
     """Faults of points: no depth of the view, or not that of the image."""
 
-    grid: Tuple[int, int] = constant((48, 27), 'Columns and rows of the points that are judged.', unit='points',
-                                     source='chosen')
     least_valid: int = constant(3, 'With fewer valid ones of these there is no depth.', unit='points', source='chosen')
     depths: Tuple[float, float] = constant(
         (0.05, 60.0), 'Limits of the median depth: beyond, the unit is not the metre. A view in millimetres is 200 m '

@@ -29,7 +29,7 @@ class PointSummary(NamedTuple):
 
 def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plausibility) -> PointSummary:
     """Return the summary of points."""
-    columns, rows = _sample_pixels(points.width, points.height, constants)
+    columns, rows = _sample_pixels(points.width, points.height)
     sample = points.distances(columns, rows)
     distances = sample[np.isfinite(sample)]
     share = distances.size / sample.size
@@ -65,7 +65,7 @@ class Stillness(NamedTuple):
 def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarray,
               constants: PlausibilityConstants = METHOD.plausibility) -> Stillness:
     """Return since when the depth is the same, after a frame; `before` is None in the first one."""
-    columns, rows = _sample_pixels(bgr.shape[1], bgr.shape[0], constants)
+    columns, rows = _sample_pixels(bgr.shape[1], bgr.shape[0])
     green = bgr[rows, columns, 1].astype(np.int16)
     if (before is None or before.shape != bgr.shape
             or before.sample.tobytes() != summary.sample.tobytes()):
@@ -74,8 +74,8 @@ def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarra
     return before._replace(frames=before.frames + 1 if has_changed else 0)
 
 
-def _sample_pixels(width: int, height: int, constants: PlausibilityConstants) -> Tuple[np.ndarray, np.ndarray]:
+def _sample_pixels(width: int, height: int) -> Tuple[np.ndarray, np.ndarray]:
     """Return columns (1, N) and rows (M, 1) of the pixels that are judged."""
     columns, rows = (np.linspace(0, size - 1, min(count, size)).astype(np.int64)
-                     for size, count in zip((width, height), constants.grid))
+                     for size, count in zip((width, height), METHOD.camera_fit.grid))
     return columns[None], rows[:, None]

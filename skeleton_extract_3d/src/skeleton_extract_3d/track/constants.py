@@ -53,7 +53,7 @@ class IdentityConstants:
     """Costs of data association."""
 
     evidence_cost: float = constant(
-        0.045, 'Distance across the view that costs as much as a log likelihood ratio of another depth of 1.', unit='m')
+        0.2, 'Distance across the view that costs as much as a log likelihood ratio of another depth of 1.', unit='m')
     colour_cost: float = constant(
         0.003, 'The same for a difference of the clothes of 1: other colours may be of what covers the person.',
         unit='m per Delta E (CIE 1976)')
