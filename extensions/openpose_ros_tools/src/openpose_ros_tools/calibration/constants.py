@@ -31,14 +31,12 @@ class EdgeConstants:
 
 @dataclass(frozen=True)
 class GatherConstants:
-    """Which joints of all cameras are adjusted together."""
+    """Which joints of all cameras are adjusted together; how near people are that are one, the fusion says."""
 
     times: int = constant(150, 'Times per pair of cameras.', source=_SIMULATED)
     points: int = constant(5000, 'Joints at single times, at most.', source=_SIMULATED)
-    gate: float = constant(0.4, 'People of two cameras are one if their joints are nearer (median).', unit='m',
-                           source=_SIMULATED)
-    ray_gate: float = constant(0.06, 'The same of rays, as a share of the distance.', source=_SIMULATED)
-    least_joints: int = constant(4, 'Joints that have to be common to compare two people.', source=_SIMULATED)
+    ray_gate: float = constant(0.06, 'People of two cameras are one if their rays are nearer (median), as a share of '
+                                     'the distance.', source=_SIMULATED)
     wide: float = constant(4.0, 'Factor of the gates in the first round; it halves in each further one: edges err.',
                            source=_SIMULATED)
     renewed: float = constant(0.5, 'Distance that a person has to move before a camera sees another side, so that '
@@ -49,7 +47,6 @@ class GatherConstants:
 class BundleConstants:
     """The adjustment of cameras, joints, clocks and depths."""
 
-    pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis.', unit='px')
     position_sigma: float = constant(0.035, 'Error of a joint in space, where a recording does not tell it.', unit='m')
     depth_bias: float = constant(0.02, 'Standard deviation of the constant error of the depth of a joint, alike in all '
                                        'cameras: skin and clothes are thicker or thinner than assumed.', unit='m')

@@ -5,6 +5,7 @@ from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.rays import ray_gaps
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.errors import BadInputError
@@ -163,7 +164,7 @@ def _views(camera: int, points: np.ndarray, has_depth: bool, pose: CameraPose) -
 
 def _joined(people: List[_Person], views: List[_View], constants: GatherConstants, wide: float) -> List[_Person]:
     """Return the people with the views of one more camera, those that belong to no person as new ones."""
-    views = [view for view in views if view.known.sum() >= constants.least_joints]
+    views = [view for view in views if view.known.sum() >= FUSION.association.least_joints]
     middles = [_middle(person) for person in people]
     costs = np.array([[_distance(view, person, middle, constants) for person, middle in zip(people, middles)]
                       for view in views]).reshape(len(views), len(people))
@@ -178,7 +179,7 @@ def _distance(view: _View, person: _Person, middle: np.ndarray, constants: Gathe
         offsets = middle - view.origin
         depth = np.linalg.norm(offsets, axis=1)
         if view.has_depth:
-            distances = np.linalg.norm(middle - view.points, axis=1) / constants.gate
+            distances = np.linalg.norm(middle - view.points, axis=1) / FUSION.association.gate
         else:
             distances = np.linalg.norm(offsets / depth[:, None] - view.points, axis=1) / constants.ray_gate
     else:
@@ -187,7 +188,7 @@ def _distance(view: _View, person: _Person, middle: np.ndarray, constants: Gathe
         reach = np.linalg.norm(first.origin - view.origin)
         distances = np.where(in_front, gaps / max(float(reach), 1e-6) / constants.ray_gate, np.nan)
     known = np.isfinite(distances)
-    return float(np.median(distances[known])) if known.sum() >= constants.least_joints else np.inf
+    return float(np.median(distances[known])) if known.sum() >= FUSION.association.least_joints else np.inf
 
 
 def _middle(person: _Person) -> np.ndarray:

@@ -4,6 +4,7 @@ from typing import Dict, List
 
 import numpy as np
 
+from openpose_ros_fusion.constants import FUSION
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
@@ -142,7 +143,7 @@ def overlap(first: CameraPaths, second: CameraPaths) -> float:
 def _known_sigma(recording: CameraRecording, constants: BundleConstants) -> np.ndarray:
     """Return the error per axis, (R, K)."""
     if not recording.has_depth:
-        return np.full(recording.sigma.shape, constants.pixel_sigma / recording.focal)
+        return np.full(recording.sigma.shape, FUSION.estimate.pixel_sigma / recording.focal)
     return np.where(np.isfinite(recording.sigma), recording.sigma, constants.position_sigma) / np.sqrt(3.0)
 
 
