@@ -23,6 +23,8 @@ class PairingConstants:
     first_slop: float = constant(0.005, 'Largest deviation until period and difference are known.', unit='s')
     history: int = constant(64, 'Stamps of each stream to learn from, and by which a report says why none pair.')
     min_offsets: int = constant(7, 'Pairs that the usual difference needs, and stamps that a period needs.')
+    offset_share: float = constant(
+        0.6, 'Pairs with a greater difference, as a share of the period, lack their partners: not learnt from.')
     period_rank: float = constant(
         0.25, 'The period is this quantile of the differences: lost messages lengthen differences, never shorten them.')
     reset_backstep: int = constant(
@@ -153,6 +155,7 @@ class StampMatcher:
         first, second = (np.array([stamp - origin for stamp in stamps], np.float64) for stamps in self._stamps)
         of_first, of_second = mutual_nearest(second[None, :] - first[:, None])
         offsets = second[of_second] - first[of_first]
+        offsets = offsets[np.abs(offsets) < self.constants.offset_share * period]
         if len(offsets) >= self.constants.min_offsets:
             self._offset = float(np.median(offsets))
 
