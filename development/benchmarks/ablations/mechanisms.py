@@ -60,12 +60,10 @@ DETECTION = (
 # Of people who are followed.
 FOLLOWING = (
     Variant('opinions of frames before', {'detect.following.fading': 1e-6}),
-    Variant('margin of lost people', {'detect.following.lost_margin': 1.0}),
     Variant('urgency of parts', {'detect.schedule.urgent': 1.0}),
     Variant('tracks in space place crops', {'detect.following.same_in_space': -FAR}),
     Variant('velocity in the image', {'detect.tracking.gain': 0.0}),
     Variant('extrapolation in the image', {'detect.tracking.extrapolation': 0.0}),
-    Variant('cost of fragments', {'detect.tracking.fragment_cost': 0.0}),
 )
 
 OF_PART = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING}

@@ -170,8 +170,7 @@ def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequenc
     result, seconds, runs = list(people), 0.0, []
     for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
         begin = time.perf_counter()
-        prepared = [prepare_crop(crowd, people[i].expected, replace(one, margin=one.margin * people[i].margin),
-                                 in_front.get(i)) for i in chosen]
+        prepared = [prepare_crop(crowd, people[i].expected, one, in_front.get(i)) for i in chosen]
         views = compute_crops(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)
         for i, view in zip(chosen, views):

@@ -55,7 +55,6 @@ class FollowingConstants:
     same_in_space: float = constant(
         0.5, 'Greatest such distance between the predictions of a track in the image and of its track in space; it '
              'grows in the same way.')
-    lost_margin: float = constant(1.3, 'Factor on the side of the crops of people who are not detected.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
     least_score: float = constant(1e-3, 'Score of an expected joint that was not detected lately.')
 
@@ -137,11 +136,6 @@ class FollowedPerson:
         if self.memory is None or not self.recent:
             return 0.0
         return self.unseen * (self.constants.base_error + self.memory.error)
-
-    @property
-    def margin(self) -> float:
-        """Factor on the side of a crop."""
-        return 1.0 if self.recent else self.constants.lost_margin
 
     @property
     def reference(self) -> np.ndarray:

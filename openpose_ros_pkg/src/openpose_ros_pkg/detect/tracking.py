@@ -22,9 +22,6 @@ class TrackingConstants:
              'face) says little.')
     extrapolation: float = constant(0.5, 'A person out of sight is expected to walk on for this long, then to stand.',
                                     unit='s')
-    fragment_cost: float = constant(
-        0.15, 'Cost of a person without any joint of a track, in units of person sizes: the track prefers a whole '
-              'person to a fragment beside it.')
     reset_backstep: float = constant(
         0.5, 'Stamps that go back by more start a new recording (bag loop), by less are a late frame.', unit='s')
     least_elapsed: float = constant(
@@ -171,8 +168,7 @@ class ImageTracks:
         expected = np.stack([track.xy + track.shift(stamp, self.constants) for track in tracks])
         scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
-        costs = distances + self.constants.fragment_cost * (1 - shared_joints(expected, people.xy))
-        return match(costs, distances <= self.params.image_track_gate)
+        return match(distances, distances <= self.params.image_track_gate)
 
 
 class KeypointTracker:
@@ -241,13 +237,6 @@ def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     mean = np.where(shared, distances, 0.0).sum(axis=2) / np.maximum(count, 1)
     middles = np.linalg.norm(_middles(first)[:, None] - _middles(second)[None], axis=-1)
     return np.where(count > 0, mean, np.where(np.isfinite(middles), middles, np.inf))
-
-
-def shared_joints(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return which share of the joints of (T, K, 2) persons (P, K, 2) persons have as well, (T, P) float64."""
-    of_first, of_second = np.isfinite(first).all(axis=2), np.isfinite(second).all(axis=2)
-    both = of_first.astype(np.float64) @ of_second.T.astype(np.float64)
-    return both / np.maximum(of_first.sum(axis=1), 1)[:, None]
 
 
 def person_sizes(xy: np.ndarray, constants: TrackingConstants = TRACKING) -> np.ndarray:
