@@ -21,6 +21,9 @@ LEAST_CHANGE, LEAST_MM = 0.005, 0.5
 # How a constant is changed, and the factor; nearer ones tell fragile constants.
 FACTORS, NEAR_FACTORS = {'half': 0.5, 'twice': 2.0}, {'x 0.8': 0.8, 'x 1.25': 1.25}
 WITHOUT = 'without'
+# Parts of the names of figures that are better the less they are.
+LESS_IS_BETTER = ('false', 'wrong', 'other gesture', 'missed', 'extra', 'error', 'delay', 'switches', 'mixed up',
+                  'waits', 'dropped', 'runs', 'unlabelled', 'floor')
 # Conditions of this value always hold.
 ALWAYS = (-1e9, 1.0 - 1e9)
 
@@ -143,6 +146,18 @@ def moved(found: Mapping[str, Change]) -> str:
     return '; '.join(f'{figure} {text_of(change)}' for figure, change in found.items() if change.is_clear) or '-'
 
 
+def is_worse(figure: str, change: Change) -> bool:
+    """Return whether a change of a figure is beyond noise and for the worse."""
+    return change.is_clear and (change.value > 0) == any(word in figure for word in LESS_IS_BETTER)
+
+
+def verdict(found: Sequence[Mapping[str, Change]]) -> str:
+    """Return what the changes at less and at more, and perhaps without, say of a constant."""
+    if all(any(is_worse(figure, change) for figure, change in one.items()) for one in found[:2]):
+        return 'fragile'
+    return 'earns its place' if any(change.is_clear for one in found for change in one.values()) else 'idle here'
+
+
 def print_base(base: Mapping[str, Counts], path: Optional[Path]) -> None:
     """Print the figures of all suites, and how they differ from those in a file; without one it is written."""
     if path and not path.is_file():
@@ -180,14 +195,15 @@ def run(constants: Any, suites: Suites, of_group: Mapping[str, Sequence[str]], a
     base = {suite: score(constants) for suite, score in suites.items()}
     print_base(base, arguments.before)
     names = [name for name in names_of(constants) if name.startswith(arguments.only)]
-    factors, rows = NEAR_FACTORS if arguments.near else FACTORS, {name: ['-'] * 3 for name in names}
-    hows = [*factors, WITHOUT]
+    factors = NEAR_FACTORS if arguments.near else FACTORS
+    rows: Dict[str, Dict[str, Mapping[str, Change]]] = {name: {} for name in names}
     for name, how, changed in variants(constants, names, factors):
         chosen = [suite for suite in of_group.get(name.split('.')[0], suites) if suite in suites]
         found = {figure: change for suite in chosen for figure, change in changes(
             base[suite], suites[suite](changed)).items()}
-        rows[name][hows.index(how)] = moved(found)
+        rows[name][how] = found
         print(name, how, moved(found), file=sys.stderr, flush=True)
-    shown = hows[:-1] if arguments.near else hows
-    print(markdown([('constant', 'value', *shown), *((name, str(value_of(constants, name)), *cells[:len(shown)])
-                                                     for name, cells in rows.items())]))
+    hows = [*factors] if arguments.near else [*factors, WITHOUT]
+    print(markdown([('constant', 'value', *hows, 'verdict'), *(
+        (name, str(value_of(constants, name)), *(moved(found.get(how, {})) for how in hows),
+         verdict(list(found.values()))) for name, found in rows.items())]))
