@@ -33,7 +33,6 @@ class EdgeConstants:
 class GatherConstants:
     """Which joints of all cameras are adjusted together; how near people are that are one, the fusion says."""
 
-    times: int = constant(150, 'Times per pair of cameras.', source=_SIMULATED)
     points: int = constant(5000, 'Joints at single times, at most.', source=_SIMULATED)
     ray_gate: float = constant(0.06, 'People of two cameras are one if their rays are nearer (median), as a share of '
                                      'the distance.', source=_SIMULATED)

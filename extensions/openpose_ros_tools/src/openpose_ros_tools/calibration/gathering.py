@@ -135,22 +135,18 @@ def _blocks(views: np.ndarray, places: np.ndarray, renewed: float) -> np.ndarray
 
 def _common_times(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants
                   ) -> np.ndarray:
-    """Return times of the root at which two cameras see people, for each pair as many (N,) [s]."""
+    """Return times of the root at which two cameras see people, evenly (N,) [s]."""
     chosen: List[np.ndarray] = []
     for first, second in itertools.combinations(range(len(cameras)), 2):
         times = cameras[first].times + poses[first].clock_offset
         other = cameras[second].times + poses[second].clock_offset
         after = np.clip(np.searchsorted(other, times), 1, len(other) - 1)
         both = times[np.minimum(np.abs(other[after] - times), np.abs(times - other[after - 1])) < _SAME_TIME]
-        chosen.append(_spread(both, constants.times))
+        chosen.append(both)
     times = np.unique(np.round(np.concatenate(chosen), 4))
     people = max(len(paths.positions) * paths.positions.shape[2] for paths in cameras)
-    return _spread(times, max(constants.points // people, 1))
-
-
-def _spread(times: np.ndarray, most: int) -> np.ndarray:
-    """Return at most so many of the times, evenly."""
-    return times[np.unique(np.linspace(0, len(times) - 1, most).astype(int))] if len(times) else times
+    most = min(max(constants.points // people, 1), len(times))
+    return times[np.linspace(0, len(times) - 1, most).astype(int)]
 
 
 def _views(camera: int, points: np.ndarray, has_depth: bool, pose: CameraPose) -> List[_View]:
