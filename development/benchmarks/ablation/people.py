@@ -26,9 +26,6 @@ from ablations.variants import Variant
 from common import ROOT, Parser
 
 BASE = Variant(table.BASE, {})
-# Why constants that move nothing are kept, by path, or by the path of their class.
-REASONS: Dict[str, str] = {}
-
 
 def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = None) -> Dict[str, Sums]:
     """Return the sums of a scene by variant; `some`: paths of constants that are varied, all if None."""
@@ -89,7 +86,7 @@ def main() -> int:
             print(path, flush=True)
     if arguments.table:
         present = {path for part in variants.PARTS for path, _ in variants.all_paths(part)}
-        arguments.table.write_text(table.report(arguments.out, present, REASONS))
+        arguments.table.write_text(table.report(arguments.out, present))
     return 0
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence, Set
 
 from ablations.effects import TITLES, Effect, effects, helps, hurts
+from ablations.reasons import KEPT, WENT, reason_of
 
 # Name of the variant with the present values.
 BASE = 'as it is'
@@ -24,7 +25,7 @@ varied in all of the others.
 | earns its place | moves a figure |
 | fragile | both half and twice make a figure worse |
 | idle | moves nothing; kept where another reason is named: a guard against bad input, a source, a rare event |
-| deleted | moved nothing, and is no longer in the code |
+| deleted | no longer in the code; after the colon what stands in its place |
 
 Among so many comparisons one in twenty differs by chance.
 """
@@ -46,13 +47,12 @@ def unsettled(out: Path, part: str) -> Set[str]:
         one.moves for word in ('half', 'twice') for one in of.get(f'{path} {word}', {}).values())}
 
 
-def report(out: Path, present: Set[str], reasons: Mapping[str, str]) -> str:
+def report(out: Path, present: Set[str]) -> str:
     """Return the page.
 
     Args:
         out: folder with the counts.
         present: paths of the constants that are in the code now.
-        reasons: why constants that move nothing are kept, by path, or by the path of their class.
     """
     parts, numbers, code = [], [], set()
     for part, title in _PARTS.items():
@@ -61,7 +61,7 @@ def report(out: Path, present: Set[str], reasons: Mapping[str, str]) -> str:
             code.update(file['commit'] for file in files)
             numbers.append(f'{len(files)} scenes ({part})')
             of, values = effects([file['sums'] for file in files], BASE), files[0]['values']
-            parts += [f'## {title}', _mechanisms(values.pop(''), of), *_constants(values, of, present, reasons)]
+            parts += [f'## {title}', _mechanisms(values.pop(''), of), *_constants(values, of, present)]
     head = _HEAD.format(scenes=', '.join(numbers), commit=' and '.join(sorted(code)))
     return '\n\n'.join([head.strip(), *parts]) + '\n'
 
@@ -76,8 +76,7 @@ def _worth(effect: Mapping[str, Effect]) -> str:
     return 'needed' if worse and not better else 'mixed' if worse else 'better without' if better else 'no effect'
 
 
-def _constants(values: Mapping[str, str], of: Mapping[str, Mapping[str, Effect]], present: Set[str],
-               reasons: Mapping[str, str]) -> List[str]:
+def _constants(values: Mapping[str, str], of: Mapping[str, Mapping[str, Effect]], present: Set[str]) -> List[str]:
     classes: Dict[str, List[str]] = {}
     for path in values:
         classes.setdefault(path.rpartition('.')[0], []).append(path)
@@ -87,20 +86,21 @@ def _constants(values: Mapping[str, str], of: Mapping[str, Mapping[str, Effect]]
         for path in paths:
             both = [of.get(f'{path} {word}', {}) for word in ('half', 'twice')]
             rows.append(f"| `{path.rpartition('.')[2]}` | {values[path]} | {changes(both[0])} | {changes(both[1])} | "
-                        f'{verdict(both, path, present, reasons)} |')
+                        f'{verdict(both, path, present)} |')
         texts.append('\n'.join([f'### {name}', '', '| constant | value | half | twice | verdict |',
                                 '| --- | --- | --- | --- | --- |', *rows]))
     return texts
 
 
-def verdict(both: Sequence[Mapping[str, Effect]], path: str, present: Set[str], reasons: Mapping[str, str]) -> str:
+def verdict(both: Sequence[Mapping[str, Effect]], path: str, present: Set[str]) -> str:
     """Return what becomes of a constant."""
     moves = any(one.moves for effect in both for one in effect.values())
-    reason = reasons.get(path, reasons.get(path.rpartition('.')[0], ''))
     if path not in present:
-        return 'deleted' + (f': {reason}' if reason else '')
+        instead = reason_of(path, WENT)
+        return 'deleted' + (f': {instead}' if instead else '')
     if all(hurts(effect) for effect in both) and all(both):
         return 'fragile'
+    reason = reason_of(path, KEPT)
     return 'earns its place' if moves else 'idle' + (f': {reason}' if reason else '')
 
 

@@ -4,7 +4,7 @@ import json
 import numpy as np
 import pytest
 
-from ablations import mechanisms, table
+from ablations import mechanisms, reasons, table
 from ablations.effects import effects, image_switches
 from ablations.variants import (
     PARTS,
@@ -85,15 +85,17 @@ def test_differences_are_those_that_were_made():
     assert not any(one.moves for one in of['other.same half'].values()) and not worse['switches'].moves
 
 
-def test_the_table_says_what_holds_a_narrow_value_and_what_moves_nothing(tmp_path):
+def test_the_table_says_what_holds_a_narrow_value_and_what_moves_nothing(tmp_path, monkeypatch):
     for number, each in enumerate(scenes()):
         (tmp_path / f'{number}.estimator.json').write_text(json.dumps(
             {'commit': 'c0ffee', 'values': {'other.worse': '1', 'other.same': '2', '': []}, 'sums': each}))
     assert table.unsettled(tmp_path, 'estimator') == {'other.same'}
-    text = table.report(tmp_path, {'other.worse', 'other.same'}, {'other.same': 'a guard'})
+    monkeypatch.setitem(reasons.KEPT, 'other', 'a guard')
+    monkeypatch.setitem(reasons.WENT, 'other.same', 'something else')
+    text = table.report(tmp_path, {'other.worse', 'other.same'})
     assert '| `worse` | 1 | visible -10.0' in text and '| fragile |' in text
     assert '| `same` | 2 | - | - | idle: a guard |' in text
-    assert '| deleted |' in table.report(tmp_path, {'other.worse'}, {}) and f'{SCENES} scenes' in text
+    assert '| deleted: something else |' in table.report(tmp_path, {'other.worse'}) and f'{SCENES} scenes' in text
 
 
 def test_switches_in_the_image():
