@@ -55,7 +55,7 @@ def _section(name: str, section: Dict[str, Any]) -> List[str]:
 
 
 def _markdown(rows: Sequence[Sequence[str]]) -> str:
-    lines = [f"| {' | '.join(row)} |" for row in rows]
+    lines = [f"| {'| '.join(row)}|" for row in rows]
     lines.insert(1, '| --- |' + ' ---: |' * (len(rows[0]) - 1))
     return '\n'.join(lines) + '\n'
 
