@@ -16,7 +16,6 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from common import DEMO, ROOT
-from nodes import make_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from results import Options, Section, Table
 from scoring.figures import Figure
@@ -76,6 +75,7 @@ class Difference(NamedTuple):
 
 def measure(options: Options) -> Section:
     """Compute the recording in each way, and compare the tables."""
+    from nodes import make_bag  # needs ROS, as nothing else here does
     with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as name:
         folder = Path(name)
         bag, short = make_bag(DEMO, folder / 'cross.bag', cloud=False), folder / 'short.bag'
