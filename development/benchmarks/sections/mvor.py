@@ -32,8 +32,9 @@ TEXT = f'''732 frames of three calibrated cameras, each fused by itself, as they
 which are part of the data set, are fused as those of cameras without depth. A person is found if the median distance of
 the joints is within {SAME_PERSON:g} m. Shoulders, elbows and wrists are scored, by the number of cameras whose
 detections of the joint were fused. The distance within which rays belong to one person was chosen on these detections,
-so these figures are not blind: with what rendered scenes had suggested, 0.48 were found. The images are treated as free of distortion: with the distortion that is given, the
-truth fits its own images worse. Intervals: blocks of {BLOCK} frames are drawn.'''
+so these figures are not blind: with what rendered scenes had suggested, 0.48 were found. The images are treated as free
+of distortion: with the distortion that is given, the truth fits its own images worse. Intervals: blocks of
+{BLOCK} frames are drawn.'''
 PEOPLE = {
     'people': Ratio('people in the truth', lambda each: each.sums['truth'], digits=0),
     'two_views': Ratio('detected by two cameras or more', lambda each: each.sums['two_views'],
