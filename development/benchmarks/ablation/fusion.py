@@ -13,8 +13,10 @@ from typing import Any, List, Sequence, Tuple
 
 import numpy as np
 
-from ablations import rigs, variation
-from ablations.kept import found_in
+from ablation_tools import command, rigs
+from ablation_tools.changes import counted
+from ablation_tools.kept import found_in
+from ablation_tools.variants import constant_paths, with_values
 from chain_runs import VISIBLE, camera_poses, open_sequence, read_truth
 from common import Parser
 from openpose_ros_fusion.constants import FUSION, FusionConstants
@@ -22,7 +24,8 @@ from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.command_line import run_command
 
 PEOPLE = ('depth', 'rgb', 'mixed', 'stages')
-SUITES = {'collector': ('collector',), 'cameras': ('judge',), 'single_view': ('rgb', 'mixed', 'stages'), 'shape': ()}
+SUITES = {**dict.fromkeys(('association', 'estimate', 'motion'), PEOPLE),
+          'collector': ('collector',), 'cameras': ('judge',), 'single_view': ('rgb', 'mixed', 'stages'), 'shape': ()}
 
 
 def record(stage: Path, cache: Path) -> List[Any]:
@@ -76,13 +79,13 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('stages', nargs='*', type=Path, help='folders with one sequence per camera')
     parser.add_argument('--stories', type=int, default=12, help='simulated stories of each kind (default: %(default)s)')
-    variation.add_options(parser)
+    command.add_options(parser)
     arguments = parser.parse_args()
     suites = rigs.suites(arguments.stories)
     cases = [case for stage in arguments.stages for case in cases_of(stage, record(stage, arguments.cache))]
     if cases:
-        suites['stages'] = partial(rigs.score_recorded, cases)
-    variation.run(FUSION, suites, {**dict.fromkeys(('association', 'estimate', 'motion'), PEOPLE), **SUITES}, arguments)
+        suites['stages'] = partial(counted, rigs.count_fused, cases)
+    command.run(constant_paths(FUSION), partial(with_values, FUSION), suites, SUITES, arguments)
     return 0
 
 

@@ -8,21 +8,20 @@ frame; without a limit of time, with two runs per frame for three hands and face
 
     ./run bench ablation hands SEQUENCE...
 """
-import dataclasses
-import hashlib
 import itertools
 import json
 import sys
-from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 
-from ablations.kept import found_in
-from ablations.variation import Counts, Sums, add_options, counts_of, run
-from chain_runs import BEGIN, open_sequence
+from ablation_tools.changes import Counts, Sums, counts_of
+from ablation_tools.command import add_options, run
+from ablation_tools.kept import RememberedNetwork, found_in
+from ablation_tools.variants import Values, constant_paths, in_shared
+from chain_runs import BEGIN, CountedNetwork, open_sequence
 from common import Parser
 from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.landmarks import landmark_network, regions
@@ -32,41 +31,15 @@ from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.models import weights_path
 
-SHARED = (landmark_network.LANDMARKS, regions.HAND_REGION, regions.FACE_REGION)
+# Shared instances of constants.
+SHARED = {'landmark': landmark_network.LANDMARKS, 'hand': regions.HAND_REGION, 'face': regions.FACE_REGION}
 # Frames of a unit of the bootstrap, least visible joints of a true hand or face, time of a run [s].
 BLOCK, LEAST_VISIBLE, RUN = 6, 8, 0.01
 # Points of the faces that are found by those of gt.json: the 68 of iBUG.
 FACE_POINTS = {'right_eye_outer': 36, 'right_eye_inner': 39, 'left_eye_inner': 42, 'left_eye_outer': 45, 'nose_tip': 30,
                'mouth_right': 48, 'mouth_left': 54}
-
-
 # By word: every so many-th frame, and the time of the networks.
 LIMITS = (('', 1, None), ('short ', 1, 2 * RUN), ('slow ', 3, None))
-
-
-@dataclass(frozen=True)
-class AllConstants:
-    """Constants of hands and faces; the shared instances get these values while they are scored."""
-
-    landmark: landmark_network.LandmarkConstants = field(default_factory=lambda: replace(SHARED[0]))
-    hand: regions.HandRegionConstants = field(default_factory=lambda: replace(SHARED[1]))
-    face: regions.FaceRegionConstants = field(default_factory=lambda: replace(SHARED[2]))
-
-
-class Remembered:
-    """A network that computes each crop once."""
-
-    def __init__(self, network: Any) -> None:
-        self._network, self._known, self.runs = network, {}, 0
-        self.name, self.description, self.fallback = network.name, network.description, network.fallback
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Any]:
-        self.runs += len(images)
-        keys = [hashlib.sha1(image.tobytes()).digest() for image in images]  # noqa: S324  no secret
-        for key, image in zip(keys, images):
-            if key not in self._known:
-                self._known[key] = self._network.infer_many([image])[0]
-        return [self._known[key] for key in keys]
 
 
 def people_of(folder: Path, cache: Path) -> List[Any]:
@@ -75,32 +48,24 @@ def people_of(folder: Path, cache: Path) -> List[Any]:
             for frame, people in zip(open_sequence(folder), found_in(folder, cache)[1])]
 
 
-def score(sequences: Sequence[Tuple[Dict[str, Any], List[Any]]], networks: Dict[Any, Remembered],
-          constants: AllConstants) -> Counts:
-    """Return the counts of all sequences, in blocks of frames."""
-    before = [dataclasses.asdict(record) for record in SHARED]
-    _set(SHARED, [dataclasses.asdict(record) for record in (constants.landmark, constants.hand, constants.face)])
+def score(sequences: Sequence[Tuple[Dict[str, Any], List[Any]]], networks: Dict[Any, CountedNetwork],
+          values: Values) -> Counts:
+    """Return the counts of all sequences, in blocks of frames; `values`: of the constants that are varied, by path."""
     units: List[Sums] = []
-    for (truth, frames), (word, step, seconds) in itertools.product(sequences, LIMITS):
-        detector = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
-        for number in range(0, len(frames), step):
-            if number % BLOCK == 0:
-                units.append(Sums())
-            stamp, bgr, people = frames[number]
-            runs = sum(network.runs for network in networks.values())
-            for one in detector._networks.values():
-                one.seconds = RUN
-            found = detector.detect(bgr, people, None, '', BEGIN + stamp, seconds)
-            _count(units[-1], word, truth, number, found)
-            units[-1].add(f'{word}runs', sum(network.runs for network in networks.values()) - runs, 1)
-    _set(SHARED, before)
+    with in_shared(SHARED, values):
+        for (truth, frames), (word, step, seconds) in itertools.product(sequences, LIMITS):
+            detector = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
+            for number in range(0, len(frames), step):
+                if number % BLOCK == 0:
+                    units.append(Sums())
+                stamp, bgr, people = frames[number]
+                runs = sum(network.passes for network in networks.values())
+                for one in detector._networks.values():
+                    one.seconds = RUN
+                found = detector.detect(bgr, people, None, '', BEGIN + stamp, seconds)
+                _count(units[-1], word, truth, number, found)
+                units[-1].add(f'{word}runs', sum(network.passes for network in networks.values()) - runs, 1)
     return counts_of(units)
-
-
-def _set(records: Sequence[Any], values: Sequence[Dict[str, Any]]) -> None:
-    for record, each in zip(records, values):
-        for name, value in each.items():
-            object.__setattr__(record, name, value)
 
 
 def _count(sums: Sums, word: str, truth: Dict[str, Any], number: int, found: Any) -> None:
@@ -137,11 +102,11 @@ def main() -> int:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with known hands')
     add_options(parser)
     arguments = parser.parse_args()
-    networks = {kind.model: Remembered(create_backend(kind.model, weights_path(kind.model, ''), BackendParams()))
-                for kind in (HAND, FACE)}
+    networks = {kind.model: CountedNetwork(RememberedNetwork(create_backend(
+        kind.model, weights_path(kind.model, ''), BackendParams()))) for kind in (HAND, FACE)}
     sequences = [(json.loads((folder / 'gt.json').read_text()), people_of(folder, arguments.cache))
                  for folder in arguments.sequences]
-    run(AllConstants(), {'hands': partial(score, sequences, networks)}, {}, arguments)
+    run(constant_paths(SHARED), dict, {'hands': partial(score, sequences, networks)}, {}, arguments)
     return 0
 
 

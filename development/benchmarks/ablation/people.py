@@ -12,27 +12,26 @@ and `following` (people followed, half a full search of work per frame).
     ./run bench ablation people --out FOLDER --table development/notes/ablation.md
 """
 import json
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any, Dict, Optional, Set
 
-import numpy as np
-
-from ablations import mechanisms, table, variants
-from ablations.effects import Sums
-from ablations.scenes import Runner, Scene, lifted
-from ablations.variants import Variant
-from common import ROOT, Parser
+from ablation_tools import table
+from ablation_tools.parts import MECHANISMS, PARTS, paths_of
+from ablation_tools.scenes import Runner, Scene, lifted
+from ablation_tools.variants import Variant, text_of, variants
+from common import Parser
+from results.machine import commit
 
 BASE = Variant(table.BASE, {})
 
-def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = None) -> Dict[str, Sums]:
+
+def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = None) -> Dict[str, Any]:
     """Return the sums of a scene by variant; `some`: paths of constants that are varied, all if None."""
-    everything = [BASE, *(one for one in variants.of_part(part) if some is None or set(one.constants) <= some),
-                  *mechanisms.OF_PART[part]]
+    everything = [BASE, *(one for one in variants(paths_of(part)) if some is None or set(one.constants) <= some),
+                  *MECHANISMS[part]]
     if part == 'following':
-        runs = ((one.name, *runner.followed(scene, one)) for one in everything)
+        runs = ((one.name, *zip(*runner.followed(scene, one))) for one in everything)
         return {name: {**scene.score(in_space), **scene.score_image(people)} for name, people, in_space in runs}
     people = runner.found(scene, BASE)
     frames = scene.on_floor if part == 'floor' else scene.frames
@@ -47,22 +46,8 @@ def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = 
 
 def values_of(part: str) -> Dict[str, Any]:
     """Return the constants of a part as text by path, and under '' the names of its mechanisms."""
-    texts = {path: text_of(value) for path, (value, _) in variants.all_paths(part)}
-    return {**texts, '': [one.name for one in mechanisms.OF_PART[part]]}
-
-
-def text_of(value: Any) -> str:
-    """Return a value as text; of many numbers the first ones."""
-    if isinstance(value, (tuple, np.ndarray)):
-        text = ', '.join(str(one) for one in np.asarray(value, object).ravel())
-        return text if len(text) < 40 else f'{text[:30].rpartition(",")[0]}, ...'
-    return f'{value:g}'
-
-
-def commit() -> str:
-    """Return the commit of the code."""
-    return subprocess.run(['git', 'rev-parse', '--short=8', 'HEAD'], cwd=str(ROOT), check=True,
-                          stdout=subprocess.PIPE).stdout.decode().strip()
+    texts = {path: text_of(value) for path, (value, _) in paths_of(part)}
+    return {**texts, '': [one.name for one in MECHANISMS[part]]}
 
 
 def main() -> int:
@@ -70,7 +55,7 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('scenes', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--out', type=Path, required=True, help='folder of the counts')
-    parser.add_argument('--part', choices=variants.PARTS, default='estimator')
+    parser.add_argument('--part', choices=PARTS, default='estimator')
     parser.add_argument('--unsettled', action='store_true', help='only constants that moved nothing so far')
     parser.add_argument('--table', type=Path, help='write the tables of all counts')
     arguments = parser.parse_args()
@@ -85,7 +70,7 @@ def main() -> int:
             runner.forget()
             print(path, flush=True)
     if arguments.table:
-        present = {path for part in variants.PARTS for path, _ in variants.all_paths(part)}
+        present = {path for part in PARTS for path, _ in paths_of(part)}
         arguments.table.write_text(table.report(arguments.out, present))
     return 0
 

@@ -10,10 +10,11 @@ once; their people are kept in --cache.
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any, Dict
 
-from ablations import actions, variation
-from ablations.kept import found_in
+from ablation_tools import actions, command
+from ablation_tools.changes import counted
+from ablation_tools.kept import found_in
+from ablation_tools.variants import constant_paths, with_values
 from chain_runs import camera_poses, open_sequence
 from common import Parser
 from openpose_ros_pkg.command_line import run_command
@@ -24,23 +25,19 @@ SUITES = {'posture': ('postures', 'falls', 'scenes'), 'gesture': ('gestures', 'n
           'floor': ('places',), 'body': ()}
 
 
-def read_scene(folder: Path, cache: Path) -> Dict[str, Any]:
-    """Return the truth of a sequence, and what the chain finds in it."""
-    return actions.scene_of(folder, found_in(folder, cache)[0], camera_poses(folder, open_sequence(folder)))
-
-
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--people', type=int, default=12, help='simulated people of each kind (default: %(default)s)')
-    variation.add_options(parser)
+    command.add_options(parser)
     arguments = parser.parse_args()
-    scenes = [read_scene(folder, arguments.cache) for folder in arguments.sequences]
+    scenes = [actions.scene_of(folder, found_in(folder, arguments.cache)[0],
+                               camera_poses(folder, open_sequence(folder))) for folder in arguments.sequences]
     suites = actions.suites(arguments.people)
     if scenes:
-        suites['scenes'] = partial(actions.score_scenes, scenes)
-    variation.run(SIGNALS, suites, SUITES, arguments)
+        suites['scenes'] = partial(counted, actions.count_scene, scenes)
+    command.run(constant_paths(SIGNALS), partial(with_values, SIGNALS), suites, SUITES, arguments)
     return 0
 
 

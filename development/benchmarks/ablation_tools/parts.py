@@ -1,7 +1,39 @@
-"""Mechanisms, each with the values that turn it off."""
+"""What the ablation of people varies: the constants of each part of the chain, and mechanisms that are off."""
+from typing import Any, Dict
+
 import numpy as np
 
-from ablations.variants import Variant
+from ablation_tools.variants import Paths, Variant, constant_paths
+from openpose_ros_pkg import ensemble
+from openpose_ros_pkg.decode import direct, paf
+from openpose_ros_pkg.detect import (
+    crops,
+    detector,
+    following,
+    head_recovery,
+    occlusion_masks,
+    schedule,
+    target_rate,
+    tracking,
+)
+from skeleton_extract_3d import constants
+
+PARTS = ('estimator', 'floor', 'detection', 'following')
+# Shared instances of the constants of detection and of following, by the names of their modules.
+SHARED: Dict[str, Dict[str, Any]] = {
+    'detection': {
+        'ensemble.area': ensemble.AREA, 'ensemble': ensemble.ENSEMBLE, 'decode.paf': paf.DECODE,
+        'decode.direct': direct.DIRECT, 'detect.candidates': detector.CANDIDATES, 'detect.crops': crops.CROP,
+        'detect.cover': occlusion_masks.COVER, 'detect.layers': occlusion_masks.LAYERS,
+        'detect.head_recovery': head_recovery.HEADS},
+    'following': {
+        'detect.following': following.FOLLOWING, 'detect.schedule': schedule.SCHEDULE,
+        'detect.target_rate': target_rate.RATE, 'detect.tracking': tracking.TRACKING}}
+IN_DETECTION = {**SHARED['detection'], **SHARED['following']}
+# Parts of the method that the people of these scenes do not show: guards against bad input, hands and faces, joints
+# that COCO_18 does not have.
+NOT_SHOWN = tuple(f'{path}.' for path in (
+    'camera_fit', 'camera_limits', 'plausibility', 'landmarks', 'extra_joints', 'joint_frames', 'track.memory'))
 
 FAR, NEVER = 1e6, 1e6
 
@@ -66,4 +98,12 @@ FOLLOWING = (
     Variant('extrapolation in the image', {'detect.tracking.extrapolation': 0.0}),
 )
 
-OF_PART = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING}
+MECHANISMS = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING}
+
+
+def paths_of(part: str) -> Paths:
+    """Return path, value and metadata of the constants of a part: estimator, floor, detection, following."""
+    if part in SHARED:
+        return constant_paths(SHARED[part])
+    return [(path, value) for path, value in constant_paths(constants.METHOD) if not f'{path}.'.startswith(NOT_SHOWN)
+            and path.startswith('track.standing.') == (part == 'floor')]

@@ -3,11 +3,17 @@ import json
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence, Set
 
-from ablations.effects import TITLES, Effect, effects, helps, hurts
-from ablations.reasons import KEPT, WENT, reason_of
+from ablation_tools import changes
+from ablation_tools.changes import Change, Changes
+from ablation_tools.reasons import KEPT, WENT, reason_of
+from ablation_tools.scenes import TITLES
+from ablation_tools.variants import FACTORS
+from common import markdown
 
 # Name of the variant with the present values.
 BASE = 'as it is'
+# Changes below these tell nothing [mm].
+_LEAST = {'visible_median': 0.1}
 
 _HEAD = """# Ablation: what each constant and each mechanism is worth
 
@@ -39,12 +45,26 @@ def read(out: Path, part: str) -> List[Dict[str, Any]]:
     return [json.loads(path.read_text()) for path in sorted(out.glob(f'*.{part}.json'))]
 
 
+def effects(scenes: Sequence[Mapping[str, Any]]) -> Dict[str, Changes]:
+    """Return the changes by each variant, against the present values, of the scenes that have the variant."""
+    found = {}
+    for variant in {name: None for scene in scenes for name in scene}:
+        base, other = (changes.counts_of([scene[one] for scene in scenes if variant in scene])
+                       for one in (BASE, variant))
+        found[variant] = changes.changes(base, other, lambda figure: _LEAST.get(figure, 0.0))
+    return found
+
+
+def of_both(effect: Mapping[str, Changes], path: str) -> List[Changes]:
+    """Return the changes at half and at twice the value of a constant."""
+    return [effect.get(f'{path} {how}', {}) for how in FACTORS]
+
+
 def unsettled(out: Path, part: str) -> Set[str]:
     """Return the paths of constants that change no figure in the scenes so far, neither at half nor at twice."""
     files = read(out, part)
-    of = effects([file['sums'] for file in files], BASE)
-    return {path for path in files[0]['values'] if path and not any(
-        one.moves for word in ('half', 'twice') for one in of.get(f'{path} {word}', {}).values())}
+    effect = effects([file['sums'] for file in files])
+    return {path for path in files[0]['values'] if path and not any(map(changes.worth, of_both(effect, path)))}
 
 
 def report(out: Path, present: Set[str]) -> str:
@@ -60,56 +80,47 @@ def report(out: Path, present: Set[str]) -> str:
         if files:
             code.update(file['commit'] for file in files)
             numbers.append(f'{len(files)} scenes ({part})')
-            of, values = effects([file['sums'] for file in files], BASE), files[0]['values']
-            parts += [f'## {title}', _mechanisms(values.pop(''), of), *_constants(values, of, present)]
+            effect, values = effects([file['sums'] for file in files]), files[0]['values']
+            rows = [(name, cell(effect[name]), _need(effect[name])) for name in values.pop('')]
+            parts += [f'## {title}', _markdown([('mechanism that is off', 'figures that change', ''), *rows]),
+                      *_constants(values, effect, present)]
     head = _HEAD.format(scenes=', '.join(numbers), commit=' and '.join(sorted(code)))
     return '\n\n'.join([head.strip(), *parts]) + '\n'
 
 
-def _mechanisms(names: Sequence[str], of: Mapping[str, Mapping[str, Effect]]) -> str:
-    rows = [f'| {name} | {changes(of[name])} | {_worth(of[name])} |' for name in names]
-    return '\n'.join(['| mechanism that is off | figures that change | |', '| --- | --- | --- |', *rows])
+def _markdown(rows: Sequence[Sequence[str]]) -> str:
+    return markdown(rows).strip().replace(' ---: ', ' --- ')
 
 
-def _worth(effect: Mapping[str, Effect]) -> str:
-    worse, better = hurts(effect), helps(effect)
-    return 'needed' if worse and not better else 'mixed' if worse else 'better without' if better else 'no effect'
+def _need(effect: Changes) -> str:
+    better = changes.worth(effect)
+    return 'no effect' if not better else 'better without' if all(better) else 'mixed' if any(better) else 'needed'
 
 
-def _constants(values: Mapping[str, str], of: Mapping[str, Mapping[str, Effect]], present: Set[str]) -> List[str]:
-    classes: Dict[str, List[str]] = {}
-    for path in values:
-        classes.setdefault(path.rpartition('.')[0], []).append(path)
-    texts = []
-    for name, paths in classes.items():
-        rows = []
-        for path in paths:
-            both = [of.get(f'{path} {word}', {}) for word in ('half', 'twice')]
-            rows.append(f"| `{path.rpartition('.')[2]}` | {values[path]} | {changes(both[0])} | {changes(both[1])} | "
-                        f'{verdict(both, path, present)} |')
-        texts.append('\n'.join([f'### {name}', '', '| constant | value | half | twice | verdict |',
-                                '| --- | --- | --- | --- | --- |', *rows]))
-    return texts
+def _constants(values: Mapping[str, str], effect: Mapping[str, Changes], present: Set[str]) -> List[str]:
+    tables: Dict[str, List[Sequence[str]]] = {}
+    for path, value in values.items():
+        group, _, name = path.rpartition('.')
+        both = of_both(effect, path)
+        tables.setdefault(group, [('constant', 'value', *FACTORS, 'verdict')]).append(
+            (f'`{name}`', value, *map(cell, both), verdict(both, path, present)))
+    return [f'### {group}\n\n{_markdown(rows)}' for group, rows in tables.items()]
 
 
-def verdict(both: Sequence[Mapping[str, Effect]], path: str, present: Set[str]) -> str:
+def verdict(both: Sequence[Changes], path: str, present: Set[str]) -> str:
     """Return what becomes of a constant."""
-    moves = any(one.moves for effect in both for one in effect.values())
-    if path not in present:
-        instead = reason_of(path, WENT)
-        return 'deleted' + (f': {instead}' if instead else '')
-    if all(hurts(effect) for effect in both) and all(both):
-        return 'fragile'
-    reason = reason_of(path, KEPT)
-    return 'earns its place' if moves else 'idle' + (f': {reason}' if reason else '')
+    said, reason = changes.verdict(both), reason_of(path, KEPT if path in present else WENT)
+    if path in present and said != changes.IDLE:
+        return said
+    return ('idle' if path in present else 'deleted') + (f': {reason}' if reason else '')
 
 
-def changes(effect: Mapping[str, Effect]) -> str:
-    """Return the figures that move, as text."""
-    return ', '.join(_text(name, one) for name, one in effect.items() if one.moves) or '-'
+def cell(effect: Changes) -> str:
+    """Return the figures that change beyond noise, as text."""
+    return ', '.join(_text(name, one) for name, one in effect.items() if one.is_clear) or '-'
 
 
-def _text(name: str, one: Effect) -> str:
+def _text(name: str, one: Change) -> str:
     factor, digits = (1, 1) if name == 'visible_median' else (1, 0) if 'switches' in name else (100, 1)
     value, half = factor * one.value, factor * (one.high - one.low) / 2
     if factor == 100 and abs(value) < 0.1:

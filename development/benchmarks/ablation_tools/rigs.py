@@ -5,7 +5,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ablations.variation import Counts, Sums, counts_of
+from ablation_tools.changes import Counts, Sums, counted
 from openpose_ros_fusion.cameras import CameraJudge
 from openpose_ros_fusion.collector import Collector
 from openpose_ros_fusion.constants import FusionConstants
@@ -18,16 +18,24 @@ from simulated_rig import looking_at_the_middle, walking
 from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 
 Random = np.random.RandomState
-Frames = List[Tuple[float, List[Sighting], np.ndarray]]
 # Of matched people, by the median of the joints; of joints [m].
 SAME_PERSON, NEAR_JOINT, PATIENCE = 0.4, 0.1, 0.5
 
 
-def score(fused: Sequence[Tuple[float, People3D]], truth: Sequence[np.ndarray], prefix: str,
-          seen: Optional[Sequence[np.ndarray]] = None) -> Sums:
-    """Compare fused people with true joints (P, 18, 3) [m], NaN where they do not count, row by row the same person."""
-    sums, ids, switches = Sums(), {}, 0
-    for number, ((_, people), joints) in enumerate(zip(fused, truth)):
+Case = Tuple[Callable[[FusionConstants], Sequence[Tuple[float, List[Sighting]]]], Sequence[Optional[np.ndarray]],
+             Optional[Sequence[np.ndarray]], str]
+"""Stamps and sightings by the constants; true joints (P, 18, 3) [m] of each frame, NaN where they do not count, None:
+the frame does not; which of them cameras see, all if None; a prefix of the figures."""
+
+
+def count_fused(sums: Sums, case: Case, constants: FusionConstants) -> None:
+    """Compare fused people with true joints, row by row the same person."""
+    make, truth, seen, prefix = case
+    fusion, ids, switches = PeopleFusion(constants=constants), {}, 0
+    for number, ((stamp, sightings), joints) in enumerate(zip(make(constants), truth)):
+        people = fusion.update(sightings, stamp)
+        if joints is None:
+            continue
         pairs = pair_people(people.xyz, joints, SAME_PERSON)
         sums.add(f'{prefix}missed', len(joints) - len(pairs), len(joints))
         sums.add(f'{prefix}extra', len(people) - len(pairs), len(joints))
@@ -40,14 +48,13 @@ def score(fused: Sequence[Tuple[float, People3D]], truth: Sequence[np.ndarray], 
             found = counts & np.isfinite(error)
             sums.add(f'{prefix}joints', (error[found] < NEAR_JOINT).sum(), counts.sum())
             sums.add(f'{prefix}error mm', 1e3 * error[found].sum(), found.sum())
-            ratio = error[found] / people.sigma[row][found]
-            sums.add(f'{prefix}in 1 sigma', (ratio <= 1).sum(), found.sum())
-            sums.add(f'{prefix}in 2 sigma', (ratio <= 2).sum(), found.sum())
+            for sigmas in (1, 2):
+                right = error[found] <= sigmas * people.sigma[row][found]
+                sums.add(f'{prefix}in {sigmas} sigma', right.sum(), found.sum())
     sums.add(f'{prefix}switches', switches, 1)
-    return sums
 
 
-def _story(seed: int, rgb: int) -> Frames:
+def _story(seed: int, rgb: int, prefix: str) -> Case:
     """Return frames of 2 to 4 cameras, of which some have no depth, and the true joints.
 
     Errors of a camera last a while; it is late, stands a little elsewhere, misses frames, loses each person once and
@@ -62,7 +69,7 @@ def _story(seed: int, rgb: int) -> Frames:
     late, beside = random.uniform(0, 0.04, count), random.normal(0, 0.012, (count, 3))
     leaves = random.uniform(0.5, 3.5, (count, people))
     comes = leaves + random.uniform(0.1, 0.8, leaves.shape)
-    frames: Frames = []
+    frames, truth = [], []
     for stamp in 0.1 + np.arange(int(4.0 * rate)) / rate:
         seen = []
         for number, camera in enumerate(cameras):
@@ -73,8 +80,9 @@ def _story(seed: int, rgb: int) -> Frames:
                                positions=sighting.positions + beside[number])
             seen.append(_with_faults(sighting.select(np.flatnonzero(
                 (stamp <= leaves[number]) | (stamp >= comes[number]))), random))
-        frames.append((stamp, seen, room.at(stamp)))
-    return frames
+        frames.append((stamp, seen))
+        truth.append(room.at(stamp) if len(frames) > 5 else None)
+    return lambda constants: frames, truth, None, prefix
 
 
 def _with_faults(sighting: Sighting, random: Random) -> Sighting:
@@ -91,26 +99,6 @@ def _with_faults(sighting: Sighting, random: Random) -> Sighting:
     away = np.zeros((len(both), 1, 1))
     away[-1] = random.uniform(0.5, 2.0)
     return replace(both, ids=np.append(sighting.ids, 999), positions=both.positions + away * np.array([1.0, 0.3, 0.0]))
-
-
-def score_stories(stories: Sequence[Frames], prefix: str, constants: FusionConstants) -> Counts:
-    """Return the counts of simulated cameras."""
-    units = []
-    for frames in stories:
-        fusion = PeopleFusion(constants=constants)
-        fused = [(stamp, fusion.update(sightings, stamp)) for stamp, sightings, _ in frames]
-        units.append(score(fused[5:], [truth for _, _, truth in frames[5:]], prefix))
-    return counts_of(units)
-
-
-def score_recorded(cases: Sequence[Any], constants: FusionConstants) -> Counts:
-    """Return the counts of recorded cameras; sightings are made with the constants."""
-    units = []
-    for make, truth, seen, prefix in cases:
-        fusion = PeopleFusion(constants=constants)
-        fused = [(stamp, fusion.update(sightings, stamp)) for stamp, sightings in make(constants)]
-        units.append(score(fused, truth, prefix, seen))
-    return counts_of(units)
 
 
 Arrivals = List[Tuple[float, str, float]]
@@ -133,29 +121,24 @@ def _arrivals(seed: int) -> Tuple[Arrivals, float]:
     return sorted(arrivals), 1 / rate
 
 
-def score_collector(streams: Sequence[Tuple[Arrivals, float]], constants: FusionConstants) -> Counts:
+def count_collected(sums: Sums, stream: Tuple[Arrivals, float], constants: FusionConstants) -> None:
     """Count messages of one time that make one update, and sum how long updates wait after their last message."""
+    arrivals, period = stream
     empty = from_space('', 0.0, People3D.empty(COCO_18), (np.eye(3), np.zeros(3)))
-    units = []
-    for arrivals, period in streams:
-        collector, updates, sums = Collector('abc', PATIENCE, constants.collector), [], Sums()
-        for arrival, camera, stamp in arrivals:
-            while collector.deadline is not None and collector.deadline < arrival:
-                at = collector.deadline
-                updates += [(at, update) for update in collector.due(at)]
-            updates += [(arrival, update) for update in collector.add(
-                replace(empty, camera=camera, stamp=stamp), arrival)]
-        came = {(camera, stamp): arrival for arrival, camera, stamp in arrivals}
-        for at, update in updates:
-            if update.stamp < 1.0:
-                continue
-            together = {camera for _, camera, stamp in arrivals if abs(stamp - update.stamp) < 0.3 * period}
-            sums.add('whole updates', len({one.camera for one in update.sightings} & together), len(together))
-            last = max(came[one.camera, one.stamp] for one in update.sightings)
-            sums.add('waits s', at - last, 1)
-        sums.add('dropped', sum(collector.dropped.values()) + sum(collector.out_of_time.values()), len(arrivals))
-        units.append(sums)
-    return counts_of(units)
+    collector, updates = Collector('abc', PATIENCE, constants.collector), []
+    for arrival, camera, stamp in arrivals:
+        while collector.deadline is not None and collector.deadline < arrival:
+            at = collector.deadline
+            updates += [(at, update) for update in collector.due(at)]
+        updates += [(arrival, update) for update in collector.add(replace(empty, camera=camera, stamp=stamp), arrival)]
+    came = {(camera, stamp): arrival for arrival, camera, stamp in arrivals}
+    for at, update in updates:
+        if update.stamp < 1.0:
+            continue
+        together = {camera for _, camera, stamp in arrivals if abs(stamp - update.stamp) < 0.3 * period}
+        sums.add('whole updates', len({one.camera for one in update.sightings} & together), len(together))
+        sums.add('waits s', at - max(came[one.camera, one.stamp] for one in update.sightings), 1)
+    sums.add('dropped', sum(collector.dropped.values()) + sum(collector.out_of_time.values()), len(arrivals))
 
 
 def _judged_rig(seed: int) -> Any:
@@ -169,39 +152,34 @@ def _judged_rig(seed: int) -> Any:
     return room, cameras, moved, late, random.uniform(10, 30)
 
 
-def score_judge(rigs: Sequence[Any], constants: FusionConstants) -> Counts:
-    """Count rigs whose wrong camera, and no other, is told, and sum errors of clocks [s]."""
-    units = []
-    for room, cameras, moved, late, rate in rigs:
-        sums, judge = Sums(), CameraJudge([camera.name for camera in cameras], constants.cameras)
-        cameras = [replace(camera, random=Random(7 + number)) for number, camera in enumerate(cameras)]
-        for number in range(int(4 * rate)):
-            time = 0.2 + number / rate
-            joints = room.at(time)
-            shape = joints.shape[:2]
-            fused = People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED, np.uint8), np.full(shape, 0.02),
-                             np.arange(len(joints)) + 1, (room.at(time + 0.02) - room.at(time - 0.02)) / 0.04)
-            known = {(camera.name, person + 1): person + 1 for camera in cameras for person in range(len(joints))}
-            seen = [camera.see(joints, time) for camera in cameras]
-            seen[-1] = replace(seen[-1], stamp=time + late, positions=seen[-1].positions + moved)
-            judge.update(seen, fused, time, known)
-        found = judge.judgements()
-        wrong = np.linalg.norm(moved) > 0
-        told = [found[camera.name].disagrees for camera in cameras]
-        expected = [wrong and (number == len(cameras) - 1 or len(cameras) == 2) for number in range(len(cameras))]
-        sums.add('judged', told == expected, 1)
-        offset = found[cameras[-1].name].clock_offset
-        sums.add('clock known', np.isfinite(offset), 1)
-        if np.isfinite(offset) and len(cameras) > 2:
-            sums.add('clock error s', abs(offset + late), 1)
-        units.append(sums)
-    return counts_of(units)
+def count_judged(sums: Sums, rig: Any, constants: FusionConstants) -> None:
+    """Count whether the wrong camera of a rig, and no other, is told, and sum the error of its clock [s]."""
+    room, cameras, moved, late, rate = rig
+    judge = CameraJudge([camera.name for camera in cameras], constants.cameras)
+    cameras = [replace(camera, random=Random(7 + number)) for number, camera in enumerate(cameras)]
+    for number in range(int(4 * rate)):
+        time = 0.2 + number / rate
+        joints = room.at(time)
+        shape = joints.shape[:2]
+        fused = People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED, np.uint8), np.full(shape, 0.02),
+                         np.arange(len(joints)) + 1, (room.at(time + 0.02) - room.at(time - 0.02)) / 0.04)
+        known = {(camera.name, person + 1): person + 1 for camera in cameras for person in range(len(joints))}
+        seen = [camera.see(joints, time) for camera in cameras]
+        seen[-1] = replace(seen[-1], stamp=time + late, positions=seen[-1].positions + moved)
+        judge.update(seen, fused, time, known)
+    found, wrong = judge.judgements(), np.linalg.norm(moved) > 0
+    told = [found[camera.name].disagrees for camera in cameras]
+    expected = [wrong and (number == len(cameras) - 1 or len(cameras) == 2) for number in range(len(cameras))]
+    sums.add('judged', told == expected, 1)
+    offset = found[cameras[-1].name].clock_offset
+    sums.add('clock known', np.isfinite(offset), 1)
+    if np.isfinite(offset) and len(cameras) > 2:
+        sums.add('clock error s', abs(offset + late), 1)
 
 
 def suites(count: int) -> Dict[str, Callable[[FusionConstants], Counts]]:
     """Return what counts for constants, by name; with a number of stories of each kind."""
-    return {'depth': partial(score_stories, [_story(seed, 0) for seed in range(count)], ''),
-            'rgb': partial(score_stories, [_story(seed, 9) for seed in range(count)], 'rays '),
-            'mixed': partial(score_stories, [_story(seed, 1) for seed in range(count)], 'mixed '),
-            'collector': partial(score_collector, [_arrivals(seed) for seed in range(2 * count)]),
-            'judge': partial(score_judge, [_judged_rig(seed) for seed in range(count)])}
+    return {**{name: partial(counted, count_fused, [_story(seed, rgb, prefix) for seed in range(count)])
+               for name, rgb, prefix in (('depth', 0, ''), ('rgb', 9, 'rays '), ('mixed', 1, 'mixed '))},
+            'collector': partial(counted, count_collected, [_arrivals(seed) for seed in range(2 * count)]),
+            'judge': partial(counted, count_judged, [_judged_rig(seed) for seed in range(count)])}

@@ -1,5 +1,4 @@
 """For the ablation of the signals: simulated people who do things, sequences with labels, counts of what is told."""
-import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -7,7 +6,7 @@ from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
-from ablations.variation import Counts, Sums, counts_of
+from ablation_tools.changes import Counts, Sums, counted
 from animated_skeleton import (
     BENT_OVER,
     CROSS_LEGGED,
@@ -25,6 +24,7 @@ from animated_skeleton import (
     Pose,
     held,
 )
+from chain_runs import read_truth
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.constants import SignalConstants
 from openpose_ros_signals.geometry import body_of, joints_of, stature_of
@@ -104,20 +104,17 @@ def _gesture_clips(count: int) -> List[Tuple[str, str, Clip]]:
     return found
 
 
-def score_gestures(clips: Sequence[Tuple[str, str, Clip]], constants: SignalConstants) -> Counts:
-    """Count what is told of gestures: frames, delays [s], and people of whom another one is told."""
-    found, delay, wrong = [], [], []
-    for name, arm, clip in clips:
-        signals = told(clip, constants)
-        right = [(stamp, any((one.name, one.arm) == (name, arm) for one in person.gestures))
-                 for stamp, person in signals]
-        held_frames = [one for stamp, one in right if BEGIN + 0.8 < stamp < END]
-        found.append((sum(held_frames), len(held_frames)))
-        first = next((stamp for stamp, one in right if one and stamp > BEGIN - 0.3), END)
-        delay.append((min(max(first - BEGIN, 0), END - BEGIN), 1))
-        wrong.append((any((one.name, one.arm) != (name, arm) for _, person in signals for one in person.gestures), 1))
-    return {'gestures': np.array(found, float), 'delay': np.array(delay, float),
-            'other gesture': np.array(wrong, float)}
+def count_gesture(sums: Sums, unit: Tuple[str, str, Clip], constants: SignalConstants) -> None:
+    """Count what is told of a gesture: frames, delay [s], and whether another one is told."""
+    name, arm, clip = unit
+    signals = told(clip, constants)
+    right = [(stamp, any((one.name, one.arm) == (name, arm) for one in person.gestures)) for stamp, person in signals]
+    held_frames = [one for stamp, one in right if BEGIN + 0.8 < stamp < END]
+    sums.add('gestures', sum(held_frames), len(held_frames))
+    first = next((stamp for stamp, one in right if one and stamp > BEGIN - 0.3), END)
+    sums.add('delay', min(max(first - BEGIN, 0), END - BEGIN), 1)
+    sums.add('other gesture', any((one.name, one.arm) != (name, arm)
+                                  for _, person in signals for one in person.gestures), 1)
 
 
 def _nearly_clips(count: int) -> List[Clip]:
@@ -128,14 +125,11 @@ def _nearly_clips(count: int) -> List[Clip]:
     return found
 
 
-def score_nearly(clips: Sequence[Clip], constants: SignalConstants) -> Counts:
-    """Count people of whom a gesture, or a fall, is told falsely."""
-    alarms, falls = [], []
-    for clip in clips:
-        signals = told(clip, constants)
-        alarms.append((any(person.gestures for _, person in signals), 1))
-        falls.append((any(person.fall for _, person in signals), 1))
-    return {'false gesture': np.array(alarms, float), 'false fall': np.array(falls, float)}
+def count_nearly(sums: Sums, clip: Clip, constants: SignalConstants) -> None:
+    """Count whether a gesture, or a fall, is told falsely of a person."""
+    signals = told(clip, constants)
+    sums.add('false gesture', any(person.gestures for _, person in signals), 1)
+    sums.add('false fall', any(person.fall for _, person in signals), 1)
 
 
 def _posture_clips(count: int) -> List[Tuple[str, Clip]]:
@@ -147,14 +141,12 @@ def _posture_clips(count: int) -> List[Tuple[str, Clip]]:
     return found
 
 
-def score_postures(clips: Sequence[Tuple[str, Clip]], constants: SignalConstants) -> Counts:
+def count_posture(sums: Sums, unit: Tuple[str, Clip], constants: SignalConstants) -> None:
     """Count frames with the right posture, and with a wrong one."""
-    right, wrong = [], []
-    for name, clip in clips:
-        names = [person.posture.name for stamp, person in told(clip, constants) if stamp > SETTLED]
-        right.append((names.count(name), len(names)))
-        wrong.append((len(names) - names.count(name) - names.count(UNKNOWN), len(names)))
-    return {'posture': np.array(right, float), 'wrong posture': np.array(wrong, float)}
+    name, clip = unit
+    names = [person.posture.name for stamp, person in told(clip, constants) if stamp > SETTLED]
+    sums.add('posture', names.count(name), len(names))
+    sums.add('wrong posture', len(names) - names.count(name) - names.count(UNKNOWN), len(names))
 
 
 def _fall_clips(count: int) -> List[Tuple[bool, Clip]]:
@@ -177,14 +169,12 @@ def _fall_clips(count: int) -> List[Tuple[bool, Clip]]:
     return found
 
 
-def score_falls(clips: Sequence[Tuple[bool, Clip]], constants: SignalConstants) -> Counts:
+def count_fall(sums: Sums, unit: Tuple[bool, Clip], constants: SignalConstants) -> None:
     """Count falls that are told, once, and false ones."""
-    right, false = [], []
-    for falls, clip in clips:
-        stamps = {person.fall.stamp for _, person in told(clip, constants) if person.fall}
-        right.append((falls and len(stamps) == 1, falls))
-        false.append((not falls and len(stamps) > 0, not falls))
-    return {'falls': np.array(right, float), 'false falls': np.array(false, float)}
+    falls, clip = unit
+    stamps = {person.fall.stamp for _, person in told(clip, constants) if person.fall}
+    sums.add('falls', falls and len(stamps) == 1, falls)
+    sums.add('false falls', not falls and len(stamps) > 0, not falls)
 
 
 def _walk_clips(count: int) -> List[Tuple[bool, Clip]]:
@@ -198,32 +188,24 @@ def _walk_clips(count: int) -> List[Tuple[bool, Clip]]:
     return found
 
 
-def score_walks(clips: Sequence[Tuple[bool, Clip]], constants: SignalConstants) -> Counts:
+def count_walk(sums: Sums, unit: Tuple[bool, Clip], constants: SignalConstants) -> None:
     """Count frames of walking people who are told to walk, and of others."""
-    right, false = [], []
-    for walks, clip in clips:
-        moving = [bool(person.walk and person.walk.moving) for stamp, person in told(clip, constants) if stamp > 0.7]
-        right.append((sum(moving) if walks else 0, len(moving) if walks else 0))
-        false.append((0 if walks else sum(moving), 0 if walks else len(moving)))
-    return {'walking': np.array(right, float), 'false walking': np.array(false, float)}
+    walks, clip = unit
+    moving = [bool(person.walk and person.walk.moving) for stamp, person in told(clip, constants) if stamp > 0.7]
+    sums.add('walking' if walks else 'false walking', sum(moving), len(moving))
 
 
-def _place_clips(count: int) -> List[Tuple[np.ndarray, Clip]]:
-    """Return the true place below the trunk, and the clip, of people who hold postures, some with hidden legs."""
-    found = []
+def _place_clips(count: int) -> List[Clip]:
+    """Return people who hold postures, their trunk above the origin."""
     random = Random(16)
-    for pose in (STANDING, SITTING, LYING, KNEELING, CROUCHING):
-        for _ in range(count):
-            own = varied(pose, random)
-            clip = clip_of(seen_of(held((0, own)), random, 1.2))
-            found.append((np.zeros(3), clip))
-    return found
+    return [clip_of(seen_of(held((0, varied(pose, random))), random, 1.2))
+            for pose in (STANDING, SITTING, LYING, KNEELING, CROUCHING) for _ in range(count)]
 
 
-def score_places(clips: Sequence[Tuple[np.ndarray, Clip]], constants: SignalConstants) -> Counts:
+def count_place(sums: Sums, clip: Clip, constants: SignalConstants) -> None:
     """Sum the errors of the height of the floor, by the body alone [m]."""
-    return {'floor': np.array([(np.sum([abs(person.floor.position[2]) for _, person in signals]), len(signals))
-                               for signals in (told(clip, constants) for _, clip in clips)])}
+    signals = told(clip, constants)
+    sums.add('floor', sum(abs(person.floor.position[2]) for _, person in signals), len(signals))
 
 
 Story = List[Tuple[float, People3D]]
@@ -249,28 +231,23 @@ def _stories(count: int) -> List[Tuple[bool, float, Story]]:
     return found
 
 
-def score_stories(stories: Sequence[Tuple[bool, float, Story]], constants: SignalConstants) -> Counts:
+def count_story(sums: Sums, unit: Tuple[bool, float, Story], constants: SignalConstants) -> None:
     """Count people who are taken as the same again, and others who are taken as the one before."""
-    kept, mixed = [], []
-    for same, back, frames in stories:
-        reader = SignalReader(constants)
-        first = frames[0][0]
-        for stamp, people in frames:
-            reader.update(people, stamp, UP)
-        remembered = any(one.since == first and one.seen > back for one in reader.present)
-        kept.append((same and remembered, same))
-        mixed.append((not same and remembered, not same))
-    return {'same person': np.array(kept, float), 'mixed up': np.array(mixed, float)}
+    same, back, frames = unit
+    reader = SignalReader(constants)
+    for stamp, people in frames:
+        reader.update(people, stamp, UP)
+    remembered = any(one.since == frames[0][0] and one.seen > back for one in reader.present)
+    sums.add('same person' if same else 'mixed up', remembered, 1)
 
 
 def suites(count: int) -> Dict[str, Callable[[SignalConstants], Counts]]:
     """Return what counts for constants, by name; with a number of people of each kind."""
-    return {'gestures': partial(score_gestures, _gesture_clips(count)),
-            'nearly': partial(score_nearly, _nearly_clips(count)),
-            'postures': partial(score_postures, _posture_clips(count)),
-            'falls': partial(score_falls, _fall_clips(count)),
-            'walks': partial(score_walks, _walk_clips(count)), 'places': partial(score_places, _place_clips(count)),
-            'stories': partial(score_stories, _stories(count))}
+    units = {'gestures': (count_gesture, _gesture_clips), 'nearly': (count_nearly, _nearly_clips),
+             'postures': (count_posture, _posture_clips), 'falls': (count_fall, _fall_clips),
+             'walks': (count_walk, _walk_clips), 'places': (count_place, _place_clips),
+             'stories': (count_story, _stories)}
+    return {name: partial(counted, add, clips(count)) for name, (add, clips) in units.items()}
 
 
 def scene_of(folder: Path, found: List[Tuple[float, People3D]], poses: np.ndarray) -> Dict[str, Any]:
@@ -278,8 +255,7 @@ def scene_of(folder: Path, found: List[Tuple[float, People3D]], poses: np.ndarra
 
     Postures are those of the true joints, by the constants as they are.
     """
-    truth = json.loads((folder / 'gt.json').read_text())
-    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    truth, order = read_truth(folder)
     moves, frames = bool((poses != poses[0]).any()), []
     for (stamp, people), frame, pose in zip(found, truth['frames'], poses):
         joints = np.array([person['xyz'] for person in frame['people']], float).reshape(-1, len(order), 3)[:, order]
@@ -312,13 +288,9 @@ def _changes(frames: Sequence[Any]) -> Dict[Tuple[int, str], List[float]]:
 GESTURE_LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'stop')
 
 
-def score_scenes(scenes: Sequence[Dict[str, Any]], constants: SignalConstants) -> Counts:
-    """Count what is told in sequences: labels (F1), rays within 15 degrees, postures; gestures without labels."""
-    return counts_of([_score_scene(scene, constants) for scene in scenes])
-
-
-def _score_scene(scene: Dict[str, Any], constants: SignalConstants) -> Sums:
-    sums, reader, change = Sums(), SignalReader(constants), _changes(scene['frames'])
+def count_scene(sums: Sums, scene: Dict[str, Any], constants: SignalConstants) -> None:
+    """Count what is told in a sequence: labels (F1), rays within 15 degrees, postures; gestures without labels."""
+    reader, change = SignalReader(constants), _changes(scene['frames'])
     for stamp, people, up, pairs, truth, names, pose in scene['frames']:
         persons = reader.update(people, stamp, up)
         for row, person in ((row, person) for row, person in enumerate(persons) if row in pairs):
@@ -338,7 +310,6 @@ def _score_scene(scene: Dict[str, Any], constants: SignalConstants) -> Sums:
                     sums.add(name, 2 * (holds and is_told), holds + is_told)
         if scene['labelled'] and pose is not None:
             _count_rays(sums, persons, pairs, truth)
-    return sums
 
 
 def _count_rays(sums: Sums, persons: Sequence[PersonSignals], pairs: Dict[int, int],
