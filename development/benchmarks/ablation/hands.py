@@ -9,7 +9,6 @@ frame; without a limit of time, with two runs per frame for three hands and face
     ./run bench ablation hands SEQUENCE...
 """
 import itertools
-import json
 import sys
 from functools import partial
 from pathlib import Path
@@ -21,7 +20,7 @@ from ablation_tools.changes import Counts, Sums, counts_of
 from ablation_tools.command import add_options, run
 from ablation_tools.kept import RememberedNetwork, found_in
 from ablation_tools.variants import Values, constant_paths, in_shared
-from chain_runs import BEGIN, CountedNetwork, open_sequence
+from chain_runs import BEGIN, CountedNetwork, open_sequence, read_truth
 from common import Parser
 from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.landmarks import landmark_network, regions
@@ -40,12 +39,6 @@ FACE_POINTS = {'right_eye_outer': 36, 'right_eye_inner': 39, 'left_eye_inner': 4
                'mouth_right': 48, 'mouth_left': 54}
 # By word: every so many-th frame, and the time of the networks.
 LIMITS = (('', 1, None), ('short ', 1, 2 * RUN), ('slow ', 3, None))
-
-
-def people_of(folder: Path, cache: Path) -> List[Any]:
-    """Return stamp [s], image, and people of the frames of a sequence."""
-    return [(frame.time, frame.bgr, people)
-            for frame, people in zip(open_sequence(folder), found_in(folder, cache)[1])]
 
 
 def score(sequences: Sequence[Tuple[Dict[str, Any], List[Any]]], networks: Dict[Any, CountedNetwork],
@@ -104,8 +97,8 @@ def main() -> int:
     arguments = parser.parse_args()
     networks = {kind.model: CountedNetwork(RememberedNetwork(create_backend(
         kind.model, weights_path(kind.model, ''), BackendParams()))) for kind in (HAND, FACE)}
-    sequences = [(json.loads((folder / 'gt.json').read_text()), people_of(folder, arguments.cache))
-                 for folder in arguments.sequences]
+    sequences = [(read_truth(folder)[0], [(frame.time, frame.bgr, people) for frame, people in zip(
+        open_sequence(folder), found_in(folder, arguments.cache)[1])]) for folder in arguments.sequences]
     run(constant_paths(SHARED), dict, {'hands': partial(score, sequences, networks)}, {}, arguments)
     return 0
 

@@ -2,7 +2,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Tuple
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.reader import SignalReader, _observations
 from openpose_ros_signals.records import UNKNOWN, PersonSignals
 from openpose_ros_tools.alignment.people import pair_people
+from scoring.signals import MARGIN, _angle, _changes
 from simulated_population import BEGIN, END, GESTURES, NEARLY, arm_of, gestures, nearly, seen_of
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
@@ -40,12 +41,12 @@ from skeleton_extract_3d.points.transform import transform_people
 
 Random = np.random.RandomState
 Clip = List[Tuple[float, BodyObservation]]
+Story = List[Tuple[float, People3D]]
 _NOTHING = Surroundings()
 # Postures are told from then on [s].
 SETTLED = 0.4
-# Frames this near to a change of a label do not count [s].
-MARGIN = 0.2
 SAME_PERSON = 0.6
+GESTURE_LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'stop')
 # Pointing is right within this angle [deg].
 RIGHT_RAY = 15.0
 WIDE_STEP = Pose(left_leg=Limb((0, 0.5, -1), (0, 0.2, -1)), right_leg=Limb((0, -0.4, -1), (0, -0.8, -0.8)))
@@ -208,9 +209,6 @@ def count_place(sums: Sums, clip: Clip, constants: SignalConstants) -> None:
     sums.add('floor', sum(abs(person.floor.position[2]) for _, person in signals), len(signals))
 
 
-Story = List[Tuple[float, People3D]]
-
-
 def _stories(count: int) -> List[Tuple[bool, float, Story]]:
     """Return people who are lost and come back with another id, or are others; when, and frames."""
     random, found = Random(17), []
@@ -271,26 +269,12 @@ def scene_of(folder: Path, found: List[Tuple[float, People3D]], poses: np.ndarra
             people, up = transform_people(people, pose[:3, :3], pose[:3, 3]), np.array([0.0, 0.0, 1.0])
         frames.append((stamp, people, up, pairs, frame['people'], names, None if moves else pose))
     labelled = any('labels' in person for frame in truth['frames'] for person in frame['people'])
-    return {'frames': frames, 'labelled': labelled}
-
-
-def _changes(frames: Sequence[Any]) -> Dict[Tuple[int, str], List[float]]:
-    """Return when each label of each person begins or ends [s]."""
-    states: Dict[Tuple[int, str], List[Tuple[float, bool]]] = {}
-    labels = {label for _, _, _, _, truth, _, _ in frames for person in truth for label in person.get('labels', ())}
-    for stamp, _, _, _, truth, _, _ in frames:
-        for person in truth:
-            for label in labels:
-                states.setdefault((person['id'], label), []).append((stamp, label in person.get('labels', ())))
-    return {key: [(a[0] + b[0]) / 2 for a, b in zip(value, value[1:]) if a[1] != b[1]] for key, value in states.items()}
-
-
-GESTURE_LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'stop')
+    return {'frames': frames, 'labelled': labelled, 'changes': _changes(truth['frames']) if labelled else {}}
 
 
 def count_scene(sums: Sums, scene: Dict[str, Any], constants: SignalConstants) -> None:
     """Count what is told in a sequence: labels (F1), rays within 15 degrees, postures; gestures without labels."""
-    reader, change = SignalReader(constants), _changes(scene['frames'])
+    reader = SignalReader(constants)
     for stamp, people, up, pairs, truth, names, pose in scene['frames']:
         persons = reader.update(people, stamp, up)
         for row, person in ((row, person) for row, person in enumerate(persons) if row in pairs):
@@ -303,22 +287,15 @@ def count_scene(sums: Sums, scene: Dict[str, Any], constants: SignalConstants) -
                 sums.add('unlabelled', len(names_told) > 0, 1)
                 continue
             for label in GESTURE_LABELS:
-                if any(abs(stamp - at) < MARGIN for at in change.get((true['id'], label), ())):
+                if any(abs(stamp - at) < MARGIN for at in scene['changes'].get((true['id'], label), ())):
                     continue
                 holds, is_told = label in true['labels'], label in names_told
                 for name in ('labels', label):
                     sums.add(name, 2 * (holds and is_told), holds + is_told)
         if scene['labelled'] and pose is not None:
-            _count_rays(sums, persons, pairs, truth)
-
-
-def _count_rays(sums: Sums, persons: Sequence[PersonSignals], pairs: Dict[int, int],
-                truth: Sequence[Dict[str, Any]]) -> None:
-    told_by = {pairs[row]: person for row, person in enumerate(persons) if row in pairs}
-    for number, detail in ((number, detail) for number, person in enumerate(truth)
-                           for detail in person.get('detail', ()) if detail['label'] == 'point'):
-        gesture, right = told_by[number].gesture('point') if number in told_by else None, False
-        if gesture and gesture.pointing:
-            ray, to = gesture.pointing, np.array(detail['target']) - gesture.pointing.origin
-            right = ray.direction @ to / np.linalg.norm(to) >= np.cos(np.radians(RIGHT_RAY))
-        sums.add('ray 15', right, 1)
+            told_by = {pairs[row]: person.gesture('point') for row, person in enumerate(persons) if row in pairs}
+            for number, detail in ((number, detail) for number, true in enumerate(truth)
+                                   for detail in true.get('detail', ()) if detail['label'] == 'point'):
+                gesture = told_by.get(number)
+                angle = _angle(gesture and gesture.pointing, np.array(detail['target']))
+                sums.add('ray 15', angle <= RIGHT_RAY, 1)

@@ -18,6 +18,7 @@ from simulated_rig import looking_at_the_middle, walking
 from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 
 Random = np.random.RandomState
+Arrivals = List[Tuple[float, str, float]]
 # Of matched people, by the median of the joints; of joints [m].
 SAME_PERSON, NEAR_JOINT, PATIENCE = 0.4, 0.1, 0.5
 
@@ -99,9 +100,6 @@ def _with_faults(sighting: Sighting, random: Random) -> Sighting:
     away = np.zeros((len(both), 1, 1))
     away[-1] = random.uniform(0.5, 2.0)
     return replace(both, ids=np.append(sighting.ids, 999), positions=both.positions + away * np.array([1.0, 0.3, 0.0]))
-
-
-Arrivals = List[Tuple[float, str, float]]
 
 
 def _arrivals(seed: int) -> Tuple[Arrivals, float]:
