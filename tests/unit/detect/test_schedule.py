@@ -29,6 +29,7 @@ def test_where_a_person_was_lost_is_searched_first():
     schedule = done_at(0.0, 0.1, 0.2).lost(RIGHT.right - 10, RIGHT.right)
     assert schedule.order(0.3) == [RIGHT, LEFT, MIDDLE]
     assert schedule.done([RIGHT], 0.3).order(0.4) == [LEFT, MIDDLE, RIGHT]
+    assert schedule.order(-0.1)[0] == RIGHT  # an image that comes late
 
 
 def test_where_the_image_changed_is_searched_sooner_but_others_are_not_forgotten():

@@ -4,7 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.rays import shift_onto_rays
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_rig import Room, around, walking
 from skeleton_extract_3d.people import MISSING
@@ -48,6 +50,19 @@ def test_a_person_that_one_camera_does_not_see_for_a_second_keeps_id_and_place()
     assert {identity for identity, _ in hidden + after} == {rows[5][2][0][0]}
     assert max(error for _, error in hidden) < 0.5
     assert np.median([error for _, error in after]) < 0.05
+
+
+def test_a_face_alone_tells_no_distance():
+    """One camera sees five joints, too near to each other to place a person by the size of the face."""
+    room, face = walking(5, 1, seed=3), [COCO_18.index[name] for name in
+                                         ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')]
+    for joints, moves in ((face, False), ([*face, COCO_18.index['neck']], True)):
+        camera, = around(1, noise=0.0, angle=ANGLE)
+        seen = camera.see(room, 0.5)
+        rays = np.full_like(seen.directions, np.nan)
+        rays[:, joints] = seen.directions[:, joints]
+        shift = shift_onto_rays(room.at(0.5)[0], replace(seen, directions=rays), 0, FUSION)
+        assert (shift is not None) == moves
 
 
 def test_ids_that_a_camera_exchanges_do_not_exchange_people():

@@ -64,6 +64,8 @@ class SingleViewConstants:
 
     size_gain: float = constant(0.2, 'Share by which the size of the person is corrected at each update.',
                                 source='chosen: 0 drifts, 1 is noisy')
+    least_joints: int = constant(6, 'Joints by which the size in the image places a person: the five of a face are too '
+                                    'near to each other.', source='simulated: with five the distance errs by a third')
     size_error: float = constant(0.05, 'Error of the distance by the size in the image, as a share of it.')
 
 

@@ -68,7 +68,8 @@ class Sighting:
         if self.has_depth:
             return self
         apart = np.linalg.norm(self.directions[:, np.newaxis] - self.directions, axis=3)
-        common, same = np.isfinite(apart).sum(axis=2), (apart < self.sigma).sum(axis=2)
+        with np.errstate(invalid='ignore'):
+            common, same = np.isfinite(apart).sum(axis=2), (apart < self.sigma).sum(axis=2)
         kept: List[int] = []
         for person in np.argsort(-np.isfinite(self.sigma).sum(axis=1), kind='stable').tolist():
             if not any(2 * same[person, other] >= common[person, other] > 0 for other in kept):

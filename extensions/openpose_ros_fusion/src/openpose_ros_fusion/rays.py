@@ -195,7 +195,7 @@ def shift_onto_rays(joints: np.ndarray, sighting: Sighting, person: int, constan
     """
     rays = sighting.directions[person]
     used = np.isfinite(joints).all(axis=1) & np.isfinite(rays).all(axis=1)
-    if used.sum() < constants.association.least_joints:
+    if used.sum() < constants.single_view.least_joints:
         return None
     offsets, rays = sighting.origin - joints[used], rays[used]
     weights = np.ones(len(rays))

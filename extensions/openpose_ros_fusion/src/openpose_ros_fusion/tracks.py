@@ -137,6 +137,7 @@ class Tracks(Rows):
         velocities = self.velocities + gain[..., np.newaxis] * moved
         rest = independent / np.maximum(place, 1e-12)
         after = np.stack([variance, mixed * rest, speed - gain * mixed * (1 - rest)], axis=2)
+        # of a new joint: the speed that it may have reached since it was last reported
         first = np.stack([variance, np.zeros_like(variance),
                           np.full_like(variance, (constants.acceleration * constants.reported_gap) ** 2)], axis=2)
         covariance = np.where(both, after, np.where(new[..., np.newaxis], first, self.covariance))

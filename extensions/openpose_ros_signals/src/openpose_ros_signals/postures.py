@@ -21,7 +21,7 @@ def posture_degrees(body: Body, constants: PostureConstants = SIGNALS.posture) -
     upright = ramp(angle(body.shoulders - body.hips, body.up), constants.upright)
     legs = [leg for leg in (_leg(body, joints, constants) for joints in LEGS) if not np.isnan(leg.bent)]
     if not legs:
-        return dict(dict.fromkeys(POSTURES, np.nan if upright > 0 else 0.0), lying=0.0 if upright == 1 else np.nan)
+        return dict(dict.fromkeys(POSTURES, 0.0 if upright == 0 else np.nan), lying=0.0 if upright == 1 else np.nan)
     crouched = _crouching(body, legs, constants)
     lying = least(1 - upright, unless_hidden(1 - crouched), *(leg.level for leg in legs))
     standing = most(*(least(1 - leg.level, 1 - leg.bent) for leg in legs))

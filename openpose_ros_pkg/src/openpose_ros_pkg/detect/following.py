@@ -56,6 +56,8 @@ class FollowingConstants:
         0.5, 'Greatest such distance between the predictions of a track in the image and of its track in space; it '
              'grows in the same way.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
+    least_weight: float = constant(0.1, 'Opinions whose weight faded to less are forgotten: joints that a full search '
+                                        'alone knows end.')
     least_score: float = constant(1e-3, 'Score of an expected joint that was not detected lately.')
 
 
@@ -197,7 +199,7 @@ class FollowedPerson:
         if earlier.pose is None:
             return None, 1.0
         share = float(np.exp((earlier.stamp - stamp) / self.constants.fading))
-        return earlier.moved(self.reference), share
+        return (earlier.moved(self.reference), share) if share >= self.constants.least_weight else (None, 0.0)
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
         """Return the memory after the person was reported with (K, 3) keypoints."""

@@ -117,10 +117,11 @@ class Schedule:
 
     def order(self, stamp: float) -> List[Part]:
         """Return all parts, the most urgent first; those that were never searched come before all others."""
-        def wait(part: Part) -> float:
-            if part not in self.searched:
-                return float('inf')
-            return (stamp - self.searched[part]) * self.urgency.get(part, 1.0)
+        def wait(part: Part) -> Tuple[float, float]:
+            urgency = self.urgency.get(part, 1.0)
+            # a late image is older than what was searched
+            waited = max(stamp - self.searched[part], 0.0) if part in self.searched else float('inf')
+            return waited * urgency, urgency
         return sorted(self.parts, key=wait, reverse=True)
 
     def _urged(self, parts: Sequence[Part]) -> 'Schedule':

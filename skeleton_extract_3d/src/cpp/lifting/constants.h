@@ -80,7 +80,6 @@ struct Constants : Step
   {
     double adult_stature = get("adult_stature"), head_ahead = get("head_ahead");
     std::vector<double> stature_limits = numbers("stature_limits", 2);
-    std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
     std::vector<double> surface_offsets = numbers("surface_offsets", JOINTS);
     std::vector<double> thicknesses = numbers("thicknesses", JOINTS);
     std::vector<double> head_points = numbers("head_points", 3 * HEAD_JOINTS), head_axes = numbers("head_axes", 3);

@@ -96,7 +96,8 @@ private:
     // the middle of a pair of joints is between two candidates as well
     for (int i = 0; i < middles_; ++i)
     {
-      z_middle_[i] = static_cast<float>(std::max(person.root + (i - 2 * method_.costs.half) * (step / 2), method_.trunk.nearest));
+      const double z = person.root + (i - 2 * method_.costs.half) * (step / 2);
+      z_middle_[i] = static_cast<float>(std::max(z, method_.trunk.nearest));
     }
     const auto& rays = person.rays;
     const Candidates neck{ z_middle_, middle(rays[0], rays[1]) }, hips{ z_middle_, middle(rays[2], rays[3]) };
@@ -179,7 +180,7 @@ private:
     }
     const double error = s_.keypoint_error * s_.keypoint_error;
     const Direction across = (at[0] - at[1]) * (1 / (variance[0] + variance[1] + error)) +
-                       (at[2] - at[3]) * (1 / (variance[2] + variance[3] + error));
+                             (at[2] - at[3]) * (1 / (variance[2] + variance[3] + error));
     const Direction left = unit(unit(across) + person.left_before);
     const Direction up = unit(at[0] + at[1] - (at[2] + at[3]));
     return { left, unit(cross(left, up)) };

@@ -53,7 +53,8 @@ void markPlausible(const Constants& method, const double* xyz, const double* sco
     const auto apart = [xyz](Index a, Index b) { return distanceBetween(at(xyz + 3 * a), at(xyz + 3 * b)); };
     const auto possible = [&](Index a, Index b, double length) {
       const double distance = apart(a, b);
-      return !(known[a] && known[b]) || (distance > s.shortest * length && distance < s.longest * length + method.inference.keypoint_error);
+      const double longest = s.longest * length + method.inference.keypoint_error;
+      return !(known[a] && known[b]) || (distance > s.shortest * length && distance < longest);
     };
     // arms fold, legs of standing people do not
     const bool folded = known[root] && apart(root, end) < s.folded * (upper + lower) &&

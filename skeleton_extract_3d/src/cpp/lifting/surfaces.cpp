@@ -98,10 +98,10 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
   const int hiding = static_cast<int>(std::min(std::max(1.0, std::nearbyint(joint.gap / s.step)), s.steps + 1.0));
   const double by_score = std::max(std::exp(s.hidden_slope * (s.hidden_score - joint.score)), 1.0);
   const double hidden = (joint.covered ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step;
+  const int reach = static_cast<int>(s.kernel_shares.size()) - 1;
   for (int i = 0; i < s.steps; ++i)
   {
     double seen = 0.0;
-    const int reach = static_cast<int>(s.kernel_shares.size()) - 1;
     for (int from = std::max(i - reach, 0); from <= std::min(i + reach, s.steps - 1); ++from)
     {
       seen += s.kernel_shares[std::abs(from - i)] * surface[from + 1];

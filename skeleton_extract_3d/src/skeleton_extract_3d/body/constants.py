@@ -15,8 +15,9 @@ class SizeConstants:
         30.0, 'A frame counts at least one in this many, so sizes and colours may still change; '
               "an adult's proportions count like so many.", unit='frames')
     known: float = constant(
-        0.06, 'Standard deviation of a length that is known: measured often, or by the size in the image where the '
-              'depth of the trunk is sure; and of a depth by it.', unit='share')
+        0.06, 'Standard deviation that a measured length tends to (where `most_frames` count, half of the way there '
+              'from that of proportions), that of the size in the image where the depth of the trunk is sure, and '
+              'that of a depth by it.', unit='share')
 
 
 @dataclass(frozen=True)

@@ -230,6 +230,8 @@ def _step(problem: _Problem, residuals: np.ndarray, jacobian: csr_matrix) -> np.
 def _deviations(problem: _Problem, values: np.ndarray, most: int) -> np.ndarray:
     """Return standard deviations of the parameters of the cameras; infinite where one block alone tells a camera.
 
+    All others stand relative to the first camera: where one block alone tells that one, none is known.
+
     The keypoints of a person err alike as long as a camera sees the person from one side, and all joints together.
     Such blocks of measurements are left out in turn (delete-a-group jackknife, one step each: Bell and McCaffrey,
     Survey Methodology 28, 169 (2002)).
@@ -245,8 +247,8 @@ def _deviations(problem: _Problem, values: np.ndarray, most: int) -> np.ndarray:
         kept[:3 * len(group)] = np.repeat(group != left_out, 3)
         steps.append(_step(problem, kept * residuals, diags(kept) @ jacobian)[:problem.first_bias])
     deviations = np.sqrt((len(steps) - 1) * np.var(steps, axis=0))
-    alone = [len(np.unique(group[data.camera == camera])) < 2 for camera in range(1, problem.cameras)]
-    return np.where(np.repeat(alone, _OWN), np.inf, deviations)
+    alone = np.array([len(np.unique(group[data.camera == camera])) < 2 for camera in range(problem.cameras)])
+    return np.where(np.repeat(alone[1:] | alone[0], _OWN), np.inf, deviations)
 
 
 def _cross(vectors: np.ndarray) -> np.ndarray:
