@@ -48,7 +48,7 @@ def _section(name: str, section: Dict[str, Any]) -> List[str]:
     parts = [f"## {section['title']}\n", f"{section['text']}\n"]
     for table in section['tables']:
         parts += [*([f"**{table['title']}**\n"] if table['title'] else []), _markdown(table['rows'])]
-    parts += [f"![{picture['text']}](images/{picture['file']})\n\n{picture['text']}\n"
+    parts += [f"![{picture['file']}](images/{picture['file']})\n\n{picture['text']}\n"
               for picture in section['pictures']]
     return [*parts, f"`./run bench report {name}`: commit {made['commit']}, {made['processor']}, "
                     f"T = {made['T_ms']} ms, {made['date']}\n"]

@@ -12,7 +12,7 @@ from scoring.figures import Figure
 
 RATES, PEOPLE, SECONDS = (15.0, 30.0), (1, 2, 5, 8), 15.0
 COLUMNS = ('camera [Hz]', 'people', 'T [ms]', 'results [Hz]', 'latency median / 95 % [ms]',
-           'frames with 0, 1, ... people', 'processor [% of a core]', 'memory [MB]', 'start [s]')
+           'frames with 0, 1, ... people', 'start [s]')
 
 
 def measure(options: Options) -> Section:

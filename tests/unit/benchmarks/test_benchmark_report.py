@@ -38,7 +38,7 @@ def test_a_section_is_written_and_shown(tmp_path, monkeypatch):
     page = results_page(read_results(tmp_path))
     assert '## A trial\n' in page
     assert '| x| 0.961 [0.949, 0.972]|' in page
-    assert '![a picture](images/results_x.svg)' in page
+    assert '![results_x.svg](images/results_x.svg)' in page
     assert 'commit abc, 2 cores, T = 50.0 ms, 2026-01-01' in page
     assert '| x | 0.961 [0.949, 0.972] |' in str(section)
 

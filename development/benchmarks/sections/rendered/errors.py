@@ -29,8 +29,7 @@ def measure(options: Options) -> Section:
     groups = {title: group for title, group in groups.items() if len(group) > 1}
     found = {title: {name: figures(each, {key: JOINT_STATISTICS[key] for key in COLUMNS})
                      for name, each in group.items()} for title, group in groups.items()}
-    pictures = [by_group(f'errors_by_{title}', f'Errors by {title}: median of visible joints, and shares of visible '
-                         'joints within 100 mm and of hidden ones within 150 mm, with 95 % intervals', {
+    pictures = [by_group(f'errors_by_{title}', f'Errors by {title}', {
                              'median of visible joints [mm]': {'': column(each, 'visible_median')},
                              'share': {'visible within 100 mm': column(each, 'visible_100'),
                                        'hidden within 150 mm': column(each, 'hidden_150')}})

@@ -9,16 +9,13 @@ from openpose_ros_pkg.networks.backends import create_backend
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 from results import Options, Section, Table, scenes_with
-from scoring.counts import blocks_of, by_value
+from scoring.counts import blocks_of
 from scoring.figures import few_scenes
-from scoring.hands import FINGERS, STATISTICS, score_hands
-from scoring.tables import rows_of
+from scoring.hands import STATISTICS, score_hands
 from skeleton_extract_3d.chain_settings import ChainSettings
 
 # Length of the parts of a scene that intervals are drawn from [s].
 BLOCK = 0.5
-COLUMNS = {'visible_median': 'median [mm]', 'visible_10': 'within 10 mm', 'visible_20': 'within 20 mm',
-           'hidden_20': 'hidden, within 20 mm', 'image_02': 'in the image, within 0.2 hand sizes'}
 
 
 def measure(options: Options) -> Section:
@@ -33,13 +30,11 @@ def measure(options: Options) -> Section:
         found = program.scored(program.find(folder, settings, networks))
         counts.append(score_hands(folder, found))
         blocks += [score_hands(folder, found, block) for block in blocks_of(folder, BLOCK)]
-    fingers = by_value(blocks, 'points', 'finger', {name: [number] for number, name in enumerate(FINGERS)})
     named = few_scenes(counts, blocks, STATISTICS)
     return Section(f'{len(counts)} scenes, mode balanced. Shares count all points of true hands, those that are not '
                    'given as wrong. Intervals: bootstrap over scenes, of less than five over halves of a second.',
                    named,
-                   [Table('', [['', 'figure'], *([figure.text, figure] for figure in named.values())]),
-                    Table('By finger', rows_of(fingers, STATISTICS, COLUMNS, 'finger'))])
+                   [Table('', [['', 'figure'], *([figure.text, figure] for figure in named.values())])])
 
 
 def has_hands(folder: Path) -> bool:
