@@ -9,6 +9,7 @@ import rostest
 from dynamic_reconfigure.client import Client
 from harness import FRAME_ID, OUTPUT, VISIBLE, Camera, FakeDetector, ShippedSequence, now, person, position
 from openpose_ros_msgs.msg import (
+    BodypartDetection_3d,
     FaceDetection_3dArray,
     FaceDetectionArray,
     HandDetection,
@@ -76,9 +77,12 @@ class KnownHandsTest(unittest.TestCase):
             self.assertGreaterEqual(len(hands_3d.hands), 2)
             self.assertEqual(len(faces_3d.faces), len(faces.faces))
             self.assertEqual(hands_3d.header.frame_id, FRAME_ID)
-            for hand in hands_3d.hands:
-                side = 'left' if hand.side == HandDetection.LEFT else 'right'
-                wrist = getattr(people[hand.person_ID], f'{side}_wrist')
+            wrists = [(hand, getattr(people[hand.person_ID],
+                                     'left_wrist' if hand.side == HandDetection.LEFT else 'right_wrist'))
+                      for hand in hands_3d.hands]
+            seen = [(hand, wrist) for hand, wrist in wrists if wrist.status == BodypartDetection_3d.MEASURED]
+            self.assertTrue(seen)
+            for hand, wrist in seen:
                 self.assertLess(np.linalg.norm(position(hand.keypoints[0]) - position(wrist)), NEAR)
 
     def test_only_what_has_a_subscriber_is_looked_for_and_parameters_change_that(self):
