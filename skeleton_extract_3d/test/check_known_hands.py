@@ -9,7 +9,6 @@ import rostest
 from dynamic_reconfigure.client import Client
 from harness import FRAME_ID, OUTPUT, VISIBLE, Camera, FakeDetector, ShippedSequence, now, person, position
 from openpose_ros_msgs.msg import (
-    BodypartDetection_3d,
     FaceDetection_3dArray,
     FaceDetectionArray,
     HandDetection,
@@ -19,10 +18,12 @@ from openpose_ros_msgs.msg import (
 )
 from std_msgs.msg import String
 
+from openpose_ros_pkg.skeletons import COCO_18
 from session import PATIENCE, Diagnostics, Recorder, await_true
 
-# The wrist of a hand is one of its points: where the wrist is seen, it is there, to the shape of the arm [m].
+# The wrist of a hand is one of its points: it is at the wrist of its person, to the shape of the arm [m].
 NEAR = 0.08
+NECK = COCO_18.index['neck']
 KINDS = {'hands': HandDetectionArray, 'faces': FaceDetectionArray, 'hands_3d': HandDetection_3dArray,
          'faces_3d': FaceDetection_3dArray}
 
@@ -77,13 +78,12 @@ class KnownHandsTest(unittest.TestCase):
             self.assertGreaterEqual(len(hands_3d.hands), 2)
             self.assertEqual(len(faces_3d.faces), len(faces.faces))
             self.assertEqual(hands_3d.header.frame_id, FRAME_ID)
-            wrists = [(hand, getattr(people[hand.person_ID],
-                                     'left_wrist' if hand.side == HandDetection.LEFT else 'right_wrist'))
-                      for hand in hands_3d.hands]
-            seen = [(hand, wrist) for hand, wrist in wrists if wrist.status == BodypartDetection_3d.MEASURED]
-            self.assertTrue(seen)
-            for hand, wrist in seen:
-                self.assertLess(np.linalg.norm(position(hand.keypoints[0]) - position(wrist)), NEAR)
+            for hand in hands_3d.hands:
+                side = 'left' if hand.side == HandDetection.LEFT else 'right'
+                neck = position(people[hand.person_ID].neck)
+                true = min(self.sequence.people[number], key=lambda one: np.linalg.norm(one.xyz[NECK] - neck))
+                wrist = true.xyz[COCO_18.index[f'{side}_wrist']]
+                self.assertLess(np.linalg.norm(position(hand.keypoints[0]) - wrist), NEAR)
 
     def test_only_what_has_a_subscriber_is_looked_for_and_parameters_change_that(self):
         await_true(self.is_quiet, 'no look for hands and faces without a subscriber')
