@@ -2,6 +2,7 @@
 
 All take depth [m] in the colour image's pixels (0: nothing) and return uint16 [mm], 0 for invalid.
 """
+import abc
 from typing import Dict, NamedTuple, Tuple, Type, Union
 
 import cv2
@@ -23,7 +24,7 @@ class SensorModel(NamedTuple):
     farthest: float
 
 
-class DepthSensor:
+class DepthSensor(abc.ABC):
     """Base of the sensors. Keeps its random numbers and what stays the same from frame to frame."""
 
     name = ''
@@ -33,9 +34,9 @@ class DepthSensor:
         """fx: focal length of the images that are measured [px]."""
         self.fx, self.rng = fx, np.random.default_rng(seed)
 
+    @abc.abstractmethod
     def measure(self, frame: Frame) -> np.ndarray:
         """Return (H, W) uint16 depth [mm]."""
-        raise NotImplementedError
 
     def smooth_noise(self, size: Tuple[int, int], sigma: float) -> np.ndarray:
         """Return a normal field with variance 1 whose values go together over about sigma pixels."""
