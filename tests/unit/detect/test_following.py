@@ -5,9 +5,9 @@ import pytest
 from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, Opinion, PersonMemory
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import DetectorSettings
+from openpose_ros_pkg.detect.recipes import MODES, DetectorSettings
 from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
@@ -148,3 +148,16 @@ def test_people_far_beyond_a_thin_image_get_a_crop_that_fits_into_memory():
     refinement = next(iter(Scene([]).stream.detector.setup.recipe.refinements))
     crop = prepare_crop(CrowdImage(np.zeros((6000, 40, 3), np.uint8), [person], COCO_18), person, refinement)
     assert np.prod(crop.view.plan.image_size) <= 1.01 * CROP.most_area * 6000 * 40
+
+
+def test_joints_that_an_earlier_search_alone_knows_end():
+    """A crop shows the person without the first joints: what the search told of these fades, and is forgotten."""
+    recipe = MODES['fast']
+    pose = np.insert(LEFT[:, :2], 2, 0.9, axis=1).astype(np.float32)
+    crop = pose.copy()
+    crop[:4] = np.nan, np.nan, 0
+    memory = PersonMemory(pose[:, 2], BEGIN, 0.0, {0: Opinion(pose, pose[:, :2], BEGIN)})
+    person = FollowedPerson(pose, memory, crop=crop, opinions={recipe.pass_opinions: crop})
+    assert (person.voted(recipe, BEGIN + 0.1)[:, 2] > 0).all()
+    later = person.voted(recipe, BEGIN + 1.0)[:, 2]
+    assert not (later[:4] > 0).any() and (later[4:] > 0).all()
