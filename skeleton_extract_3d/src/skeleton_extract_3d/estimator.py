@@ -103,6 +103,7 @@ class PeopleEstimator:
         """Return where the tracked people will be in an image; see `Memory.expected`."""
         return self._memory.expected(stamp, image_size, self._settings)
 
+    @np.errstate(invalid='ignore')  # what is missing is NaN, in every step
     def update(self, people_2d: People2D, frame: Frame) -> Estimate:
         """Return the people of a frame.
 

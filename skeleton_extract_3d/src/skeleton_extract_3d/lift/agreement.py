@@ -30,14 +30,12 @@ class Agreement(NamedTuple):
         joints = observed.known[:, TRUNK] & (observed.scores[:, TRUNK] > method.sizes.least_score)
         depths = np.where(joints, lower_median(observed.samples[:, TRUNK]), np.nan)
         middle = lower_median(depths)
-        with np.errstate(invalid='ignore'):
-            near = (np.abs(depths - middle[:, None]) < method.trunk.reach).sum(axis=1)
-            sizes = middle / observed.adult_depth
+        near = (np.abs(depths - middle[:, None]) < method.trunk.reach).sum(axis=1)
+        sizes = middle / observed.adult_depth
         count, (least, most) = joints.sum(axis=1), constants.sizes
         judged = ((count >= _LEAST_JOINTS) & (np.isfinite(depths).sum(axis=1) >= _LEAST_DEPTHS)
                   & np.isfinite(observed.adult_depth))
-        with np.errstate(invalid='ignore'):
-            fits = (sizes > least) & (sizes < most) & (2 * near > count)
+        fits = (sizes > least) & (sizes < most) & (2 * near > count)
         last = slice(-constants.sightings, None)
         return Agreement(np.concatenate([self.sizes, sizes[judged]])[last],
                          np.concatenate([self.fits, fits[judged]])[last])

@@ -33,7 +33,8 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     focal = camera.focal_in((points.width, points.height))
     adult_depth = surfaces.size_depth(rays, scores, method)
     windows = method.windows
-    radius = np.clip(windows.half_side * focal / adult_depth, *windows.limits)
+    least, most = windows.limits
+    radius = np.minimum(np.maximum(windows.half_side * focal / adult_depth, least), most)
     samples = surfaces.window_depths(points, uv, radius, windows)
     evidence = method.compiled.root_evidence(samples, scores, None)
     return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence, focal)

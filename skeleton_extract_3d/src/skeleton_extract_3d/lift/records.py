@@ -94,7 +94,8 @@ class Expectation(NamedTuple):
         # mean of the stature of adults and that in the image, weighted by their precisions
         prior, precision = self.stature_spread ** -2, method.sizes.known ** -2
         stature = body.adult_stature * np.exp(ratio * precision / (prior + precision))
-        scale = np.where(known, np.clip(stature, *body.stature_limits) / self.stature, 1.0)
+        least, most = body.stature_limits
+        scale = np.where(known, np.minimum(np.maximum(stature, least), most) / self.stature, 1.0)
         return self._replace(stature=self.stature * scale, lengths=self.lengths * scale[:, None])
 
 

@@ -22,7 +22,6 @@ class RobustLifting:
     def __init__(self, method: MethodConstants = METHOD, on_skin: bool = False) -> None:
         self._method, self._on_skin = method, on_skin
 
-    @np.errstate(invalid='ignore')  # samples, and expected depths, are NaN where missing
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `lifting.LiftingMethod`."""
         method = self._method

@@ -108,7 +108,9 @@ class CameraModel:
 
     def focal_in(self, image_size: Tuple[int, int]) -> float:
         """Return the focal length, mean of both axes, in the pixels of an image of the same view [px]."""
-        return float(np.mean(self.matrix[[0, 1], [0, 1]] * np.divide(image_size, (self.width, self.height))))
+        (fx, _, _), (_, fy, _), _ = self.matrix.tolist()
+        width, height = image_size
+        return (fx * (width / self.width) + fy * (height / self.height)) / 2
 
     @np.errstate(all='ignore')  # where the distortion can not be inverted, anything comes out
     def rays(self, uv: np.ndarray) -> np.ndarray:

@@ -1,4 +1,5 @@
 """Plausibility of points as the depth of a view: no depth at all, another unit, the same depth in each frame."""
+import functools
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -74,6 +75,7 @@ def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarra
     return before._replace(frames=before.frames + 1 if has_changed else 0)
 
 
+@functools.lru_cache(maxsize=8)
 def _sample_pixels(width: int, height: int) -> Tuple[np.ndarray, np.ndarray]:
     """Return columns (1, N) and rows (M, 1) of the pixels that are judged."""
     columns, rows = (np.linspace(0, size - 1, min(count, size)).astype(np.int64)

@@ -70,6 +70,9 @@ class PointGrid(ABC):
 def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
     """Return depth in units of `unit` [m] as float64 [m], NaN where it is 0, negative or not finite."""
     z = depth.astype(np.float64) * unit
+    if depth.dtype.kind == 'u':
+        z[z == 0] = np.nan
+        return z
     with np.errstate(invalid='ignore'):
         return np.where((z > 0) & (z < np.inf), z, np.nan)
 

@@ -66,8 +66,7 @@ def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[n
     pixels = clothes_pixels(np.where(observed.scores[..., None] >= method.sizes.least_score, observed.uv, np.nan))
     depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
     trunk = surfaces.lower_median(observed.samples[:, _CHEST].reshape(len(observed), -1))
-    with np.errstate(invalid='ignore'):
-        usable = np.abs(depths - trunk[:, None]) < method.trunk.reach
+    usable = np.abs(depths - trunk[:, None]) < method.trunk.reach
     return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), observed.image_size), usable)
 
 

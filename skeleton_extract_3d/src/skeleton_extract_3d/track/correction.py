@@ -102,7 +102,7 @@ def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray
     new = mean_innovations(squares, tracks.errors + variance, used)
     elapsed = np.where(used.any(axis=1), stamp - tracks.last_seen, 0.0)
     shares = averaged_innovations(tracks.innovations, new, elapsed, constants.innovation)
-    gains = np.clip(1 - filtered / np.maximum(expected, 1e-12), 0.0, 1.0)
+    gains = np.minimum(np.maximum(1 - filtered / np.maximum(expected, 1e-12), 0.0), 1.0)
     errors = error_variances(shares, gains, tracks.errors, variance, expected, constants.innovation)
     return shares, np.where(used, np.maximum(errors, filtered), filtered)
 

@@ -65,8 +65,7 @@ def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, 
     allowed = (across < constants.same_place) & (compared.against[:, new] <= constants.most_evidence)
     # an occluder in front of a half may be nearer, but the half's own surfaces are not farther away
     behind = surfaces.lower_median(observed.samples[new])[None] - tracks.joints.position[:, None, :, 2]
-    with np.errstate(invalid='ignore'):
-        allowed &= ~(surfaces.lower_median(np.where(tracks.has[:, None], behind, np.nan)) > method.trunk.reach)
+    allowed &= ~(surfaces.lower_median(np.where(tracks.has[:, None], behind, np.nan)) > method.trunk.reach)
     nearest = np.where(allowed, across, np.inf).argmin(axis=0)
     keypoints, known, kept = people.keypoints.copy(), observed.known.copy(), np.ones(len(row), bool)
     for part, track, possible in zip(new, nearest, allowed.any(axis=0)):

@@ -151,6 +151,6 @@ def error_variances(shares: np.ndarray, gains: np.ndarray, before: np.ndarray, m
     """
     share, independent = shares[:, np.newaxis], before + measured
     place = np.minimum(before + np.maximum(share - 1, 0.0) * independent, np.maximum(expected, before))
-    part = np.clip((1 - share) / (1 - constants.repeated), 0.0, 1.0)
+    part = np.minimum(np.maximum((1 - share) / (1 - constants.repeated), 0.0), 1.0)
     repeated = np.minimum(part * independent / 2, np.sqrt(before * measured))
     return (1 - gains) ** 2 * place + gains ** 2 * measured + 2 * gains * (1 - gains) * repeated

@@ -79,7 +79,7 @@ class Memory:
         tracks = self.tracks
         recent = stamp - tracks.last_seen <= params.track_timeout
         recent[:-TRACKING.most_tracks] = False
-        gone = self.gone.joined(tracks.select(~recent))
+        gone = self.gone if recent.all() else self.gone.joined(tracks.select(~recent))
         gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
         return tracks.select(recent), gone.select(stamp - gone.last_seen <= params.return_timeout)
 

@@ -111,7 +111,7 @@ def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
 
 def without(tracks: Tracks, present: Tracks) -> Tracks:
     """Return tracks without those that were reidentified as others."""
-    return tracks.select(~np.isin(tracks.ids, present.ids))
+    return tracks.select((tracks.ids[:, None] != present.ids).all(axis=1)) if len(tracks) else tracks
 
 
 def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityParams, method: MethodConstants = METHOD

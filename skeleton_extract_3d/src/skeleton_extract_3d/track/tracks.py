@@ -1,5 +1,5 @@
 """Records of tracking: tracks, and the people of a frame as tracks take them in; one array per property."""
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple, Tuple, TypeVar
 
@@ -31,16 +31,16 @@ class Rows:
 
     def select(self: Record, rows: np.ndarray) -> Record:
         """Return some of the tracks, by indices (N,) or a mask (T,), in the order of these."""
-        if rows.all() if rows.dtype == bool else np.array_equal(rows, np.arange(len(self))):
+        indices = np.flatnonzero(rows) if rows.dtype == bool else rows
+        if len(indices) == len(self) and (indices == np.arange(len(self))).all():
             return self  # mostly all are
-        return replace(self, **{field.name: _selected(getattr(self, field.name), rows) for field in fields(self)})
+        return type(self)(**{name: _selected(value, indices) for name, value in vars(self).items()})
 
     def joined(self: Record, others: Record) -> Record:
         """Return these tracks and then others; values for all tracks are those of these."""
         if not len(others):
             return self
-        return replace(self, **{field.name: _joined(getattr(self, field.name), getattr(others, field.name))
-                                for field in fields(self)})
+        return type(self)(**{name: _joined(value, getattr(others, name)) for name, value in vars(self).items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class Tracks(Rows):
 
     def in_order(self) -> 'Tracks':
         """Return the tracks by their ids."""
-        return self if (np.diff(self.ids) > 0).all() else self.select(np.argsort(self.ids))
+        return self if (self.ids[1:] > self.ids[:-1]).all() else self.select(np.argsort(self.ids))
 
     def predicted(self, elapsed: float, params: SmoothingParams, body: BodyConstants = BODY) -> 'Tracks':
         """Return the tracks after a time [s], with constant velocity."""
@@ -151,8 +151,8 @@ class Observations(NamedTuple):
 
 def _selected(value: Any, rows: np.ndarray) -> Any:
     if isinstance(value, np.ndarray):
-        return value[rows]
-    return type(value)(*(part[rows] for part in value)) if isinstance(value, tuple) else value
+        return value.take(rows, axis=0)
+    return type(value)(*[part.take(rows, axis=0) for part in value]) if isinstance(value, tuple) else value
 
 
 def _joined(first: Any, second: Any) -> Any:
