@@ -64,6 +64,8 @@ class People2D:
     keypoints: np.ndarray
     scores: np.ndarray  # (P,) float32, how sure the detector is of each person [0..1]
     ids: np.ndarray  # (P,) int64 track ids; negative where no tracker has named the person
+    # (P,) bool, whether a network saw the person in this image; False: extrapolated; None: all were seen
+    looked: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         joints = len(self.skeleton.joints)
@@ -72,12 +74,14 @@ class People2D:
             raise ValueError(f'keypoints of {self.skeleton.name}: expected (P, {joints}, 3), got {keypoints.shape}')
         people = (len(keypoints),)
         scores, ids = np.asarray(self.scores, np.float32), np.asarray(self.ids, np.int64)
-        if scores.shape != people or ids.shape != people:
-            raise ValueError(f'scores and ids: expected {people}, got {scores.shape} and {ids.shape}')
+        looked = np.ones(people, bool) if self.looked is None else np.asarray(self.looked, bool)
+        for name, value in (('scores', scores), ('ids', ids), ('looked', looked)):
+            if value.shape != people:
+                raise ValueError(f'{name}: expected {people}, got {value.shape}')
         present = np.isfinite(keypoints[..., :2]).all(axis=2)
         if not np.array_equal(present, keypoints[..., 2] > 0):
             raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
-        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids)):
+        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked)):
             object.__setattr__(self, name, value)
 
     @classmethod
@@ -90,12 +94,14 @@ class People2D:
 
     def select(self, indices: np.ndarray) -> 'People2D':
         """Return some of the people, in the order of their indices (N,)."""
-        return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices])
+        return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices],
+                        self.looked[indices])
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""
         return People2D(self.skeleton, np.concatenate([self.keypoints, others.keypoints]),
-                        np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]))
+                        np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]),
+                        np.concatenate([self.looked, others.looked]))
 
     @property
     def xy(self) -> np.ndarray:

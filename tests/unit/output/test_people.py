@@ -29,6 +29,12 @@ def test_people_hold_float32_and_int64():
     np.testing.assert_array_equal(np.flatnonzero(people.present[0]), [0])
 
 
+def test_people_are_looked_at_unless_said_otherwise():
+    people = People2D(COCO_18, keypoints(), [0.5], [7])
+    both = people.joined(People2D(COCO_18, keypoints(), [0.5], [8], [False]))
+    assert both.looked.tolist() == [True, False] and both.select(np.array([1])).looked.tolist() == [False]
+
+
 @pytest.mark.parametrize('values, scores, ids, text', [
     (np.zeros((K, 3)), [0.5], [0], r'expected .* got'), (np.zeros((1, K - 1, 3)), [0.5], [0], r'expected .* got'),
     (keypoints(), [], [0], r'expected .* got'), (keypoints(), [0.5], [0, 1], r'expected .* got'),
@@ -37,6 +43,11 @@ def test_people_hold_float32_and_int64():
 def test_wrong_shapes_and_half_missing_joints_are_refused(values, scores, ids, text):
     with pytest.raises(ValueError, match=text):
         People2D(COCO_18, values, scores, ids)
+
+
+def test_a_wrong_number_of_looks_is_refused_by_name():
+    with pytest.raises(ValueError, match='looked: expected'):
+        People2D(COCO_18, keypoints(), [0.5], [7], [True, True])
 
 
 @pytest.mark.parametrize('status', [MEASURED, INFERRED])
