@@ -158,6 +158,7 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.nd
                                        floor=None if floors is None else floors[number], source=number))
         with chain.detection.lock:
             computed = chain.compute(prepared)
+            chain.search(computed)
         result = chain.finish(computed)
         run.people.append(result.people_2d)
         run.work.append(work() - done)

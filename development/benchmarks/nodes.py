@@ -151,8 +151,8 @@ def networks_alone(values: Mapping[str, Any], sequence: Path, stamps: Sequence[f
     images = [frame.bgr for frame in open_sequence(sequence)]
     times = []
     for bgr, stamp in zip(itertools.cycle(images + images[-2:0:-1]), stamps):
-        frame = stream.prepare(ImageFrame('alone', stamp, bgr))
-        times.append(elapsed(lambda frame=frame: stream.finish(stream.compute(frame)))[0])
+        frame = ImageFrame('alone', stamp, bgr)
+        times.append(elapsed(lambda frame=frame: stream.detect(frame))[0])
     return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
 
 

@@ -142,8 +142,9 @@ class Runner:
             for frame in scene.frames:
                 prepared = chain.prepare(frame)
                 with detection.lock:
-                    result = chain.finish(chain.compute(prepared))
-                yield chain, result
+                    computed = chain.compute(prepared)
+                    chain.search(computed)
+                yield chain, chain.finish(computed)
 
 
 def settings_of(variant: Variant, **parameters: Any) -> ChainSettings:

@@ -5,13 +5,13 @@
     chain = PeopleChain(detection, settings)
     result = chain.update(Frame(camera, stamp, bgr, points))
 
-A pipeline calls the stages one by one, each in the order of the frames of a camera: prepare, compute, finish, lift,
-add_landmarks.
+A pipeline calls the stages one by one, each in the order of the frames of a camera: prepare, compute, finish, lift;
+then add_landmarks, and search beside it.
 """
 import itertools
 import threading
 from dataclasses import dataclass, field, replace
-from typing import Any, Dict, Hashable, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, Optional, Tuple
 
 import numpy as np
 
@@ -141,6 +141,7 @@ class PeopleChain:
         prepared = self.prepare(frame)
         with self.detection.lock:
             computed = self.compute(prepared)
+            self.search(computed)
         return self.add_landmarks(self.lift(self.finish(computed)))
 
     def prepare(self, frame: Frame) -> PreparedFrame:
@@ -148,7 +149,8 @@ class PeopleChain:
         if frame.points is not None:
             check_points(frame.points, frame.image_size, self._settings)
         depth = None if frame.points is None else depth_view(frame.points)
-        image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, source=frame.source)
+        image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, source=frame.source,
+                           interval=frame.interval)
         return PreparedFrame(frame, self.detection.prepare(image))
 
     def compute(self, prepared: PreparedFrame) -> ComputedFrame:
@@ -158,6 +160,10 @@ class PeopleChain:
         if frame.points is not None:
             expected = self.expected(frame.camera, frame.image_time, frame.image_size)
         return ComputedFrame(frame, self.detection.compute(prepared.image, expected))
+
+    def search(self, computed: ComputedFrame, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Look for other people in the newest computed frame, for the next one; see `Detection.search`."""
+        self.detection.search(computed.found, interrupted)
 
     def finish(self, computed: ComputedFrame) -> Result:
         """Return the people in the image, with track ids."""

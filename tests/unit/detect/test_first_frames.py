@@ -168,6 +168,7 @@ def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhi
     def compute(prepared):
         with stream.lock:
             computed = stream.compute(prepared)
+            stream.search(computed)
         return stream.finish(computed)
 
     def reconfigure(mode, between):

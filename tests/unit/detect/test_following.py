@@ -39,10 +39,24 @@ class Scene:
         Args:
             stamp: since `BEGIN` [s].
         """
+        return self._watched(people, lambda: self.stream.detect(ImageFrame(camera, BEGIN + stamp, image), **kwargs))
+
+    def answered(self, stamp, people=None, image=IMAGE):
+        """Return what `frame` does, before the search, and a function that searches and returns the same again."""
+        prepared = self.stream.prepare(ImageFrame('camera', BEGIN + stamp, image))
+        with self.stream.lock:
+            computed, *_ = answer = self._watched(people, lambda: self.stream.compute(prepared))
+
+        def search(interrupted=lambda: False):
+            with self.stream.lock:
+                return self._watched(None, lambda: self.stream.search(computed, interrupted))
+        return (self.stream.finish(computed), *answer[1:]), search
+
+    def _watched(self, people, act):
         self.people = self.people if people is None else people
         self.searching.people = self.looking.people = self.people
         before = len(self.searching.inputs), len(self.looking.inputs)
-        found = self.stream.detect(ImageFrame(camera, BEGIN + stamp, image), **kwargs)
+        found = act()
         searches, looks = self.searching.inputs[before[0]:], self.looking.inputs[before[1]:]
         seconds = sum(one.shape[0] * one.shape[1] * PACE['movenet_multipose'] for one in searches)
         return found, len(searches), len(looks), seconds + 0.003 * len(looks)
@@ -137,6 +151,49 @@ def test_a_newcomer_is_found_within_a_third_of_a_second():
     image[200:260, 470:500, 2] += 60  # the person changes the image
     found = [len(scene.frame(stamp, [LEFT, RIGHT], image)[0]) for stamp in stamps[10:25]]
     assert found[-1] == 2 and found == sorted(found)
+
+
+def test_people_are_returned_before_the_search_and_who_is_found_by_it_in_the_next_frame():
+    scene = Scene([LEFT])
+    for i in range(PERIOD):
+        scene.frame(0.1 * i)
+    (found, searches, looks, _), search = scene.answered(0.1 * PERIOD, [LEFT, RIGHT])
+    assert (len(found), searches, looks) == (1, 0, 1)
+    _, searches, looks, _ = search()
+    assert (searches, looks) == (1, 1)  # the new person is confirmed on a crop
+    (found, searches, looks, _), _ = scene.answered(0.1 * PERIOD + 0.1)
+    assert (searches, looks) == (0, 2) and sorted(found.ids) == [1, 2]
+    assert all(near(one, person) for one, person in zip(in_order(found), (LEFT, RIGHT)))
+
+
+def test_an_image_that_waits_ends_the_search_at_the_next_part_but_does_not_put_it_off_for_ever():
+    scene = Scene([LEFT], pace={name: 20 * seconds for name, seconds in PACE.items()}, target_rate=RATE)
+    scene.frame(1.0)
+    searched = []
+    for i in range(1, 40):
+        _, search = scene.answered(1.0 + 0.02 * i)
+        searched.append(search(interrupted=lambda: True)[1])
+    assert max(searched) == 1
+    waits = np.diff(np.flatnonzero(searched)) * 0.02
+    assert (waits >= SCHEDULE.patience - 0.001).all() and waits.max() <= SCHEDULE.patience + 0.04
+
+
+def test_where_no_person_is_found_on_a_crop_the_search_is_done_at_once():
+    scene = Scene([LEFT])
+    scene.frame(0.0)
+    scene.frame(0.1)
+    (found, searches, _, _), search = scene.answered(0.2, [RIGHT])
+    assert searches == 1 and len(found) == 1 and near(found.xy[0], RIGHT)
+    assert search()[1] == 0
+
+
+def test_the_search_of_an_image_that_is_no_longer_the_newest_is_left_out():
+    scene = Scene([LEFT])
+    for i in range(PERIOD):
+        scene.frame(0.1 * i)
+    _, search = scene.answered(0.1 * PERIOD)
+    scene.answered(0.1 * PERIOD + 0.1)
+    assert search()[1] == 0
 
 
 CROWD = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]

@@ -21,14 +21,14 @@ LEFT, MIDDLE, RIGHT = (Part(0, *columns, WIDTH) for columns in strips(WIDTH, 3))
 def done_at(*stamps):
     schedule = Schedule((LEFT, MIDDLE, RIGHT))
     for part, stamp in zip(schedule.parts, stamps):
-        schedule = schedule.done([part], stamp)
+        schedule = schedule.done(part, stamp)
     return schedule
 
 
 def test_where_a_person_was_lost_is_searched_first():
-    schedule = done_at(0.0, 0.1, 0.2).lost(RIGHT.right - 10, RIGHT.right)
+    schedule = done_at(0.0, 0.1, 0.2).lost([np.array([[RIGHT.right - 10, 0], [RIGHT.right, 200]])])
     assert schedule.order(0.3) == [RIGHT, LEFT, MIDDLE]
-    assert schedule.done([RIGHT], 0.3).order(0.4) == [LEFT, MIDDLE, RIGHT]
+    assert schedule.done(RIGHT, 0.3).order(0.4) == [LEFT, MIDDLE, RIGHT]
     assert schedule.order(-0.1)[0] == RIGHT  # an image that comes late
 
 
@@ -38,7 +38,7 @@ def test_where_the_image_changed_is_searched_sooner_but_others_are_not_forgotten
     for frame in range(1, 13):
         schedule = schedule.changed(np.full(SCHEDULE.grey_pixels, WIDTH - 1.0))  # a screen, say
         part = schedule.order(0.1 * frame)[0]
-        schedule = schedule.done([part], 0.1 * frame)
+        schedule = schedule.done(part, 0.1 * frame)
         searched.append(part)
     assert searched[0] is RIGHT
     assert searched.count(RIGHT) > searched.count(LEFT) >= 2 and searched.count(MIDDLE) >= 2

@@ -109,3 +109,12 @@ def test_stamps_that_stand_still_do_not_add_people_for_ever():
         tracks, _ = tracks.updated(frame((1e4 * number, 200)), 0.0, ids)
     ids, _ = tracks.expected(0.0)
     assert len(ids) == TRACKING.most_tracks and max(ids) == TRACKING.most_tracks + 50
+
+
+def test_a_person_found_later_in_a_frame_gets_no_id_that_another_one_has():
+    tracks, given = ImageTracks(TrackingParams()), PersonIds()
+    tracks, people = tracks.updated(frame((100, 200)), 1.0, given)
+    tracks, later = tracks.updated(frame((120, 200), (600, 200)), 1.0, given, people.ids.tolist())
+    assert people.ids.tolist() == [1] and later.ids.tolist() == [2, 3]
+    _, people = tracks.updated(frame((100, 200), (120, 200), (600, 200)), 1.1, given)
+    assert people.ids.tolist() == [1, 2, 3]

@@ -24,11 +24,15 @@ class Story:
         began: times at which these were, time.monotonic() [s].
         seconds: spent in each stage so far.
         gates: one for each stage; open at first.
+        interrupted: what tells the newest search whether another item waits.
     """
 
+    STAGES = ('prepare', 'compute', 'finish', 'search', 'follow_up')
+
     def __init__(self, lock=None, lead=0.0, **durations):
+        self.interrupted = None
         self.events, self.errors, self.began, self.seconds = [], [], {}, Counter()
-        self.gates = {stage: threading.Event() for stage in ('prepare', 'compute', 'finish')}
+        self.gates = {stage: threading.Event() for stage in self.STAGES}
         for gate in self.gates.values():
             gate.set()
         self._durations = durations
@@ -36,7 +40,8 @@ class Story:
                                  lock or FairLock(), lead)
 
     def _stage(self, stage):
-        def work(item):
+        def work(item, interrupted=None):
+            self.interrupted = interrupted or self.interrupted
             begin = self.began[stage, item] = time.monotonic()
             self.events.append((stage, item))
             time.sleep(self._durations.get(stage, 0.0))
@@ -136,3 +141,53 @@ def test_what_is_on_its_way_elsewhere_is_computed_in_any_case():
     story.begun('finish', 'd')
     story.pipeline.stop()
     assert story.items('prepare') == story.items('compute') == story.items('finish') == ['a', 'b', 'd']
+
+
+def test_an_item_is_searched_once_it_is_finished_until_the_next_one_comes():
+    story = Story()
+    for stage in ('finish', 'search', 'follow_up'):
+        story.gates[stage].clear()
+    story.submit('a')
+    story.begun('finish', 'a')
+    assert story.items('search') == []
+    story.gates['finish'].set()
+    story.begun('follow_up', 'a')  # the search does not wait for it
+    story.begun('search', 'a')
+    assert not story.interrupted()
+    story.gates['prepare'].clear()
+    story.submit('b')
+    story.begun('prepare', 'b')
+    assert story.interrupted()
+    for gate in story.gates.values():
+        gate.set()
+    story.begun('search', 'b')
+    story.pipeline.stop()
+    assert story.items('compute') == story.items('search') == ['a', 'b']
+
+
+def test_a_search_is_offered_between_items_that_follow_each_other_closely_and_ends_where_others_compute():
+    lock = FairLock()
+    story = Story(lock)
+    story.gates['compute'].clear()
+    story.submit('a')
+    story.begun('compute', 'a')
+    story.submit('b')
+    story.begun('prepare', 'b')
+    story.gates['finish'].clear()
+    story.gates['search'].clear()
+    story.gates['compute'].set()
+    story.begun('search', 'a')  # though it is not finished
+    assert story.interrupted()
+    story.gates['search'].set()
+    story.gates['finish'].set()
+    story.begun('search', 'b')
+    story.gates['search'].clear()
+    story.submit('c')
+    story.begun('search', 'c')
+    assert not story.interrupted()
+    other = threading.Thread(target=lambda: (lock.acquire(), lock.release()))
+    other.start()
+    wait_for(story.interrupted)
+    story.gates['search'].set()
+    other.join(TIMEOUT)
+    story.pipeline.stop()

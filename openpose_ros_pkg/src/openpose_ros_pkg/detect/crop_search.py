@@ -37,11 +37,11 @@ class PartPeople(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Result of searching parts: people, time of the networks [s], and runs."""
+    """Result of searching a part: people, time of the networks [s], and runs."""
 
-    found: Tuple[PartPeople, ...] = ()
-    seconds: float = 0.0
-    runs: Tuple[Run, ...] = ()
+    found: Tuple[PartPeople, ...]
+    seconds: float
+    runs: Tuple[Run, ...]
 
 
 class Look(NamedTuple):
@@ -116,17 +116,17 @@ class SearchPlan:
     def parts(self, size: Tuple[int, int]) -> Tuple[Part, ...]:
         """Return the parts of an image of (width, height) [px].
 
-        Each pass is cut into as many strips as it takes to fit into a frame beside the expected number of people.
+        Each pass is cut into as many strips as make one short enough.
         """
         width, height = size
         most = min(self.schedule.most_strips, width) if self.rate > 0 else 1
-        left = (1 / self.rate - self.expected_people * self._of_person(self.first_pace)) if self.rate > 0 else 0.0
         parts: List[Part] = []
         for number, one in enumerate(self.setup.recipe.passes):
             counts = range(1, 2 if one.model.input.fixed_size else most + 1)
             cuts = [[Part(number, *columns, width) for columns in strips(width, count, self.schedule)]
                     for count in counts]
-            parts += next((cut for cut in cuts if self._of_part(self.first_pace, cut[0], height) <= left), cuts[-1])
+            parts += next((cut for cut in cuts
+                           if self._of_part(self.first_pace, cut[0], height) <= self.schedule.strip_time), cuts[-1])
         return tuple(parts)
 
     def _of_part(self, pace: Pace, part: Part, height: int) -> float:
@@ -138,20 +138,17 @@ class SearchPlan:
         return sum(pace.of(one.model.name, (one.side, one.side)) for one in self.setup.recipe.refinements)
 
 
-def search_parts(setup: Setup, bgr: np.ndarray, parts: Sequence[Part]) -> Search:
-    """Find the people in parts of an image, (H, W, 3) uint8 BGR."""
-    found: List[PartPeople] = []
-    seconds, runs, recipe = 0.0, [], setup.recipe
-    for part in parts:
-        one, begin = recipe.passes[part.number], time.perf_counter()
-        prepared = prepare_views(bgr, one, (part.left, part.right))
-        views = [view.compute(setup.networks[one.model.name]) for view in prepared]
-        first = sum(before.opinions for before in recipe.passes[:part.number])
-        poses = decode_views(one, views, setup)
-        found += [PartPeople(number, part, people.keypoints) for number, people in enumerate(poses, start=first)]
-        runs.append(_run(one.model.name, views, time.perf_counter() - begin))
-        seconds += sum(view.seconds for view in views)
-    return Search(tuple(found), seconds, tuple(runs))
+def search_part(setup: Setup, bgr: np.ndarray, part: Part) -> Search:
+    """Find the people in a part of an image, (H, W, 3) uint8 BGR."""
+    recipe, begin = setup.recipe, time.perf_counter()
+    one = recipe.passes[part.number]
+    prepared = prepare_views(bgr, one, (part.left, part.right))
+    views = [view.compute(setup.networks[one.model.name]) for view in prepared]
+    first = sum(before.opinions for before in recipe.passes[:part.number])
+    found = tuple(PartPeople(number, part, people.keypoints)
+                  for number, people in enumerate(decode_views(one, views, setup), start=first))
+    return Search(found, sum(view.seconds for view in views),
+                  (_run(one.model.name, views, time.perf_counter() - begin),))
 
 
 def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequence[int]) -> Look:

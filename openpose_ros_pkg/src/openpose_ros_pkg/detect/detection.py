@@ -30,13 +30,15 @@ class ImageFrame:
     depth: Optional[DepthView] = None  # of the image; None: unknown
     follow: bool = True  # False: the image is searched in full, whatever was seen before
     source: Any = None  # what the frame was made from, such as a message; not used here
+    interval: float = 0.0  # since the image that came before, whatever became of that one [s]; 0: not known
 
 
 class Detection(Protocol):
     """Finds the people in images. Any thread may call it.
 
-    To pipeline, a thread prepares the next image and finishes the last one while another one computes; `compute` and
-    `finish` take the frames of a camera in order. What passes between the stages belongs to the implementation.
+    To pipeline, a thread prepares the next image and finishes the last one while another one computes, and searches an
+    image that is finished; `compute`, `search` and `finish` take the frames of a camera in order. What passes between
+    the stages belongs to the implementation.
     """
 
     @property
@@ -45,7 +47,7 @@ class Detection(Protocol):
 
     @property
     def lock(self) -> FairLock:
-        """To be held during `compute`."""
+        """To be held during `compute` and `search`."""
 
     def prepare(self, frame: ImageFrame) -> Any:
         """Check an image and bring it to the sizes that the networks want.
@@ -55,10 +57,17 @@ class Detection(Protocol):
         """
 
     def compute(self, prepared: Any, expected: Optional[People2D] = None) -> Any:
-        """Find the people, with `lock` held.
+        """Find the people who are expected, with `lock` held; all people where none is.
 
         Args:
             expected: where tracks in space expect people in the image, with their ids there; None: no such tracks.
+        """
+
+    def search(self, computed: Any, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Look for other people in the newest computed image, who are then expected in the next one, with `lock` held.
+
+        Args:
+            interrupted: whether another image waits, which puts the search off.
         """
 
     def finish(self, computed: Any) -> People2D:
@@ -90,6 +99,9 @@ class IndependentDetection:
     def compute(self, prepared: Search, expected: Optional[People2D] = None) -> Tuple[ImageFrame, People2D]:
         frame, result = prepared
         return frame, result()
+
+    def search(self, computed: Tuple[ImageFrame, People2D], interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Do nothing: no person is expected."""
 
     def finish(self, computed: Tuple[ImageFrame, People2D]) -> People2D:
         frame, people = computed

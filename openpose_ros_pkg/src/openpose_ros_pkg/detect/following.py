@@ -1,6 +1,6 @@
 """Following: where tracked people are expected in the next image, and which opinions on them count."""
 from dataclasses import dataclass, field, replace
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -91,6 +91,10 @@ class PersonMemory:
     detected: float  # stamp of that frame [s]
     error: float  # distance from the expected place then, see `disagreement`
     opinions: Mapping[int, Opinion]  # the last one of each source, by its number
+
+    def told(self, person: 'FollowedPerson', stamp: float) -> 'PersonMemory':
+        """Return the memory with the opinions on the person of a frame."""
+        return replace(self, opinions={**self.opinions, **person.opinions_at(stamp)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,11 +207,14 @@ class FollowedPerson:
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
         """Return the memory after the person was reported with (K, 3) keypoints."""
-        opinions = {} if self.memory is None else dict(self.memory.opinions)
-        opinions.update({number: Opinion(pose, self.reference, stamp) for number, pose in self.opinions.items()})
         if self.memory is not None and not self.found:
-            return replace(self.memory, opinions=opinions)
-        return PersonMemory(keypoints[:, 2], stamp, self.error, opinions)
+            return self.memory.told(self, stamp)
+        earlier = {} if self.memory is None else self.memory.opinions
+        return PersonMemory(keypoints[:, 2], stamp, self.error, {**earlier, **self.opinions_at(stamp)})
+
+    def opinions_at(self, stamp: float) -> Dict[int, Opinion]:
+        """Return what is to be remembered of the opinions of this frame."""
+        return {number: Opinion(pose, self.reference, stamp) for number, pose in self.opinions.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,21 +249,27 @@ class Following:
                                              constants=self.constants))
         return people if in_space is None else _expected_in_space(people, in_space, self.constants)
 
-    def updated(self, people: People2D, persons: Sequence[FollowedPerson], stamp: float, ids: PersonIds
-                ) -> Tuple['Following', People2D]:
+    def updated(self, people: People2D, persons: Sequence[FollowedPerson], stamp: float, ids: PersonIds,
+                given: Collection[int] = ()) -> Tuple['Following', People2D]:
         """Return this after a frame, and its people with their ids.
 
         Args:
             persons: one for each of the people.
             ids: of new tracks.
+            given: ids of other people of the frame.
         """
-        tracks, people = self.tracks.updated(people, stamp, ids)
+        tracks, people = self.tracks.updated(people, stamp, ids, given)
         memories = {**self.memories, **{int(people.ids[i]): person.remembered(people.keypoints[i], stamp)
                                         for i, person in enumerate(persons)}}
         alive = set(tracks.expected(stamp)[0])
         return replace(self, tracks=tracks, memories={
             number: memory for number, memory in memories.items()
             if stamp - memory.detected <= self.constants.lost_time and number in alive}), people
+
+    def told(self, persons: Mapping[int, FollowedPerson], stamp: float) -> 'Following':
+        """Return this with more opinions on people of the newest frame, by their ids."""
+        return replace(self, memories={number: memory.told(persons[number], stamp) if number in persons else memory
+                                       for number, memory in self.memories.items()})
 
 
 def _expected_in_space(people: Sequence[FollowedPerson], in_space: np.ndarray, constants: FollowingConstants

@@ -2,16 +2,17 @@
 import threading
 import time
 from dataclasses import dataclass, field, replace
-from typing import Dict, Hashable, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crop_search import Run, Search, SearchPlan, assign, likely, look, search_parts
+from openpose_ros_pkg.detect.crop_search import Run, SearchPlan, assign, likely, look, search_part
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_frame
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
-from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, next_parts, small_grey
+from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, small_grey
 from openpose_ros_pkg.detect.target_rate import RATE
 from openpose_ros_pkg.detect.tracking import (
     TRACKING,
@@ -44,6 +45,16 @@ class ComputedDetection:
     frame: ImageFrame  # the image
     network_seconds: float  # time that the networks took [s]
     found: Union[ComputedImage, People2D]  # output of a full search; where people are followed: the people, with ids
+    followed: Optional['Followed'] = None  # where the rest of the image is to be searched
+
+
+class Followed(NamedTuple):
+    """An image after the crops of the people that were expected in it."""
+
+    prepared: PreparedDetection
+    persons: Sequence[FollowedPerson]  # the P people that were found
+    people: People2D  # the same, with ids
+    lost: bool  # whether crops no longer show a person who was there a moment ago
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,25 +101,28 @@ class CameraMemory:
         # a client that asks seldom gives time, also where a full search takes most of it
         gives_time = not anew and (not busy or (late and interval - worked > 1 / plan.rate))
         costs = plan.costs(begun.schedule.parts, height, begun.people)
-        return replace(begun, budget=begun.budget.begun(interval if gives_time else 0.0, costs, beside)), anew
+        known = frame.interval if frame.interval > 0 else interval if gives_time else 0.0
+        return replace(begun, budget=begun.budget.begun(known, costs, beside)), anew
 
 
 class _Answer(NamedTuple):
-    """The people of a frame, the camera's memory after it, time of the networks [s], and their runs."""
+    """The people of a frame, the camera's memory after it, time of the networks [s], their runs, and what is left."""
 
     people: People2D
     memory: CameraMemory
     seconds: float
     runs: Tuple[Run, ...] = ()
+    followed: Optional[Followed] = None
 
 
 class NetworkDetection:
     """Find people in the images of any number of cameras; they keep their ids. Any thread may call it.
 
-    With following, networks compute crops of the people expected in an image. The search for others is cut into
-    parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Without
-    history (first image, gap, stamps that jump back, stamp 0) the image is searched in full. Each size of the images of
-    a camera has its own memory; where a camera changes to a new size of the same aspect, ids stay.
+    With following, `compute` lets networks see crops of the people expected in an image. `search` goes on with the rest
+    of it, for people of the next images: it is cut into parts, one pass over one strip each, which are spread over the
+    images as the time allows. Where no person is found on a crop, `compute` searches at once. Without history (first
+    image, gap, stamps that jump back, stamp 0) it searches the image in full. Each size of the images of a camera has
+    its own memory; where a camera changes to a new size of the same aspect, ids stay.
 
     Args:
         detector: finds the people.
@@ -167,13 +181,15 @@ class NetworkDetection:
         parts = plan.parts(RATE.image_size) if plan.follows else ()
         by_size = {(part.number, part.right - part.left): part for part in parts if part.right - part.left < width}
         with self.lock:
-            self._learn(search_parts(plan.setup, blank, list(by_size.values())).runs)
+            for part in by_size.values():
+                self._learn(search_part(plan.setup, blank, part).runs)
 
     def detect(self, frame: ImageFrame, expected: Optional[People2D] = None) -> People2D:
-        """Do `prepare`, `compute` and `finish`."""
+        """Do `prepare`, `compute`, `search` and `finish`."""
         prepared = self.prepare(frame)
         with self.lock:
             computed = self.compute(prepared, expected)
+            self.search(computed)
         return self.finish(computed)
 
     def prepare(self, frame: ImageFrame) -> PreparedDetection:
@@ -208,7 +224,21 @@ class NetworkDetection:
             self._full += taken if in_full else 0.0
             self._memories.put(key, replace(answer.memory, taken=taken, full=self._full))
             self._learn(answer.runs)
-        return ComputedDetection(frame, answer.seconds, answer.people)
+        return ComputedDetection(frame, answer.seconds, answer.people, answer.followed)
+
+    def search(self, computed: ComputedDetection, interrupted: Callable[[], bool] = lambda: False) -> None:
+        followed, frame, begin = computed.followed, computed.frame, time.perf_counter()
+        if followed is None:
+            return
+        with self._tracking_lock:
+            key, memory = self._remembered(frame)
+            if memory.stamp > frame.stamp:
+                return  # of a newer image
+            answer = _search(followed, memory, self._ids.of(frame.camera), interrupted)
+            spent = answer.memory.budget.spent - memory.budget.spent
+            taken = spent if followed.prepared.plan.pace.fixed else time.perf_counter() - begin
+            self._memories.put(key, replace(answer.memory, taken=memory.taken + taken))
+            self._learn(answer.runs)
 
     def finish(self, computed: ComputedDetection) -> People2D:
         if isinstance(computed.found, People2D):
@@ -256,13 +286,13 @@ def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: Cam
     people, kept = accepted_people(poses, setup.acceptance, computed.image_size)
     following, people = memory.following.updated(people, [persons[i] for i in kept], frame.stamp, ids)
     memory = replace(memory, following=following, people=len(kept), grey=small_grey(frame.bgr, prepared.plan.schedule),
-                     schedule=memory.schedule.done(memory.schedule.parts, frame.stamp))
+                     schedule=memory.schedule.all_done(frame.stamp))
     return _Answer(people, memory, computed.network_seconds)
 
 
 def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optional[np.ndarray], ids: PersonIds
             ) -> _Answer:
-    """Return the people of an image, expected ones and those in the parts that are searched.
+    """Return the people of an image who are found on crops where they are expected; if there are none, search at once.
 
     Args:
         in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
@@ -272,33 +302,93 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     people = memory.following.expected(frame.stamp, in_space, memory.waited)
     grey = small_grey(frame.bgr, plan.schedule)
     columns = changed_columns(grey, memory.grey, size, [person.box for person in people], plan.schedule)
-    memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
     crops = memory.budget.crops_of(len(people), cost, memory.interval, memory.following.constants.unlooked_time)
     looked = look(image, people, sorted(range(len(people)), key=lambda i: -people[i].urgency)[:crops])
     people = without_shared_crops(looked.people, recipe)
-    memory = replace(memory, budget=memory.budget.after_crops(cost * crops))
     lost = [person for person in people if person.lost]
-    parts, schedule, budget = next_parts(memory.schedule, memory.budget, frame.stamp, [person.box for person in lost],
-                                         any(person.recent for person in lost))
-    found = search_parts(setup, frame.bgr, parts) if parts else Search()
-    people, new = assign(found.found, people, setup)
-    new = likely(new, setup)
-    budget = budget.after(cost * len(new))
-    both = look(image, [*people, *new], range(len(people), len(people) + len(new)))
-    reported = [person for person in without_shared_crops(both.people, recipe) if person.reported]
-    keypoints = np.array([person.voted(recipe, frame.stamp) for person in reported], np.float32)
-    keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
-    poses, seconds = Poses(keypoints, person_scores(keypoints)), looked.seconds + found.seconds + both.seconds
-    if parts and frame.depth is not None and budget.affords(plan.most_heads * cost):
+    reported = [person for person in people if person.reported]
+    accepted, kept = accepted_people(_voted(reported, recipe, frame.stamp), setup.acceptance, size)
+    found = [reported[i] for i in kept]
+    following, accepted = memory.following.updated(accepted, found, frame.stamp, ids)
+    schedule = memory.schedule.changed(columns).lost(person.box for person in lost)
+    memory = replace(memory, following=following, schedule=schedule, budget=memory.budget.after_crops(cost * crops),
+                     grey=grey, people=len(found))
+    followed = Followed(prepared, found, accepted, any(person.recent for person in lost))
+    if found:
+        return _Answer(accepted, memory, looked.seconds, looked.runs, followed)
+    answer = _search(followed, memory, ids)
+    return answer._replace(seconds=looked.seconds + answer.seconds, runs=looked.runs + answer.runs)
+
+
+class _Searched(NamedTuple):
+    """What the search of parts of an image found: its people, first those of the crops, and what it took."""
+
+    persons: List[FollowedPerson]
+    schedule: Schedule
+    budget: Budget
+    seconds: float = 0.0
+    runs: Tuple[Run, ...] = ()
+
+
+def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
+            interrupted: Callable[[], bool] = lambda: False) -> _Answer:
+    """Search parts of an image after the crops; return the people who are found besides.
+
+    They are confirmed on crops, and expected in the next image. What the search tells of the others takes part in the
+    vote from the next image on.
+    """
+    prepared, plan, setup = followed.prepared, followed.prepared.plan, followed.prepared.plan.setup
+    frame, image, known = prepared.frame, prepared.image, followed.people
+    size = (frame.bgr.shape[1], frame.bgr.shape[0])
+    searched = _search_parts(followed, memory, interrupted)
+    persons, budget, seconds = without_shared_crops(searched.persons, setup.recipe), searched.budget, searched.seconds
+    new = [person for person in persons[len(known):] if person.found]
+    poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(_voted(new, setup.recipe, frame.stamp))
+    wanted = frame.depth is not None and searched.schedule is not memory.schedule and not interrupted()
+    if wanted and budget.affords(plan.most_heads * plan.of_person):
         recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
-        poses = poses.joined(recovered.poses)
-        budget = budget.after(cost * recovered.crops)
+        poses, budget = poses.joined(recovered.poses), budget.after(plan.of_person * recovered.crops)
         seconds += recovered.seconds
-        reported += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
-    accepted, kept = accepted_people(poses, setup.acceptance, size)
-    following, accepted = memory.following.updated(accepted, [reported[i] for i in kept], frame.stamp, ids)
-    memory = replace(memory, following=following, schedule=schedule, budget=budget, people=len(kept))
-    return _Answer(accepted, memory, seconds, looked.runs + found.runs + both.runs)
+        new += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
+    people, kept = accepted_people(poses, setup.acceptance, size)
+    others = np.flatnonzero(kept >= len(known))
+    following = memory.following.told(dict(zip(known.ids.tolist(), persons)), frame.stamp)
+    following, people = following.updated(people.select(others), [new[i - len(known)] for i in kept[others]],
+                                          frame.stamp, ids, known.ids.tolist())
+    memory = replace(memory, following=following, schedule=searched.schedule, budget=budget,
+                     people=len(known) + len(people))
+    return _Answer(people, memory, seconds, searched.runs)
+
+
+def _search_parts(followed: Followed, memory: CameraMemory, interrupted: Callable[[], bool]) -> _Searched:
+    """Search parts of an image, the most urgent first, as far as the budget goes.
+
+    Another image ends it before the next part, unless that has waited too long.
+    """
+    image, plan = followed.prepared.image, followed.prepared.plan
+    stamp, setup = followed.prepared.frame.stamp, plan.setup
+    state = _Searched(list(followed.persons), memory.schedule, memory.budget)
+    may_wait = stamp - memory.schedule.newest < plan.schedule.patience
+    for part in memory.schedule.due(stamp, memory.budget.rate > 0 or followed.lost):
+        cost = memory.budget.costs.parts[part]
+        if not state.budget.affords(cost) or (may_wait and interrupted()):
+            break
+        found = search_part(setup, image.bgr, part)
+        persons, new = assign(found.found, state.persons, setup)
+        new = likely(new, setup)
+        looked = look(image, [*persons, *new], range(len(persons), len(persons) + len(new)))
+        state = _Searched(looked.people, state.schedule.done(part, stamp),
+                          state.budget.after(cost + plan.of_person * len(new)),
+                          state.seconds + found.seconds + looked.seconds, state.runs + found.runs + looked.runs)
+        may_wait = True
+    return state
+
+
+def _voted(persons: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> Poses:
+    """Return people by all opinions on them."""
+    keypoints = np.array([person.voted(recipe, stamp) for person in persons], np.float32)
+    keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
+    return Poses(keypoints, person_scores(keypoints))
 
 
 def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> FollowedPerson:

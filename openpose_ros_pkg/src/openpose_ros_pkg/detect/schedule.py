@@ -1,7 +1,7 @@
 """Schedule of the search: which part of the image is searched in which frame, within a budget of time."""
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import List, Mapping, NamedTuple, Sequence, Tuple
+from typing import Iterable, List, Mapping, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -26,6 +26,11 @@ class ScheduleConstants:
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
     overlap: float = constant(0.16, 'Overlap of neighbouring strips, as a share of the width of the image.')
     most_strips: int = constant(4, 'A pass is cut into this many strips at most.')
+    strip_time: float = constant(
+        0.015, 'A pass is cut into as many strips as make one take no longer: by so much it delays the next image.',
+        unit='s')
+    patience: float = constant(
+        0.1, 'An image that waits puts a search off for this long; then one part is searched before it.', unit='s')
     urgent: float = constant(
         4.0, 'Factor on the urgency of a part where a person was lost, or the image changed outside of all people.')
     grey_side: int = constant(96, 'Longer side of the grey images that are compared.', unit='px')
@@ -101,19 +106,29 @@ class Schedule:
     frames: int = 0  # since the image was searched in full
     constants: ScheduleConstants = SCHEDULE
 
-    def lost(self, low: float, high: float) -> 'Schedule':
-        """Return the schedule after a person was lost in these columns [px]."""
-        return self._urged([part for part in self.parts if part.meets(low, high)])
+    def lost(self, boxes: Iterable[np.ndarray]) -> 'Schedule':
+        """Return the schedule after people were lost in boxes: least and greatest x and y, (2, 2) each [px]."""
+        return self._urged([part for low, high in boxes for part in self.parts if part.meets(low[0], high[0])])
 
     def changed(self, columns: np.ndarray) -> 'Schedule':
         """Return the schedule after the image changed in columns, (N,) [px], see `changed_columns`."""
         return self._urged([part for part in self.parts if ((columns >= part.left) & (columns < part.right)).sum()
                             >= self.constants.grey_pixels])
 
-    def done(self, parts: Sequence[Part], stamp: float) -> 'Schedule':
-        """Return the schedule after parts were searched."""
-        return replace(self, searched={**self.searched, **dict.fromkeys(parts, stamp)},
-                       urgency={part: factor for part, factor in self.urgency.items() if part not in parts})
+    def done(self, part: Part, stamp: float) -> 'Schedule':
+        """Return the schedule after a part was searched."""
+        searched = {**self.searched, part: stamp}
+        in_full = all(searched.get(one) == stamp for one in self.parts)
+        return replace(self, searched=searched, frames=0 if in_full else self.frames,
+                       urgency={one: factor for one, factor in self.urgency.items() if one != part})
+
+    def all_done(self, stamp: float) -> 'Schedule':
+        """Return the schedule after the image was searched in full."""
+        return replace(self, searched=dict.fromkeys(self.parts, stamp), urgency={}, frames=0)
+
+    def due(self, stamp: float, in_any_case: bool) -> List[Part]:
+        """Return the parts to search, the most urgent first; where not `in_any_case`, only at the end of the period."""
+        return self.order(stamp) if in_any_case or self.frames >= self.period else []
 
     def order(self, stamp: float) -> List[Part]:
         """Return all parts, the most urgent first; those that were never searched come before all others."""
@@ -123,6 +138,11 @@ class Schedule:
             waited = max(stamp - self.searched[part], 0.0) if part in self.searched else float('inf')
             return waited * urgency, urgency
         return sorted(self.parts, key=wait, reverse=True)
+
+    @property
+    def newest(self) -> float:
+        """Stamp of the newest image of which a part was searched [s]."""
+        return max(self.searched.values(), default=-float('inf'))
 
     def _urged(self, parts: Sequence[Part]) -> 'Schedule':
         return replace(self, urgency={**self.urgency, **dict.fromkeys(parts, self.constants.urgent)})
@@ -186,7 +206,7 @@ class Budget:
             beside: budgets of the other cameras in use.
         """
         if self.rate <= 0:
-            return replace(self, spent=0.0)
+            return replace(self, spent=0.0, costs=costs)
         intervals = (*self.intervals, interval)[-self.constants.recent_intervals:] if interval > 0 else self.intervals
         own = replace(self, spent=0.0, intervals=intervals, costs=costs)
         shortest = (1 + len(beside)) / self.rate
@@ -232,31 +252,3 @@ class Budget:
         """Return the budget after spending what was saved; a debt is one frame's time at most."""
         saved = max(self.saved - seconds, -self.seconds) if self.rate > 0 else self.saved
         return replace(self, spent=self.spent + seconds, saved=saved)
-
-
-def due_parts(schedule: Schedule, budget: Budget, stamp: float) -> Tuple[List[Part], Budget]:
-    """Return the parts that a frame has time for, the most urgent first, and the budget after them."""
-    due: List[Part] = []
-    for part in schedule.order(stamp):
-        if not budget.affords(budget.costs.parts[part]):
-            break
-        budget = budget.after(budget.costs.parts[part])
-        due.append(part)
-    return due, budget
-
-
-def next_parts(schedule: Schedule, budget: Budget, stamp: float, lost: Sequence[np.ndarray], urgent: bool
-               ) -> Tuple[List[Part], Schedule, Budget]:
-    """Return the parts that are searched in a frame, and schedule and budget after it.
-
-    Without a rate, the image is searched in full where it is `urgent`: a person was lost a moment ago. `lost` has the
-    boxes of lost people: least and greatest x and y, (2, 2) each [px].
-    """
-    for low, high in lost:
-        schedule = schedule.lost(low[0], high[0])
-    if budget.rate > 0:
-        parts, budget = due_parts(schedule, budget, stamp)
-        return parts, schedule.done(parts, stamp), budget
-    if schedule.frames < schedule.period and not urgent:
-        return [], schedule, budget
-    return list(schedule.parts), replace(schedule.done(schedule.parts, stamp), frames=0), budget

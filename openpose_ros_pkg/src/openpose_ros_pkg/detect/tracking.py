@@ -1,7 +1,7 @@
 """Track people from frame to frame: ids from the positions of their keypoints in the image."""
 import threading
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Dict, Generic, Hashable, List, Optional, Sequence, Tuple, TypeVar
+from typing import Any, Callable, Collection, Dict, Generic, Hashable, List, Optional, Sequence, Tuple, TypeVar
 
 import numpy as np
 
@@ -125,25 +125,31 @@ class ImageTracks:
             replace(track, xy=(track.xy + 0.5) * scale - 0.5, velocity=track.velocity * scale,
                     size=track.size * float(scale.mean())) for track in self._tracks))
 
-    def updated(self, people: People2D, stamp: float, ids: PersonIds) -> Tuple['ImageTracks', People2D]:
+    def updated(self, people: People2D, stamp: float, ids: PersonIds, given: Collection[int] = ()
+                ) -> Tuple['ImageTracks', People2D]:
         """Return the tracks after a frame at a stamp [s], and its people with their ids; `ids` are for new tracks.
+
+        Args:
+            given: ids of tracks that other people of the frame have.
 
         A frame that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
         back end all tracks.
         """
         newest = stamp if self._newest is None or self._jumps(stamp) else max(stamp, self._newest)
-        tracks = self._alive(stamp)
+        alive = self._alive(stamp)
+        others = [track for track in alive if track.id in given]
+        tracks = [track for track in alive if track.id not in given]
         sizes = person_sizes(people.xy, self.constants)
-        given = np.full(len(people), -1, np.int64)
+        named = np.full(len(people), -1, np.int64)
         for t, p in self._match(tracks, people, sizes, stamp):
             tracks[t] = tracks[t].updated(people.xy[p].astype(np.float64), sizes[p], stamp, self.constants)
-            given[p] = tracks[t].id
-        new = np.flatnonzero(given < 0)
-        given[new] = ids.give(len(new))
-        tracks += [_Track(int(given[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp)
+            named[p] = tracks[t].id
+        new = np.flatnonzero(named < 0)
+        named[new] = ids.give(len(new))
+        tracks += [_Track(int(named[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp)
                    for p in new]
-        kept = tuple(tracks[-self.constants.most_tracks:])
-        return replace(self, _tracks=kept, _newest=newest), replace(people, ids=given)
+        kept = tuple((others + tracks)[-self.constants.most_tracks:])
+        return replace(self, _tracks=kept, _newest=newest), replace(people, ids=named)
 
     def expected(self, stamp: float) -> Tuple[List[int], List[np.ndarray]]:
         """Return the ids of the tracks, and where their joints are expected, (K, 2) float64 [px] each.

@@ -2,7 +2,7 @@
 import itertools
 import time
 from dataclasses import dataclass
-from typing import Dict, Generic, List, Optional, Tuple, TypeVar
+from typing import Callable, Dict, Generic, List, Optional, Tuple, TypeVar
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -39,12 +39,13 @@ from openpose_ros_pkg.ros.people_publisher import (
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
+from openpose_ros_pkg.stream.later_search import LaterSearch
 from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
 
 # Stages of the timing report. network: the networks alone; decode: from their outputs to people; total: from the
 # arrival of the image to the published result; added: total without wait_for_network and network.
 STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', LANDMARK_STAGE, 'publish', 'total',
-          'added', DRAW_STAGE)
+          'added', 'search', DRAW_STAGE)
 # When so many frames in a row could not be saved, the status is ERROR.
 _LASTING = 10
 State = TypeVar('State', PreparedDetection, ComputedDetection)
@@ -73,7 +74,8 @@ class DetectionService:
     It finds the people in the images of requests, in those of the chain of this process and, with `image_topic`, in
     those of a camera. Requests of several clients are prepared and finished in their own threads. The networks take one
     image at a time, of clients and cameras alike, in the order of their requests. People keep their ids per camera: a
-    client and a frame_id, or a camera of this process.
+    client and a frame_id, or a camera of this process. An image is searched for new people once the others in it are
+    published or returned.
 
     Args:
         service: name of the service.
@@ -110,6 +112,9 @@ class DetectionService:
         self._landmarks: Optional[LandmarkPublisher] = None
         if self._publisher is not None or self._recorder is not None:
             self._landmarks = self._make_landmarks(namespace if self._publisher is not None else None)
+        self._later = LaterSearch(self.search, self.lock, health.frame_failed)
+        # a thread within a network would end the program with an abort
+        rospy.on_shutdown(self._later.stop)
         self._service = rospy.Service(service, GetPersons, self._serve)
         self.name = self._service.resolved_name
         if settings.stream.image_topic:
@@ -153,6 +158,11 @@ class DetectionService:
         found = self._detection.compute(prepared.state, expected)
         return _Step(prepared.frame, found, prepared.received, time.monotonic() - begin,
                      begin - prepared.received - prepared.busy, found.network_seconds)
+
+    def search(self, computed: _Step[ComputedDetection], interrupted: Callable[[], bool] = lambda: False) -> None:
+        begin = time.monotonic()
+        self._detection.search(computed.state, interrupted)
+        self._timing.add('search', time.monotonic() - begin)
 
     def finish(self, computed: _Step[ComputedDetection]) -> People2D:
         """Publish and save the people of an image as the parameters say, and return them; see `Detection`."""
@@ -198,9 +208,8 @@ class DetectionService:
         if self._publisher is not None:
             self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
             inputs.append(self._camera_info.input)
-        self._pipeline = Pipeline(PipelineStages(self._prepare_streamed, self.compute, self._finish_and_count),
+        self._pipeline = Pipeline(PipelineStages(self._prepare_streamed, self.compute, self._finish_and_count, self.search),
                                   self._health.frame_failed, self.lock)
-        # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
         images.registerCallback(lambda message: self._pipeline.submit((message, time.monotonic())))
@@ -215,7 +224,9 @@ class DetectionService:
                                     self._settings.following.follow_requests)
             with self.lock:
                 computed = self.compute(prepared)
-            return GetPersonsResponse(convert.people_to_messages(self._finish_and_count(computed), image.header))
+            persons = convert.people_to_messages(self._finish_and_count(computed), image.header)
+            self._later.submit(prepared.frame.camera, computed)
+            return GetPersonsResponse(persons)
         except BadInputError as error:
             self._health.frame_failed(error)
             raise rospy.ServiceException(str(error)) from error

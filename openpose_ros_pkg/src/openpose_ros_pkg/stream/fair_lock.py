@@ -26,6 +26,11 @@ class FairLock:
             self._waiting.append(turn)
         turn.wait()
 
+    @property
+    def wanted(self) -> bool:
+        """Whether another thread waits for it."""
+        return bool(self._waiting)
+
     def release(self) -> None:
         """Hand the lock to the thread that has waited longest.
 

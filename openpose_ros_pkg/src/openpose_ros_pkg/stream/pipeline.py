@@ -1,8 +1,8 @@
-"""Three stages in threads of their own: the long stage never waits for the short ones."""
+"""Stages in threads of their own: the long stage never waits for the short ones."""
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Callable, Deque, Generic, TypeVar
+from typing import Callable, Deque, Generic, Optional, TypeVar
 
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -11,6 +11,7 @@ from openpose_ros_pkg.stream.worker import Worker
 Item = TypeVar('Item')
 Prepared = TypeVar('Prepared')
 Computed = TypeVar('Computed')
+Finished = TypeVar('Finished')
 
 
 @dataclass(frozen=True)
@@ -28,16 +29,20 @@ PIPELINE = PipelineConstants()
 
 
 @dataclass(frozen=True)
-class PipelineStages(Generic[Item, Prepared, Computed]):
+class PipelineStages(Generic[Item, Prepared, Computed, Finished]):
     """The stages of a pipeline."""
 
     prepare: Callable[[Item], Prepared]  # called with the newest item
     compute: Callable[[Prepared], Computed]  # the long stage, called with the pipeline's lock held
-    finish: Callable[[Computed], object]
+    finish: Callable[[Computed], Finished]
+    # called with the pipeline's lock held and the newest item, once that is finished or another one comes; the second
+    # argument tells whether another item waits for it to return
+    search: Optional[Callable[[Computed, Callable[[], bool]], object]] = None
+    follow_up: Callable[[Finished], object] = lambda finished: None  # what the search need not wait for
 
 
-class Pipeline(Generic[Item, Prepared, Computed]):
-    """Prepares the newest item and finishes the last one while the one between is computed.
+class Pipeline(Generic[Item, Prepared, Computed, Finished]):
+    """Prepares the newest item and finishes the last one while the one between is computed, then searches what is left.
 
     Of the items that wait for a stage, only the newest is kept. Preparing begins only when computing is expected to end
     soon: the next item that is computed is the newest, and no item is prepared to be replaced. Results come in the
@@ -53,7 +58,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         replaced: number of items that a newer one replaced before they were computed.
     """
 
-    def __init__(self, stages: PipelineStages[Item, Prepared, Computed], on_error: Callable[[Exception], None],
+    def __init__(self, stages: PipelineStages[Item, Prepared, Computed, Finished], on_error: Callable[[Exception], None],
                  lock: FairLock, lead: float = 0.0, constants: PipelineConstants = PIPELINE) -> None:
         self._stages = stages
         self._lock, self._lead, self._constants = lock, lead, constants
@@ -61,6 +66,9 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         self._submitted: Deque[Item] = deque(maxlen=1)
         self._prepared: Deque[Prepared] = deque(maxlen=1)
         self._computed: Deque[Computed] = deque()
+        self._preparing = False
+        self._unsearched: Optional[Computed] = None  # the newest computed item
+        self._finished: Optional[Computed] = None  # the newest finished item
         self._prepare_from = -float('inf')
         self._prepare_seconds: Deque[float] = deque(maxlen=constants.remembered)
         self._compute_seconds: Deque[float] = deque(maxlen=constants.remembered)
@@ -87,8 +95,13 @@ class Pipeline(Generic[Item, Prepared, Computed]):
             if self._worker.stopped:
                 return False
             item = self._submitted.popleft()
+            self._preparing = True
         begin = time.monotonic()
-        prepared = self._stages.prepare(item)
+        try:
+            prepared = self._stages.prepare(item)
+        finally:
+            with self._changed:
+                self._preparing = False
         with self._changed:
             self._prepare_seconds.append(time.monotonic() - begin)
             self.replaced += len(self._prepared)
@@ -98,11 +111,13 @@ class Pipeline(Generic[Item, Prepared, Computed]):
 
     def _compute_next(self) -> bool:
         with self._changed:
-            self._changed.wait_for(lambda: self._worker.stopped or (
-                self._prepared and len(self._computed) < self._constants.most_computed))
+            self._changed.wait_for(lambda: self._worker.stopped or self._may_compute() or self._may_search())
             if self._worker.stopped:
                 return False
         with self._lock:
+            self._search()
+            if not self._may_compute():
+                return True
             # Taken only now: a newer item may have come while the lock was held elsewhere.
             begin = time.monotonic()
             with self._changed:
@@ -119,8 +134,15 @@ class Pipeline(Generic[Item, Prepared, Computed]):
                     self._changed.notify_all()
         with self._changed:
             self._computed.append(computed)
+            self._unsearched = computed
             self._changed.notify_all()
         return True
+
+    def _search(self) -> None:
+        with self._changed:
+            unsearched, self._unsearched = self._unsearched, None
+        if unsearched is not None and self._stages.search is not None:
+            self._stages.search(unsearched, lambda: self._worker.stopped or self._lock.wanted or self._has_next())
 
     def _finish_next(self) -> bool:
         with self._changed:
@@ -129,8 +151,21 @@ class Pipeline(Generic[Item, Prepared, Computed]):
                 return False
             computed = self._computed.popleft()
             self._changed.notify_all()
-        self._stages.finish(computed)
+        finished = self._stages.finish(computed)
+        with self._changed:
+            self._finished = computed
+            self._changed.notify_all()
+        self._stages.follow_up(finished)
         return True
+
+    def _has_next(self) -> bool:
+        return bool(self._submitted or self._preparing or self._prepared)
+
+    def _may_compute(self) -> bool:
+        return bool(self._prepared) and len(self._computed) < self._constants.most_computed
+
+    def _may_search(self) -> bool:
+        return self._unsearched is not None and self._unsearched is self._finished
 
     def _may_prepare(self) -> bool:
         return bool(self._submitted) and not (self._lead and self._prepared)

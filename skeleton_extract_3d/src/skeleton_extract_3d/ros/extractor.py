@@ -1,7 +1,7 @@
 """The extractor node: pairs images and points, and publishes what the chain knows of the people in them."""
 import time
 from dataclasses import dataclass
-from typing import Dict, Generic, NamedTuple, Optional, Tuple, TypeVar
+from typing import Callable, Dict, Generic, NamedTuple, Optional, Tuple, TypeVar
 
 import numpy as np
 import rospy
@@ -60,7 +60,7 @@ _GREATEST_LATENCY = 10.0
 # Stages of the timing report whose durations add up to the age of a result; docs/ros_api.md says what each is.
 AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', 'publish')
 STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[3:5], *ESTIMATOR_STAGES,
-          *AGE_STAGES[5:], 'total', 'age', LANDMARK_STAGE, DRAW_STAGE)
+          *AGE_STAGES[5:], 'total', 'age', 'search', LANDMARK_STAGE, DRAW_STAGE)
 State = TypeVar('State', PreparedFrame, ComputedFrame)
 
 
@@ -70,6 +70,7 @@ class _Pair(NamedTuple):
     received: float  # when the second of them arrived [s], time.monotonic()
     image: AnyImage
     points: PointsMessage
+    interval: float  # since the pair before, whatever became of that one [s]; 0: not known
 
 
 class Networks(NamedTuple):
@@ -96,8 +97,9 @@ class _Step(Generic[State]):
 class Extractor:
     """Publishes the joints of all people in view, per person and per frame.
 
-    While the networks see one frame, the next is prepared and the one before is lifted and published. People are
-    tracked for each frame_id of the points; ids are unique over these, but not over extractors.
+    While the networks see one frame, the next is prepared and the one before is lifted and published; then the networks
+    search a frame for new people, until the next one comes. People are tracked for each frame_id of the points; ids are
+    unique over these, but not over extractors.
 
     Args:
         networks: find people, hands and faces.
@@ -110,6 +112,7 @@ class Extractor:
         self._most = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
         self._last_report = -float('inf')
+        self._newest = float('inf')  # stamp of the newest pair [s]
         self._chain = PeopleChain(networks.detection, settings.estimator, networks.landmarks)
         self._chain.warm_up()
         frames = self._params.target_frame or self._params.tracking_frame
@@ -122,8 +125,8 @@ class Extractor:
         in_image = LandmarkPublisher(NAMESPACE if self._params.publish_2d else None, networks.landmarks,
                                      settings.landmarks, networks.target_rate, health, demand)
         self._landmarks = LandmarkStage(NAMESPACE, self._chain, self._transforms, in_image, demand)
-        self._pipeline = Pipeline(PipelineStages(self._prepare, self._compute, self._finish), health.frame_failed,
-                                  networks.detection.lock, networks.lead)
+        self._pipeline = Pipeline(PipelineStages(self._prepare, self._compute, self._finish, self._search, self._add),
+                                  health.frame_failed, networks.detection.lock, networks.lead)
         self._summary: Optional[PointSummary] = None
         self._health.show(self._values_of_points)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
@@ -169,14 +172,16 @@ class Extractor:
                           f'{params.tracking_frame or "the frame of the points"}'}
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
-        self._pipeline.submit(_Pair(time.monotonic(), image, points))
+        stamp = points.header.stamp.to_sec()
+        interval, self._newest = max(stamp - self._newest, 0.0), stamp
+        self._pipeline.submit(_Pair(time.monotonic(), image, points, interval))
 
     def _prepare(self, pair: _Pair) -> _Step[PreparedFrame]:
         begin, image = time.monotonic(), raw_image(pair.image, self._most)
         bgr = convert_2d.image_to_bgr(image, self._most)
         header = pair.points.header
         frame = Frame((self._networks.camera, header.frame_id), header.stamp.to_sec(), bgr, self._points(pair.points),
-                      image_stamp=image.header.stamp.to_sec(), source=image)
+                      image_stamp=image.header.stamp.to_sec(), source=image, interval=pair.interval)
         prepared, end = self._chain.prepare(frame), time.monotonic()
         return _Step(pair._replace(image=image), prepared, {'wait': begin - pair.received, 'prepare': end - begin}, end)
 
@@ -190,7 +195,7 @@ class Extractor:
             stages.update(wait_for_network=begin - step.end, network=network, decode=end - begin - network)
         return _Step(pair, computed, {**stages, 'detection': end - step.end}, end)
 
-    def _finish(self, step: _Step[ComputedFrame]) -> None:
+    def _finish(self, step: _Step[ComputedFrame]) -> Tuple[Result, _Pair]:
         """Lift and publish the people of a pair, and report the duration of each stage."""
         begin, pair = time.monotonic(), step.pair
         header, image = pair.points.header, pair.image
@@ -213,9 +218,19 @@ class Extractor:
                      for stage, seconds in step.stages.items()}
         self._note({**detecting, 'wait_for_lifting': begin - step.end + located - found, **result.timing,
                     'estimate': estimated - located, 'publish': end - estimated, 'total': end - pair.received}, header)
-        result = self._with_landmarks(result, (image.header, header))
-        self._timing.add(LANDMARK_STAGE, time.monotonic() - end)
-        self._draw(result, image.header)
+        return result, pair
+
+    def _search(self, step: _Step[ComputedFrame], interrupted: Callable[[], bool]) -> None:
+        begin = time.monotonic()
+        self._chain.search(step.state, interrupted)
+        self._timing.add('search', time.monotonic() - begin)
+
+    def _add(self, published: Tuple[Result, _Pair]) -> None:
+        """Publish what takes longer: hands and faces, and the annotated image."""
+        begin, (result, pair) = time.monotonic(), published
+        result = self._with_landmarks(result, (pair.image.header, pair.points.header))
+        self._timing.add(LANDMARK_STAGE, time.monotonic() - begin)
+        self._draw(result, pair.image.header)
 
     def _note(self, stages: Dict[str, float], header: Header) -> None:
         """Report how long the stages of a result took, which was published just now."""

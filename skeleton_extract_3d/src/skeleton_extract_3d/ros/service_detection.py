@@ -1,5 +1,5 @@
 """Detection by a service: the only place between image and joints in space where people pass through messages."""
-from typing import List, Optional
+from typing import Callable, List, Optional
 
 from openpose_ros_msgs.msg import PersonDetection
 
@@ -27,6 +27,9 @@ class ServiceDetection:
 
     def compute(self, prepared: Call, expected: Optional[People2D] = None) -> List[PersonDetection]:
         return self._client.result(prepared)
+
+    def search(self, computed: List[PersonDetection], interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Do nothing: the service searches once it has answered."""
 
     def finish(self, computed: List[PersonDetection]) -> People2D:
         """See `Detection`; ids are those of the service."""

@@ -231,6 +231,7 @@ class _Frames:
                 raise pending
             with self._chain.detection.lock:
                 computed = self._chain.compute(pending.prepared)
+                self._chain.search(computed)
             result = self._chain.finish(computed)
             if pending.frame.points is None:
                 result = self._chain.add_landmarks(result)
