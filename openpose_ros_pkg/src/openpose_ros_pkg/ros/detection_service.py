@@ -208,8 +208,8 @@ class DetectionService:
         if self._publisher is not None:
             self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
             inputs.append(self._camera_info.input)
-        self._pipeline = Pipeline(PipelineStages(self._prepare_streamed, self.compute, self._finish_and_count, self.search),
-                                  self._health.frame_failed, self.lock)
+        stages = PipelineStages(self._prepare_streamed, self.compute, self._finish_and_count, self.search)
+        self._pipeline = Pipeline(stages, self._health.frame_failed, self.lock)
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
         images.registerCallback(lambda message: self._pipeline.submit((message, time.monotonic())))

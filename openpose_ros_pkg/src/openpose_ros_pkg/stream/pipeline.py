@@ -58,8 +58,9 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
         replaced: number of items that a newer one replaced before they were computed.
     """
 
-    def __init__(self, stages: PipelineStages[Item, Prepared, Computed, Finished], on_error: Callable[[Exception], None],
-                 lock: FairLock, lead: float = 0.0, constants: PipelineConstants = PIPELINE) -> None:
+    def __init__(self, stages: PipelineStages[Item, Prepared, Computed, Finished],
+                 on_error: Callable[[Exception], None], lock: FairLock, lead: float = 0.0,
+                 constants: PipelineConstants = PIPELINE) -> None:
         self._stages = stages
         self._lock, self._lead, self._constants = lock, lead, constants
         self.replaced = 0
