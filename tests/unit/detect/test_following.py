@@ -140,6 +140,7 @@ def test_the_budget_is_kept_and_all_people_are_reported():
     assert np.mean([seconds for *_, seconds in frames]) <= 1.05 * BUDGET
     assert max(seconds for *_, seconds in frames) <= 1 / RATE
     assert sum(searches for _, searches, *_ in frames) >= 3
+    assert all(found.looked.sum() == looks < len(people) for found, searches, looks, _ in frames if not searches)
 
 
 def test_a_newcomer_is_found_within_a_third_of_a_second():

@@ -309,6 +309,7 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     reported = [person for person in people if person.reported]
     accepted, kept = accepted_people(_voted(reported, recipe, frame.stamp), setup.acceptance, size)
     found = [reported[i] for i in kept]
+    accepted = replace(accepted, looked=np.array([person.found for person in found], bool))
     following, accepted = memory.following.updated(accepted, found, frame.stamp, ids)
     schedule = memory.schedule.changed(columns).lost(person.box for person in lost)
     memory = replace(memory, following=following, schedule=schedule, budget=memory.budget.after_crops(cost * crops),
