@@ -27,7 +27,8 @@ class Frame:
         source: what the image was made from, which a detection elsewhere may need; no step reads it.
         image_stamp: of the image, where it is not that of the points [s].
         size: width and height of the image [px] where `bgr` is None.
-        interval: since the frame that came before, whatever became of that one [s]; 0: not known.
+        interval: in a stream, since the frame that came before, whatever became of that one [s], inf: the first; None: no
+            stream.
     """
 
     camera: Hashable
@@ -39,7 +40,7 @@ class Frame:
     source: Any = None
     image_stamp: Optional[float] = None
     size: Optional[Tuple[int, int]] = None
-    interval: float = 0.0
+    interval: Optional[float] = None
 
     @property
     def image_size(self) -> Tuple[int, int]:

@@ -41,9 +41,9 @@ class Scene:
         """
         return self._watched(people, lambda: self.stream.detect(ImageFrame(camera, BEGIN + stamp, image), **kwargs))
 
-    def answered(self, stamp, people=None, image=IMAGE):
+    def answered(self, stamp, people=None, **kwargs):
         """Return what `frame` does, before the search, and a function that searches and returns the same again."""
-        prepared = self.stream.prepare(ImageFrame('camera', BEGIN + stamp, image))
+        prepared = self.stream.prepare(ImageFrame('camera', BEGIN + stamp, IMAGE, **kwargs))
         with self.stream.lock:
             computed, *_ = answer = self._watched(people, lambda: self.stream.compute(prepared))
 
@@ -177,6 +177,18 @@ def test_an_image_that_waits_ends_the_search_at_the_next_part_but_does_not_put_i
     assert max(searched) == 1
     waits = np.diff(np.flatnonzero(searched)) * 0.02
     assert (waits >= SCHEDULE.patience - 0.001).all() and waits.max() <= SCHEDULE.patience + 0.04
+
+
+def test_the_first_images_of_a_stream_are_searched_part_by_part_too():
+    """A full search would take as long as 25 images."""
+    scene = Scene(CROWD, pace={name: 20 * seconds for name, seconds in PACE.items()}, target_rate=RATE)
+    taken, counts = [], []
+    for i in range(100):
+        (found, *_, first), search = scene.answered(1.0 + i / RATE, interval=1 / RATE if i else np.inf)
+        taken.append(20 * (first + search()[3]))
+        counts.append(len(found))
+    assert max(taken) < 0.5 * 20 * (0.010 + 0.003 * len(CROWD))
+    assert counts[-1] == len(CROWD)
 
 
 def test_where_no_person_is_found_on_a_crop_the_search_is_done_at_once():

@@ -64,8 +64,8 @@ def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
         slow = slow.begun(interval)
     for interval in (0.1, 1 / 30, 0.1):
         losing = losing.begun(interval)
-    assert slow.crops(0.01) == int((1 - SCHEDULE.search_share) * SCHEDULE.followed_share * 10)
-    assert losing.crops(0.01) == 1
+    assert slow.crops(0.01) == round((1 - SCHEDULE.search_share) * SCHEDULE.followed_share * 10)
+    assert losing.crops(0.01) == round((1 - SCHEDULE.search_share) * SCHEDULE.followed_share * 10 / 3)
 
 
 @pytest.mark.parametrize('wanted, shares', [

@@ -179,8 +179,7 @@ class FollowedPerson:
     def voted(self, recipe: Recipe, stamp: float) -> np.ndarray:
         """Return the (K, 3) keypoints by all opinions; earlier ones move with the person and fade.
 
-        Sources that did not find the person count until they look again, those that never looked do not. For a new
-        person all count, as in a full search.
+        Sources that did not find the person count until they look again, those that never looked do not.
         """
         sources = recipe.sources
         weights, places = list(sources.weights), list(sources.place_weights)
@@ -195,9 +194,9 @@ class FollowedPerson:
 
     def _weighted(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
         """Return the pose by a source, now or before, (K, 3), and the share of its weight that counts."""
-        if number in self.opinions or self.memory is None:
-            return self.opinions.get(number), 1.0
-        earlier = self.memory.opinions.get(number)
+        if number in self.opinions:
+            return self.opinions[number], 1.0
+        earlier = None if self.memory is None else self.memory.opinions.get(number)
         if earlier is None:
             return None, 0.0
         if earlier.pose is None:
@@ -209,8 +208,9 @@ class FollowedPerson:
         """Return the memory after the person was reported with (K, 3) keypoints."""
         if self.memory is not None and not self.found:
             return self.memory.told(self, stamp)
-        earlier = {} if self.memory is None else self.memory.opinions
-        return PersonMemory(keypoints[:, 2], stamp, self.error, {**earlier, **self.opinions_at(stamp)})
+        if self.memory is None:  # how the person moves is not known yet
+            return PersonMemory(keypoints[:, 2], stamp, self.constants.agreement, self.opinions_at(stamp))
+        return PersonMemory(keypoints[:, 2], stamp, self.error, self.memory.opinions).told(self, stamp)
 
     def opinions_at(self, stamp: float) -> Dict[int, Opinion]:
         """Return what is to be remembered of the opinions of this frame."""

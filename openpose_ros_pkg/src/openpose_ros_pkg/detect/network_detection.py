@@ -70,7 +70,7 @@ class CameraMemory:
     people: int = 0  # number of people in the newest frame
     taken: float = 0.0  # time that the newest frame took [s]
     full: float = 0.0  # time that full searches of all cameras had taken until then [s]
-    interval: float = 0.0  # between the newest two frames [s]
+    interval: float = 0.0  # between the newest two frames, in a stream those that came, not only computed ones [s]
     waited: float = 0.0  # part of it in which the networks were busy, not the camera silent [s]
 
     def begun(self, plan: SearchPlan, frame: ImageFrame, full: float, beside: Sequence[Budget]
@@ -91,18 +91,20 @@ class CameraMemory:
         anew = (self.searched_by != searched_by or interval < -tracks.constants.reset_backstep
                 or interval >= tracks.timeout or (interval > self.following.lost_time and not busy))
         late = busy and interval > self.following.lost_time and not anew
-        begun = replace(self, stamp=max(stamp, self.stamp), interval=interval, waited=interval if late else 0.0,
+        in_stream = frame.interval is not None and plan.rate > 0
+        begun = replace(self, stamp=max(stamp, self.stamp), interval=frame.interval if in_stream else interval,
+                        waited=interval if late else 0.0,
                         schedule=replace(self.schedule, frames=self.schedule.frames + 1))
         if anew:
             begun = replace(begun, following=replace(self.following, memories={}), stamp=stamp, people=0,
                             searched_by=searched_by, schedule=Schedule(plan.parts((width, height)), period=plan.period,
                                                                        constants=plan.schedule),
-                            budget=Budget.of_rate(plan.rate, plan.schedule), grey=NO_GREY)
+                            budget=Budget.of_rate(plan.rate, plan.schedule, in_stream), grey=NO_GREY)
         # a client that asks seldom gives time, also where a full search takes most of it
         gives_time = not anew and (not busy or (late and interval - worked > 1 / plan.rate))
         costs = plan.costs(begun.schedule.parts, height, begun.people)
-        known = frame.interval if frame.interval > 0 else interval if gives_time else 0.0
-        return replace(begun, budget=begun.budget.begun(known, costs, beside)), anew
+        known = begun.interval if in_stream or gives_time else 0.0
+        return replace(begun, budget=begun.budget.begun(known, costs, beside)), anew and not in_stream
 
 
 class _Answer(NamedTuple):
@@ -121,7 +123,8 @@ class NetworkDetection:
     With following, `compute` lets networks see crops of the people expected in an image. `search` goes on with the rest
     of it, for people of the next images: it is cut into parts, one pass over one strip each, which are spread over the
     images as the time allows. Where no person is found on a crop, `compute` searches at once. Without history (first
-    image, gap, stamps that jump back, stamp 0) it searches the image in full. Each size of the images of a camera has
+    image, gap, stamps that jump back, stamp 0) it searches the image in full, but for a stream: there the first images
+    are searched as the time allows, too. Each size of the images of a camera has
     its own memory; where a camera changes to a new size of the same aspect, ids stay.
 
     Args:

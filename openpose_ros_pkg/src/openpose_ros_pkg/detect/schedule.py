@@ -24,8 +24,8 @@ class ScheduleConstants:
         0.2, 'Beside other cameras, each has time to search its image once in this time.', unit='s')
     most_saved: float = constant(2.0, 'Budget for searching that can be saved.', unit='frames')
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
-    overlap: float = constant(0.16, 'Overlap of neighbouring strips, as a share of the width of the image.')
-    most_strips: int = constant(4, 'A pass is cut into this many strips at most.')
+    overlap: float = constant(0.1, 'Overlap of neighbouring strips, as a share of the width of the image.')
+    most_strips: int = constant(5, 'A pass is cut into this many strips at most.')
     strip_time: float = constant(
         0.015, 'A pass is cut into as many strips as make one take no longer: by so much it delays the next image.',
         unit='s')
@@ -192,11 +192,12 @@ class Budget:
     constants: ScheduleConstants = SCHEDULE
 
     @classmethod
-    def of_rate(cls, rate: float, constants: ScheduleConstants = SCHEDULE) -> 'Budget':
-        """Return the budget before the first frame."""
+    def of_rate(cls, rate: float, constants: ScheduleConstants = SCHEDULE, search: bool = False) -> 'Budget':
+        """Return the budget before the first frame; with `search`, as much as can be is saved for searching."""
         if rate <= 0:
             return cls(rate, constants=constants)
-        return cls(rate, seconds=constants.followed_share / rate, saved=0.0, constants=constants)
+        seconds = constants.followed_share / rate
+        return cls(rate, seconds=seconds, saved=constants.most_saved * seconds * search, constants=constants)
 
     def begun(self, interval: float, costs: Costs = NO_COSTS, beside: Sequence['Budget'] = ()) -> 'Budget':
         """Return the budget at the begin of a frame.
@@ -207,7 +208,9 @@ class Budget:
         """
         if self.rate <= 0:
             return replace(self, spent=0.0, costs=costs)
-        intervals = (*self.intervals, interval)[-self.constants.recent_intervals:] if interval > 0 else self.intervals
+        intervals = self.intervals
+        if 0 < interval < np.inf:
+            intervals = (*intervals, interval)[-self.constants.recent_intervals:]
         own = replace(self, spent=0.0, intervals=intervals, costs=costs)
         shortest = (1 + len(beside)) / self.rate
         share = fair_share(*(each._wanted(shortest) / self.constants.followed_share for each in (own, *beside)))
@@ -224,7 +227,7 @@ class Budget:
 
     def crops(self, seconds: float) -> int:
         """Return for how many people, one at least, there is time, at some seconds each."""
-        return max(int((1 - self.constants.search_share) * min(self.seconds / max(seconds, 1e-9), 1e6)), 1)
+        return max(round((1 - self.constants.search_share) * min(self.seconds / max(seconds, 1e-9), 1e6)), 1)
 
     def crops_of(self, people: int, seconds: float, interval: float, longest_wait: float) -> int:
         """Return how many of the expected people, one at least, get a crop, at some seconds each.

@@ -70,7 +70,7 @@ class _Pair(NamedTuple):
     received: float  # when the second of them arrived [s], time.monotonic()
     image: AnyImage
     points: PointsMessage
-    interval: float  # since the pair before, whatever became of that one [s]; 0: not known
+    interval: float  # since the pair before, whatever became of that one [s]; inf: the first
 
 
 class Networks(NamedTuple):
@@ -112,7 +112,7 @@ class Extractor:
         self._most = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
         self._last_report = -float('inf')
-        self._newest = float('inf')  # stamp of the newest pair [s]
+        self._newest = -float('inf')  # stamp of the newest pair [s]
         self._chain = PeopleChain(networks.detection, settings.estimator, networks.landmarks)
         self._chain.warm_up()
         frames = self._params.target_frame or self._params.tracking_frame
@@ -173,7 +173,7 @@ class Extractor:
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
         stamp = points.header.stamp.to_sec()
-        interval, self._newest = max(stamp - self._newest, 0.0), stamp
+        interval, self._newest = stamp - self._newest, stamp
         self._pipeline.submit(_Pair(time.monotonic(), image, points, interval))
 
     def _prepare(self, pair: _Pair) -> _Step[PreparedFrame]:
