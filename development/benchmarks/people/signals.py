@@ -25,7 +25,7 @@ from openpose_ros_signals.geometry import body_of, joints_of, stature_of
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.reader import SignalReader
-from openpose_ros_signals.records import UNKNOWN, PersonSignals, Target
+from openpose_ros_signals.records import UNKNOWN, PersonSignals, Ray, Target
 from openpose_ros_tools.alignment.people import pair_people
 from scoring.figures import figures
 from scoring.signals import STATISTICS, Person, Told, score_signals
@@ -112,9 +112,14 @@ def labelled(frames: Frames, signals: Signals) -> List[Tuple[float, List[Person]
 def _labels_of(person: PersonSignals) -> Dict[str, Told]:
     labels = {LABELS[person.posture.name]: Told()} if person.posture.name in LABELS else {}
     for gesture in person.gestures:
-        ray = (gesture.pointing.origin, gesture.pointing.direction) if gesture.pointing else ()
-        labels[gesture.name] = Told(gesture.arm.replace('both', ''), *ray)
+        arm, ray = gesture.arm.replace('both', ''), gesture.pointing
+        labels[gesture.name] = Told(arm) if ray is None else _told(arm, ray)._replace(
+            styles={'eye': _told(arm, ray.eye_ray), 'shoulder': _told(arm, ray.arm_ray)})
     return labels
+
+
+def _told(arm: str, ray: Ray) -> Told:
+    return Told(arm, ray.origin, ray.direction, ray.sigma)
 
 
 def label_rows(sequence: Sequence, signals: Signals) -> List[List[object]]:

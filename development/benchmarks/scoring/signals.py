@@ -2,10 +2,12 @@
 
 People are paired by their necks. A label counts in each frame that holds it in truth or in what was found, without
 frames near a change of that label of that person. Pointing: the angle at the origin of the ray between its direction
-and the true target; frames of true pointing without a ray count as wrong.
+and the true target; frames of true pointing without a ray count as wrong. Coverage: the share of rays with the target
+within 1 and 2 sigma, separately for people who point from the eyes and from the shoulder.
 """
 import json
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -17,16 +19,24 @@ from .figures import Average, Quantile, Ratio
 LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'sit', 'stand')
 # Maximum distance of necks [m]; frames this near to a change of a label do not count for it [s].
 GATE, MARGIN = 0.6, 0.2
-# One row for each frame of true pointing: angle to the target [deg], NaN without a ray.
-RAY = np.dtype([('angle', 'f8')])
+# One row for each frame of true pointing: angle to the target [deg], the same in sigma, that of the ray of the true
+# style in its sigma, NaN without a ray; and the style, 'eye' or 'shoulder'.
+RAY = np.dtype([('angle', 'f8'), ('sigmas', 'f8'), ('own_sigmas', 'f8'), ('style', 'U8')])
 
 
 class Told(NamedTuple):
-    """A label of a person: its arm, 'left', 'right' or '', and for pointing origin and direction (3,) of the ray."""
+    """A label of a person: its arm, 'left', 'right' or '', and for pointing the ray.
+
+    Attributes:
+        origin, direction, sigma: (3,) [m], (3,) and [rad] of the ray.
+        styles: the rays of people who point from the 'eye' or the 'shoulder'.
+    """
 
     arm: str = ''
     origin: Any = None
     direction: Any = None
+    sigma: float = np.nan
+    styles: Any = MappingProxyType({})
 
 
 class Person(NamedTuple):
@@ -48,7 +58,7 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
         found[number] += people if abs(times[number] - seconds) < SAME_TIME else ()
     sums: Dict[str, float] = dict.fromkeys(
         [f'{kind}_{label}' for label in LABELS for kind in ('right', 'wrong', 'missed')] + ['arms', 'arms_right'], 0)
-    angles: List[float] = []
+    rays: List[Tuple[float, float, float, str]] = []
     changes = _changes(truth['frames'])
     for frame, people in zip(true, found):
         pairs = _pairs(np.array([person['xyz'][neck] for person in frame['people']]).reshape(-1, 3), people)
@@ -69,8 +79,8 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
                     sums['arms'] += 1
                     sums['arms_right'] += given.arm[0] == detail['arm'][0]
                 if detail['label'] == 'point':
-                    angles.append(_angle(given, np.array(detail['target'])))
-    return Counts(folder.resolve().name, tags_of(folder), sums, {'rays': np.array(angles, np.float64).astype(RAY)})
+                    rays.append(_ray(given or Told(), np.array(detail['target']), detail.get('style', '')))
+    return Counts(folder.resolve().name, tags_of(folder), sums, {'rays': np.array(rays, RAY)})
 
 
 def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[float]]:
@@ -101,6 +111,13 @@ def _angle(told: Any, target: np.ndarray) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
+def _ray(told: Told, target: np.ndarray, style: str) -> Tuple[float, float, float, str]:
+    """Return the row of a frame of true pointing."""
+    own = told.styles.get(style, Told())
+    away = _angle(told, target)
+    return away, away / np.degrees(told.sigma), _angle(own, target) / np.degrees(own.sigma), style
+
+
 def _f1(label: str) -> Ratio:
     return Ratio(f'F1 of {label}', lambda counts: 2 * counts.sums[f'right_{label}'], lambda counts: (
         2 * counts.sums[f'right_{label}'] + counts.sums[f'wrong_{label}'] + counts.sums[f'missed_{label}']), digits=2)
@@ -110,6 +127,17 @@ def _within(degrees: int) -> Ratio:
     return Ratio(f'frames of pointing with a ray within {degrees} deg',
                  lambda counts: float((counts.rows['rays']['angle'] <= degrees).sum()),
                  lambda counts: float(len(counts.rows['rays'])), digits=2)
+
+
+def _covered(style: str, column: str, most: int) -> Ratio:
+    def given(counts: Counts) -> np.ndarray:
+        rays = counts.rows['rays']
+        return np.asarray(rays[column][(rays['style'] == style) & np.isfinite(rays['angle'])])
+
+    ray = 'rays' if column == 'sigmas' else f'{style} rays'
+    return Ratio(f'{ray} with the target within {most} sigma, people who point from the {style}',
+                 lambda counts: float((given(counts) <= most).sum()), lambda counts: float(len(given(counts))),
+                 digits=2)
 
 
 STATISTICS = {
@@ -122,4 +150,6 @@ STATISTICS = {
                          lambda counts: float(len(counts.rows['rays'])), digits=2),
     'point_10': _within(10), 'point_15': _within(15), 'point_20': _within(20),
     'point_median': Quantile('median angle of the rays', lambda counts: counts.rows['rays']['angle'][
-        np.isfinite(counts.rows['rays']['angle'])], 0.5, 'deg', 1)}
+        np.isfinite(counts.rows['rays']['angle'])], 0.5, 'deg', 1),
+    **{f'{style}_{column}_{most}': _covered(style, column, most) for style in ('eye', 'shoulder')
+       for column in ('sigmas', 'own_sigmas') for most in (1, 2)}}

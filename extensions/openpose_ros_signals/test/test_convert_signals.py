@@ -7,13 +7,28 @@ from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.reader import Present
-from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
+from openpose_ros_signals.records import (
+    Facing,
+    Fall,
+    FloorPose,
+    Gesture,
+    Hit,
+    PointedTarget,
+    Pointing,
+    Posture,
+    Ray,
+    Walk,
+)
 from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array, summary_to_message
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-LAMP = Pointing(np.array([0.5, 0.0, 1.5]), X, 0.25, Hit(np.array([3.0, 0.0, 1.5]), 'lamp', 0.125))
-CLOUD = Pointing(LAMP.origin, Y, 0.25, Hit(np.array([0.5, 2.0, 1.5])))
+EYE_RAY = Ray(np.array([0.5, 0.0, 1.75]), Y, 0.125, Hit(np.array([0.5, 2.0, 1.75])))
+ARM_RAY = Ray(np.array([0.5, 0.0, 1.25]), X, 0.0625, None)
+LAMP = Pointing(np.array([0.5, 0.0, 1.5]), X, 0.25, Hit(np.array([3.0, 0.0, 1.5]), 'lamp', 0.125), EYE_RAY, ARM_RAY,
+                (PointedTarget('lamp', np.array([3.0, 0.0, 1.5]), 0.5, 0.75),
+                 PointedTarget('cup', np.array([3.0, 0.5, 1.5]), 1.5, 0.25)))
+CLOUD = Pointing(LAMP.origin, Y, 0.25, Hit(np.array([0.5, 2.0, 1.5])), EYE_RAY, ARM_RAY)
 EVERYTHING = records.PersonSignals(
     7, np.array([0.5, 0.25, 1.0]), Posture('sitting', 11.5, 0.75),
     (Gesture('wave', 'left', 12.25, 0.5), Gesture('point', 'right', 12.0, 1.0, LAMP)),
@@ -23,7 +38,7 @@ NOTHING = records.PersonSignals(8, np.full(3, np.nan))
 SOME = records.PersonSignals(9, np.zeros(3), gestures=(Gesture('point', 'left', 12.0, 1.0, CLOUD),
                                                        Gesture('arms_crossed', 'both', 12.0, 1.0),
                                                        Gesture('point', 'right', 12.0, 1.0,
-                                                               Pointing(LAMP.origin, X, 0.25))),
+                                                               Pointing(LAMP.origin, X, 0.25, None, ARM_RAY, EYE_RAY))),
                              walk=Walk(False, 0.0, np.zeros(3)))
 
 

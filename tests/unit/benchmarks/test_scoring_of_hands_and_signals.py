@@ -94,7 +94,8 @@ def signal_scene(tmp_path):
     frames = [{'i': number, 't': number / RATE, 'people': [
         {'id': person, 'xyz': [neck_of(person).tolist()], 'labels': labels_at(person, number), 'detail': [
             {'label': label, **({} if label in ('sit', 'stand') else {'arm': 'right'}),
-             **({'target': TARGET.tolist()} if label == 'point' else {})} for label in labels_at(person, number)]}
+             **({'target': TARGET.tolist(), 'style': 'eye'} if label == 'point' else {})}
+            for label in labels_at(person, number)]}
         for person in (1, 2)]} for number in range(FRAMES)]
     (tmp_path / 'gt.json').write_text(json.dumps({'joints': ['neck'], 'frames': frames}))
     return tmp_path
@@ -159,3 +160,19 @@ def test_the_angle_of_a_ray(signal_scene):
     result = scored(signal_scene, turned)
     assert result['point_median'] == pytest.approx(12)
     assert (result['point_10'], result['point_15']) == (0, 1)
+
+
+def test_coverage_of_the_ray_and_of_that_of_the_true_style(signal_scene):
+    side = np.cross(TARGET - SHOULDER, (0.0, 1.0, 0.0))
+    side *= np.linalg.norm(TARGET - SHOULDER) / np.linalg.norm(side)
+
+    def rays(labels):
+        """Return the labels with rays that are off by 11, 3 and 9 deg, each with a sigma of 6 deg."""
+        middle, eye, shoulder = (signals.Told('right', SHOULDER, TARGET - SHOULDER + np.tan(np.radians(off)) * side,
+                                              np.radians(6)) for off in (11, 3, 9))
+        return {name: middle._replace(styles={'eye': eye, 'shoulder': shoulder}) if name == 'point' else each
+                for name, each in labels.items()}
+    result = scored(signal_scene, rays)
+    assert (result['eye_sigmas_1'], result['eye_sigmas_2']) == (0, 1)
+    assert result['eye_own_sigmas_1'] == 1
+    assert result['shoulder_sigmas_2'] is None  # nobody points so

@@ -6,12 +6,23 @@ from animated_skeleton import ADULT, CHILD, FACE, STANDING, UP, Limb, frames, he
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import Body
 from openpose_ros_signals.person import Surroundings
-from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
+from openpose_ros_signals.pointing import hit_points, pointing_of, with_points, with_targets
 from openpose_ros_signals.reader import SignalReader
-from openpose_ros_signals.records import Pointing, Target
+from openpose_ros_signals.records import Pointing, Ray, Target
 
 RIGHT = 1
-AHEAD = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.12)
+WRIST = np.array([0.6, 0.0, 1.4])
+
+
+def ray_from(height, sigma):
+    """Return the ray from a height [m] through the wrist."""
+    way = WRIST - (0.0, 0.0, height)
+    return Ray(np.array([0.0, 0.0, height]), way / np.linalg.norm(way), sigma, None)
+
+
+# Eyes and shoulder 13 cm above and below: 12 deg up and down.
+AHEAD = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.23, None, ray_from(1.53, 0.1),
+                 ray_from(1.27, 0.1))
 
 
 def aimed(target, begin, stature=ADULT, side='right'):
@@ -52,14 +63,28 @@ TARGETS = {'ahead': (3.0, -0.5, 1.2), 'on the floor': (1.6, -0.4, 0.0), 'up high
     ('on the floor', 'eyes', 'right', CHILD), ('on the floor', 'shoulder', 'left', ADULT),
     ('up high', 'eyes', 'right', ADULT), ('up high', 'shoulder', 'left', CHILD),
     ('to the side', 'eyes', 'left', CHILD), ('to the side', 'shoulder', 'right', ADULT)])
-def test_the_ray_meets_the_target_by_the_eyes_or_by_the_arm(name, begin, side, stature):
+def test_the_ray_of_the_true_style_meets_the_target_and_the_cone_holds_it(name, begin, side, stature):
     target = np.array(TARGETS[name]) * (1, 1 if side == 'right' else -1, stature / ADULT)
-    begin = begin if begin == 'eyes' else f'{side}_shoulder'
-    ray = ray_of(aimed(target, begin, stature, side), stature, side)
+    joint = begin if begin == 'eyes' else f'{side}_shoulder'
+    ray = ray_of(aimed(target, joint, stature, side), stature, side)
+    own, other = (ray.eye_ray, ray.arm_ray) if begin == 'eyes' else (ray.arm_ray, ray.eye_ray)
+    assert off(own, target) < 3 < 10 < off(other, target)
     # half the angle between both rays, 33 deg of an adult at the most
     assert off(ray, target) < 18.0
-    assert hit_target(ray, [Target(name, target)]).name == name
-    assert np.linalg.norm(ray.direction) == pytest.approx(1)
+    assert off(ray, target) < np.degrees(ray.sigma)
+    assert with_targets(ray, [Target(name, target)]).hit.name == name
+    for one in (ray, own, other):
+        assert np.linalg.norm(one.direction) == pytest.approx(1)
+
+
+@pytest.mark.parametrize('distance', [1.5, 3.0, 30.0])
+@pytest.mark.parametrize('begin', ['eyes', 'right_shoulder'])
+def test_sigma_covers_both_styles_at_any_distance(begin, distance):
+    target = np.array([0.8, -0.5, 0.0]) * distance + (0.0, 0.0, 1.3)
+    ray = ray_of(aimed(target, begin))
+    assert off(ray, target) < np.degrees(ray.sigma)
+    # not wider than half the angle between the rays, the error of the joints and that of aiming
+    assert np.degrees(ray.sigma) < 22
 
 
 def test_the_cone_is_wider_where_joints_are_less_sure():
@@ -71,14 +96,46 @@ def test_the_cone_is_wider_where_joints_are_less_sure():
     assert 0.05 < sigma(0.03) < 0.3
 
 
-def test_the_nearest_known_target_within_the_cone_is_hit():
-    near, nearer = Target('near', np.array([2.0, 0.3, 1.4])), Target('nearer', np.array([2.0, 0.1, 1.5]))
-    beside = Target('beside', np.array([2.0, 1.0, 1.4]))
-    behind = Target('behind', np.array([-2.0, 0.0, 1.4]))
-    hit = hit_target(AHEAD, [behind, beside, near, nearer])
-    assert hit.name == 'nearer' and hit.position is nearer.position
-    assert hit.off == pytest.approx(np.arctan(np.hypot(0.1, 0.1) / 2.0), abs=0.002)
-    assert hit_target(AHEAD, [behind, beside]) is None and hit_target(AHEAD, []) is None
+def at(angle, distance=2.0, begin=1.4):
+    """Return a place at an angle over straight ahead [deg], at a distance from the axis of the body [m]."""
+    return np.array([distance, 0.0, begin + distance * np.tan(np.radians(angle))])
+
+
+def test_no_target_is_hit_without_targets_and_outside_the_cone():
+    for targets in ([], [Target('behind', np.array([-2.0, 0.0, 1.4])), Target('beside', at(27.0))]):
+        pointing = with_targets(AHEAD, targets)
+        assert pointing.hit is None and pointing.targets == ()
+
+
+def test_a_target_on_either_line_is_hit_rather_than_one_in_the_middle():
+    on_eyes, on_arm = (one.origin + 2.5 * one.direction for one in (AHEAD.eye_ray, AHEAD.arm_ray))
+    middle = Target('middle', at(1.0))
+    for place in (on_eyes, on_arm):
+        pointing = with_targets(AHEAD, [middle, Target('meant', place), Target('beside', at(27.0))])
+        assert [target.name for target in pointing.targets] == ['meant', 'middle']
+        assert pointing.hit.name == 'meant' and pointing.hit.position is place
+        assert pointing.hit.off == pytest.approx(np.radians(off(AHEAD, place)))
+        assert pointing.targets[0].sigmas == pytest.approx(pointing.hit.off / AHEAD.sigma)
+        assert sum(target.probability for target in pointing.targets) == pytest.approx(1)
+        assert pointing.targets[0].probability > 0.6
+    # alone in the cone, it is what is meant
+    assert with_targets(AHEAD, [middle]).targets[0].probability == pytest.approx(1)
+
+
+def test_probabilities_are_those_that_a_simulation_finds():
+    """People point from the eyes or the shoulder at one of three targets, and miss by the sigma of the ray."""
+    random, count = np.random.default_rng(3), 200_000
+    targets = [Target(str(angle), at(angle, 20.0)) for angle in (-8.0, 0.0, 11.0)]
+    told = {target.name: target.probability for target in with_targets(AHEAD, targets).targets}
+    hits = dict.fromkeys(told, 0)
+    for ray in (AHEAD.eye_ray, AHEAD.arm_ray):
+        aims = random.normal(0.0, np.degrees(ray.sigma) / np.sqrt(2), (count, 2))
+        for target in targets:
+            way = target.position - ray.origin
+            apart = np.degrees(np.arctan2(way[2], way[0]) - np.arctan2(ray.direction[2], ray.direction[0]))
+            hits[target.name] += int((np.linalg.norm(aims - (apart, 0.0), axis=1) < 1.5).sum())
+    for name, number in hits.items():
+        assert told[name] == pytest.approx(number / sum(hits.values()), abs=0.02)
 
 
 def wall(distance, size=1.0):
@@ -88,7 +145,7 @@ def wall(distance, size=1.0):
 
 
 def test_the_ray_meets_the_first_surface_beyond_the_hand():
-    wrist = np.array([0.6, 0.0, 1.4])
+    wrist = WRIST
     own_hand = np.array([[0.6, 0.0, 1.4], [0.7, 0.01, 1.4], [0.72, 0.0, 1.41], [0.75, 0.0, 1.4]])
     lone_points = np.array([[1.5, 0.0, 1.4], [np.nan, np.nan, np.nan]])
     scene = np.concatenate([wall(3.0), own_hand, lone_points])
@@ -96,6 +153,12 @@ def test_the_ray_meets_the_first_surface_beyond_the_hand():
     assert hit_points(AHEAD, np.concatenate([scene, wall(2.0, 0.1)]), wrist, ADULT).position[0] == pytest.approx(2.0)
     assert hit_points(AHEAD, own_hand, wrist, ADULT) is None
     assert hit_points(AHEAD, np.zeros((0, 3)), wrist, ADULT) is None
+
+
+def test_both_rays_meet_the_wall_at_their_places():
+    pointing = with_points(AHEAD, wall(3.0), WRIST, ADULT)
+    for ray, height in ((pointing, 1.4), (pointing.eye_ray, 1.53 - 0.65), (pointing.arm_ray, 1.27 + 0.65)):
+        assert ray.hit.position == pytest.approx([3.0, 0.0, height], abs=0.02)
 
 
 def test_signals_tell_known_targets_before_points():

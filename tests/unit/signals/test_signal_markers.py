@@ -1,12 +1,16 @@
 """What RViz shows of signals."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, PersonSignals, Pointing, Posture, Walk
+from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, PersonSignals, Pointing, Posture, Ray, Walk
 from openpose_ros_signals.show.markers import SignalMarkerParams, SignalMarkers, cone_lines, text_of
 
 UP = np.array([0.0, 0.0, 1.0])
-RAY = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.1)
+EYE_RAY = Ray(np.array([0.0, 0.0, 1.5]), np.array([0.6, 0.0, -0.8]), 0.05, None)
+ARM_RAY = Ray(np.array([0.0, 0.0, 1.3]), np.array([0.6, 0.0, 0.8]), 0.05, None)
+RAY = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.1, None, EYE_RAY, ARM_RAY)
 
 
 def person(*gestures, name=1, **values):
@@ -28,7 +32,7 @@ def test_no_person_and_a_hidden_one_have_none():
 
 
 def test_text():
-    lamp = Pointing(RAY.origin, RAY.direction, 0.1, Hit(np.array([3.0, 0.0, 1.4]), 'lamp'))
+    lamp = replace(RAY, hit=Hit(np.array([3.0, 0.0, 1.4]), 'lamp'))
     walks = person(Gesture('raise_hand', 'right', 0.0, 1.0), pointing(lamp),
                    walk=Walk(True, 1.23, np.array([1.0, 0, 0])))
     assert text_of(walks) == 'standing, 1.2 m/s\nraise hand (right)\npoint (left) -> lamp'
@@ -52,15 +56,21 @@ def test_facing_arrows_have_their_lengths_and_that_of_a_head_begins_at_the_face(
 
 
 def test_pointing_arrow_ends_where_it_meets_something():
-    hit = Pointing(RAY.origin, RAY.direction, 0.1, Hit(np.array([3.0, 0.0, 1.4])))
+    hit = replace(RAY, hit=Hit(np.array([3.0, 0.0, 1.4])))
     for ray, length in ((RAY, 1.5), (hit, 3.0)):
         np.testing.assert_allclose(shown(person(pointing(ray)))['pointing', 2].points, [[0, 0, 1.4], [length, 0, 1.4]],
                                    atol=1e-6)
 
 
+def test_lines_from_eyes_and_shoulder_end_where_they_meet_something():
+    wall = replace(RAY, eye_ray=replace(EYE_RAY, hit=Hit(np.array([1.8, 0.0, -0.9]))))
+    np.testing.assert_allclose(shown(person(pointing(wall)), pointing_length=1.0)['pointing_rays', 2].points, [
+        EYE_RAY.origin, [1.8, 0.0, -0.9], ARM_RAY.origin, [0.6, 0.0, 2.1]], atol=1e-6)
+
+
 @pytest.mark.parametrize('direction', [(1, 0, 0), (0, 1, 0), (0, 0, -1), (0.6, 0.0, 0.8)])
 def test_cone_is_two_sigma_wide(direction):
-    lines = cone_lines(Pointing(np.zeros(3), np.array(direction, float), 0.1), 2.0)
+    lines = cone_lines(Ray(np.zeros(3), np.array(direction, float), 0.1, None), 2.0)
     ends = lines[np.linalg.norm(lines, axis=1) > 0]
     angles = np.arccos(ends @ np.array(direction) / np.linalg.norm(ends, axis=1))
     np.testing.assert_allclose(angles, 0.2, atol=1e-5)
@@ -72,4 +82,5 @@ def test_markers_of_an_ended_gesture_are_deleted():
     markers.markers([person(pointing())], 0.0, UP)
     after = markers.markers([person()], 0.1, UP)
     assert [(marker.ns, marker.id, marker.action) for marker in after] == [
-        ('pointing', 2, 'delete'), ('pointing_cone', 2, 'delete'), ('signals', 1, 'add')]
+        ('pointing', 2, 'delete'), ('pointing_cone', 2, 'delete'), ('pointing_rays', 2, 'delete'),
+        ('signals', 1, 'add')]

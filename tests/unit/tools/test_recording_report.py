@@ -10,7 +10,7 @@ import pytest
 
 from animated_skeleton import ADULT, SITTING, STANDING, Limb, frames, held, swinging, then
 from known_tables import known_table
-from openpose_ros_signals.records import Gesture, Hit, PersonSignals, Pointing, Posture
+from openpose_ros_signals.records import Gesture, Hit, PersonSignals, Pointing, Posture, Ray
 from openpose_ros_tools.plots.keypoint_plots import top_view
 from openpose_ros_tools.plots.plotting import figure_content
 from openpose_ros_tools.plots.signal_plots import signals
@@ -122,7 +122,8 @@ def test_the_page_is_whole_and_shows_the_numbers():
 
 def test_nothing_in_a_recording_becomes_html():
     bad = '<script>alert("&")</script>'
-    ray = Pointing(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.1, Hit(np.ones(3), bad))
+    line = Ray(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.1, None)
+    ray = Pointing(line.origin, line.direction, 0.1, Hit(np.ones(3), bad), line, line)
     timeline = SignalTimeline()
     timeline.add(10.0, (PersonSignals(1, np.zeros(3), Posture(bad, 10.0, 1.0), (Gesture(bad, bad, 10.0, 1.0, ray),)),))
     text = page(facts_of(table_of(MOTION, 1.0))._replace(

@@ -4,10 +4,25 @@ import io
 
 import numpy as np
 
-from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, PersonSignals, Pointing, Posture, Walk
+from openpose_ros_signals.records import (
+    Facing,
+    Fall,
+    Gesture,
+    Hit,
+    PersonSignals,
+    PointedTarget,
+    Pointing,
+    Posture,
+    Ray,
+    Walk,
+)
 from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
 
-RAY = Pointing(np.array([0.5, 0.0, 1.5]), np.array([1.0, 0.0, 0.0]), 0.25, Hit(np.array([3.0, 0.0, 1.5]), 'lamp, left'))
+LAMP = np.array([3.0, 0.0, 1.5])
+RAY = Pointing(np.array([0.5, 0.0, 1.5]), np.array([1.0, 0.0, 0.0]), 0.25, Hit(LAMP, 'lamp, left'),
+               Ray(np.array([0.5, 0.0, 1.7]), np.array([0.0, 1.0, 0.0]), 0.125, None),
+               Ray(np.array([0.5, 0.0, 1.3]), np.array([0.0, 0.0, 1.0]), 0.0625, None),
+               (PointedTarget('lamp, left', LAMP, 0.5, 0.875), PointedTarget('cup', LAMP, 1.5, 0.125)))
 BUSY = PersonSignals(7, np.array([0.5, 0.25, 1.0]), Posture('lying', 11.5, 0.75),
                      (Gesture('wave', 'left', 12.25, 0.5), Gesture('point', 'right', 12.0, 1.0, RAY)),
                      Facing(np.array([0.0, 1.0, 0.0]), 0.125), None, Walk(True, 1.5, np.zeros(3)), Fall(11.5, 0.7, 2.0))
@@ -36,5 +51,9 @@ def test_values():
         'lying', '11500000000', 'true', '1.5', 'true', '11500000000', '1.0', 'nan', '12250000000', 'nan')
     assert (point['direction_x'], point['sigma'], point['target'], point['hit_x']) == ('1.0', '0.25', 'lamp, left',
                                                                                       '3.0')
+    assert (point['target_probability'], point['eye_origin_z'], point['eye_direction_y'], point['eye_sigma'],
+            point['arm_origin_z'], point['arm_direction_z'], point['arm_sigma']) == (
+        '0.875', '1.7', '1.0', '0.125', '1.3', '1.0', '0.0625')
+    assert (wave['target_probability'], wave['eye_sigma'], hidden['arm_sigma']) == ('nan', 'nan', 'nan')
     assert (hidden['posture'], hidden['posture_since'], hidden['x'], hidden['moving'], hidden['fallen']) == (
         'unknown', '', 'nan', '', 'false')

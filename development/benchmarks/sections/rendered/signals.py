@@ -10,7 +10,8 @@ from scoring.counts import Counts, blocks_of
 from scoring.figures import Ratio, few_scenes, figures
 from scoring.signals import LABELS, MARGIN, STATISTICS, score_signals
 
-POINTING = ('f1', 'arm', 'point_given', 'point_10', 'point_15', 'point_20', 'point_median')
+POINTING = ('f1', 'arm', 'point_given', 'point_10', 'point_15', 'point_20', 'point_median',
+            *(name for name in STATISTICS if name.startswith(('eye_', 'shoulder_'))))
 FALSE = {'false_per_minute': Ratio('gestures per minute of a scene that the true joints do not make',
                                    lambda counts: 60 * counts.sums['false'], lambda counts: counts.sums['seconds'],
                                    digits=2)}

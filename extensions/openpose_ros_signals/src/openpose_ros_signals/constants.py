@@ -111,6 +111,8 @@ class SwingConstants:
 class PointingConstants:
     """The ray of a pointing arm."""
 
+    aim: float = constant(4.0, 'Root mean square angle by which people miss along their own line.', unit='deg',
+                          source='Bangerter and Oppenheimer 2006: about 3 deg level and 3 deg upright')
     cone: float = constant(2.0, 'Known targets within this many sigma of the ray are pointed at.', unit='sigma')
     beyond: float = constant(0.15, 'Points of the cloud count from so far beyond the wrist.', unit='statures')
     width: float = constant(2.0, 'The ray meets points this near to it.', unit='deg')

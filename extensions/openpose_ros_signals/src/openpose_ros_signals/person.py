@@ -10,7 +10,7 @@ from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, trunk_place, unit, unless_hidden
 from openpose_ros_signals.gestures import Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
-from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
+from openpose_ros_signals.pointing import pointing_of, with_points, with_targets
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
     ARM_GESTURES,
@@ -159,14 +159,13 @@ class Person:
     def _pointing(self, side: int, body: Body, degree: float, around: Surroundings) -> Optional[Pointing]:
         """Return the ray; for a moment after arm or head are hidden or the arm leaves, the last one of the gesture."""
         constants, hold = self._constants.pointing, self._constants.hold
-        ray = pointing_of(body, side)
+        ray = pointing_of(body, side, constants)
         if ray is None or not degree >= hold.unsure:
             stamp, last = self._rays[side]
             return last if stamp >= max(self._gestures[side]['point'].since, body.stamp - hold.hidden) else None
-        hit = hit_target(ray, around.targets, constants)
-        if hit is None and around.points is not None:
-            hit = hit_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature, constants)
-        pointing = Pointing(ray.origin, ray.direction, ray.sigma, hit)
+        if around.points is not None:
+            ray = with_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature, constants)
+        pointing = with_targets(ray, around.targets, constants)
         self._rays[side] = body.stamp, pointing
         return pointing
 

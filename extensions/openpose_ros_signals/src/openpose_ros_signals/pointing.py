@@ -1,41 +1,80 @@
-"""Where a person points, and what is there."""
-from typing import Optional, Sequence
+"""Where a person points, and what is there.
+
+People hold the wrist on the line from their eyes to the target when they aim (Herbort and Kunde 2016: eye, finger and
+target are in line), or stretch out the arm towards it. Both rays are 20 to 30 degrees apart, and one gesture does not
+tell which is meant. The ray in the middle errs by half the angle between them in either case.
+"""
+from dataclasses import replace
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_signals.constants import SIGNALS, PointingConstants
 from openpose_ros_signals.geometry import ARMS, EYES, Body, angle, length, unit
-from openpose_ros_signals.records import Hit, Pointing, Target
+from openpose_ros_signals.records import Hit, PointedTarget, Pointing, Ray, Target
 
 
-def pointing_of(body: Body, side: int) -> Optional[Pointing]:
-    """Return the ray of the left (0) or right (1) arm; None if shoulder, wrist or head are hidden.
-
-    People point with eyes and finger in line, or with the arm. The ray begins in the middle between the shoulder and
-    the eyes and passes through the wrist, so that it errs by half the angle between both in either case.
-    """
-    shoulder, _, wrist = body.joints[ARMS[side]]
-    origin = (shoulder + body.eyes) / 2
-    reach = wrist - origin
-    if not np.isfinite(reach).all():
+def pointing_of(body: Body, side: int, constants: PointingConstants = SIGNALS.pointing) -> Optional[Pointing]:
+    """Return the rays of the left (0) or right (1) arm; None if shoulder, wrist or head are hidden."""
+    (shoulder, _, wrist), eyes = body.joints[ARMS[side]], body.eyes
+    if not np.isfinite(wrist - shoulder - eyes).all():
         return None
-    style = np.radians(angle(wrist - body.eyes, wrist - shoulder)) / 2
+    arm, head, aim = body.sigma[ARMS[side, [0, 2]]], body.sigma[EYES], np.radians(constants.aim)
+    eye_ray = _ray(wrist, wrist - eyes, np.append(arm[1], head), aim)
+    arm_ray = _ray(wrist, wrist - shoulder, arm, aim)
+    middle = unit(eye_ray.direction + arm_ray.direction)
+    reach = (length(wrist - eyes) + length(wrist - shoulder)) / 2
+    style = np.radians(angle(eye_ray.direction, arm_ray.direction)) / 2
+    ray = _ray(wrist, reach * middle, np.append(arm, head), np.hypot(style, aim))
+    return Pointing(ray.origin, ray.direction, ray.sigma, None, eye_ray, arm_ray)
+
+
+def _ray(wrist: np.ndarray, reach: np.ndarray, sigmas: np.ndarray, error: float) -> Ray:
+    """Return the ray that reaches the wrist, with the error by its joints' sigmas [m] and another one [rad]."""
     # sigma is that of the position; two of its three axes are across the ray
-    errors = np.append(body.sigma[ARMS[side, [0, 2]]], body.sigma[EYES])
-    joints = np.sqrt(4 / 3) * np.nanmean(errors) / length(reach) if np.isfinite(errors).any() else 0.0
-    return Pointing(origin, unit(reach), float(np.hypot(style, joints)))
+    joints = np.sqrt(4 / 3) * np.nanmean(sigmas) / length(reach) if np.isfinite(sigmas).any() else 0.0
+    return Ray(wrist - reach, unit(reach), float(np.hypot(joints, error)), None)
 
 
-def hit_target(pointing: Pointing, targets: Sequence[Target], constants: PointingConstants = SIGNALS.pointing
-               ) -> Optional[Hit]:
-    """Return the known target that is nearest to the ray, None if none is within its cone."""
-    hits = [Hit(target.position, target.name, np.radians(angle(target.position - pointing.origin, pointing.direction)))
-            for target in targets]
-    inside = [hit for hit in hits if hit.off <= constants.cone * pointing.sigma]
-    return min(inside, key=lambda hit: hit.off, default=None)
+def targets_in_cone(pointing: Pointing, targets: Sequence[Target], constants: PointingConstants = SIGNALS.pointing
+                    ) -> Tuple[PointedTarget, ...]:
+    """Return the known targets in the cone round the middle ray, the most probable first.
+
+    Probabilities are those of a normal distribution round each of the two rays, which are equally probable.
+    """
+    inside = [(target, off) for target, off in ((one, _off(pointing, one.position) / pointing.sigma) for one in targets)
+              if off <= constants.cone]
+    # sigma is a root mean square angle, of two axes
+    density = np.array([sum(np.exp(-(_off(ray, target.position) / ray.sigma) ** 2) / ray.sigma ** 2
+                            for ray in (pointing.eye_ray, pointing.arm_ray)) for target, _ in inside])
+    shares = density / max(density.sum(), np.finfo(float).tiny)
+    found = [PointedTarget(*target, off, float(share)) for (target, off), share in zip(inside, shares)]
+    return tuple(sorted(found, key=lambda one: -one.probability))
 
 
-def hit_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, stature: float,
+def with_targets(pointing: Pointing, targets: Sequence[Target], constants: PointingConstants = SIGNALS.pointing
+                 ) -> Pointing:
+    """Return a pointing arm with the known targets in its cone; it hits the most probable one before the cloud."""
+    found = targets_in_cone(pointing, targets, constants)
+    hit = Hit(found[0].position, found[0].name, _off(pointing, found[0].position)) if found else pointing.hit
+    return replace(pointing, hit=hit, targets=found)
+
+
+def with_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, stature: float,
+                constants: PointingConstants = SIGNALS.pointing) -> Pointing:
+    """Return a pointing arm with what each of its rays meets; arguments as of `hit_points`."""
+    eye_ray, arm_ray = (replace(ray, hit=hit_points(ray, points, wrist, stature, constants))
+                        for ray in (pointing.eye_ray, pointing.arm_ray))
+    hit = hit_points(pointing, points, wrist, stature, constants)
+    return replace(pointing, hit=hit, eye_ray=eye_ray, arm_ray=arm_ray)
+
+
+def _off(ray: Ray, position: np.ndarray) -> float:
+    """Return the angle between a ray and a position, at the origin of the ray [rad]."""
+    return float(np.radians(angle(position - ray.origin, ray.direction)))
+
+
+def hit_points(ray: Ray, points: np.ndarray, wrist: np.ndarray, stature: float,
                constants: PointingConstants = SIGNALS.pointing) -> Optional[Hit]:
     """Return where the ray meets the first surface beyond the hand, None if there is none.
 
@@ -43,10 +82,10 @@ def hit_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, statur
         points: (N, 3) [m] of a cloud; NaN where missing.
         wrist: (3,) [m]; with the stature [m] it tells where the hand ends.
     """
-    away = points.astype(np.float64) - pointing.origin
-    along = away @ pointing.direction
-    across = np.linalg.norm(away - along[:, np.newaxis] * pointing.direction, axis=1)
-    begin = float((wrist - pointing.origin) @ pointing.direction) + constants.beyond * stature
+    away = points.astype(np.float64) - ray.origin
+    along = away @ ray.direction
+    across = np.linalg.norm(away - along[:, np.newaxis] * ray.direction, axis=1)
+    begin = float((wrist - ray.origin) @ ray.direction) + constants.beyond * stature
     with np.errstate(invalid='ignore'):
         near = (along > begin) & (across <= along * np.tan(np.radians(constants.width)))
     order = np.flatnonzero(near)[np.argsort(along[near])]
@@ -54,6 +93,6 @@ def hit_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, statur
     for first, further in zip(order, order[last:]):
         if along[further] - along[first] <= constants.surface:
             surface = order[(along[order] >= along[first]) & (along[order] <= along[first] + constants.surface)]
-            place = pointing.origin + float(np.median(along[surface])) * pointing.direction
+            place = ray.origin + float(np.median(along[surface])) * ray.direction
             return Hit(place)
     return None

@@ -52,11 +52,11 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Pointing:
-    """The ray of a pointing arm.
+class Ray:
+    """A line along which a person may point.
 
     Attributes:
-        origin: (3,) [m], between shoulder and eyes.
+        origin: (3,) [m].
         direction: (3,) unit vector, from there through the wrist.
         sigma: [rad], root mean square angle between direction and target; the cone of half angle 2 sigma holds most
             targets.
@@ -66,7 +66,38 @@ class Pointing:
     origin: np.ndarray
     direction: np.ndarray
     sigma: float
-    hit: Optional[Hit] = None
+    hit: Optional[Hit]
+
+
+class PointedTarget(NamedTuple):
+    """A known target in the cone of a pointing arm.
+
+    Attributes:
+        name: of the target.
+        position: (3,) [m].
+        sigmas: angle between it and the ray in sigma of the ray.
+        probability: that it is the one that is meant, if one of those in the cone is.
+    """
+
+    name: str
+    position: np.ndarray
+    sigmas: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class Pointing(Ray):
+    """The ray of a pointing arm, in the middle between the two along which people point.
+
+    Attributes:
+        eye_ray: of people who aim, from the eyes; what it meets is a point of the cloud.
+        arm_ray: of people who do not, from the shoulder, likewise.
+        targets: known targets in the cone of 2 sigma, the most probable first.
+    """
+
+    eye_ray: Ray
+    arm_ray: Ray
+    targets: Tuple[PointedTarget, ...] = ()
 
 
 @dataclass(frozen=True)

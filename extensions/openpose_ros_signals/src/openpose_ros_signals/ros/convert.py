@@ -11,12 +11,25 @@ from openpose_ros_msgs.msg import (
     PersonSignals,
     PersonSignalsArray,
     PersonSummary,
+    PointingRay,
+    PointingTarget,
 )
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.reader import Present
-from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
+from openpose_ros_signals.records import (
+    Facing,
+    Fall,
+    FloorPose,
+    Gesture,
+    Hit,
+    PointedTarget,
+    Pointing,
+    Posture,
+    Ray,
+    Walk,
+)
 
 _NOWHERE = (np.nan, np.nan, np.nan)
 
@@ -87,12 +100,28 @@ def _gesture_from_message(message: PersonGesture) -> Gesture:
 def _pointing_to_message(ray: Pointing) -> PersonPointing:
     hit = Hit(np.array(_NOWHERE), '', np.nan) if ray.hit is None else ray.hit
     return PersonPointing(origin=Point(*ray.origin), direction=Vector3(*ray.direction), sigma=ray.sigma,
-                          target=hit.name, hit=Point(*hit.position), hit_angle=hit.off)
+                          target=hit.name, hit=Point(*hit.position), hit_angle=hit.off,
+                          eye_ray=_ray_to_message(ray.eye_ray), arm_ray=_ray_to_message(ray.arm_ray),
+                          targets=[PointingTarget(target.name, Point(*target.position), target.sigmas,
+                                                  target.probability) for target in ray.targets])
 
 
 def _pointing_from_message(message: PersonPointing) -> Pointing:
     hit = None if np.isnan(message.hit.x) else Hit(_array(message.hit), message.target, message.hit_angle)
-    return Pointing(_array(message.origin), _array(message.direction), message.sigma, hit)
+    targets = tuple(PointedTarget(target.name, _array(target.position), target.sigmas, target.probability)
+                    for target in message.targets)
+    return Pointing(_array(message.origin), _array(message.direction), message.sigma, hit,
+                    _ray_from_message(message.eye_ray), _ray_from_message(message.arm_ray), targets)
+
+
+def _ray_to_message(ray: Ray) -> PointingRay:
+    return PointingRay(Point(*ray.origin), Vector3(*ray.direction), ray.sigma,
+                       Point(*(_NOWHERE if ray.hit is None else ray.hit.position)))
+
+
+def _ray_from_message(message: PointingRay) -> Ray:
+    return Ray(_array(message.origin), _array(message.direction), message.sigma,
+               None if np.isnan(message.hit.x) else Hit(_array(message.hit)))
 
 
 def _facing_values(facing: Optional[Facing]) -> Tuple[Vector3, float]:

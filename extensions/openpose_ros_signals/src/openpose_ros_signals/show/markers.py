@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_signals.constants import SIGNALS, PointingConstants
-from openpose_ros_signals.records import PersonSignals, Pointing
+from openpose_ros_signals.records import PersonSignals, Ray
 from skeleton_extract_3d.show.markers import MarkerSpec, Rgba, ShownMarkers, person_rgb
 
 # Height of the text over the middle of the trunk, over the head, upright and lying [m].
@@ -27,9 +27,9 @@ class SignalMarkerParams(Parameters):
     text_scale: float = parameter(0.13, 'Height of the letters.', unit='m', minimum=0.001, maximum=2.0)
     facing_length: float = parameter(0.5, 'Length of the arrow that shows where a body faces; that of a head has half '
                                           'of it. 0: none.', unit='m', minimum=0.0, maximum=5.0)
-    pointing_length: float = parameter(1.5, 'Length of the arrow that shows a pointing ray, and of its cone; an arrow '
-                                            ' that meets something ends there. 0: none.', unit='m', minimum=0.0,
-                                       maximum=20.0)
+    pointing_length: float = parameter(1.5, 'Length of the arrow that shows a pointing ray, of its cone, and of the '
+                                            'lines from eyes and shoulder; those that meet something end there. 0: '
+                                            'none.', unit='m', minimum=0.0, maximum=20.0)
     signal_lifetime: float = parameter(0.3, 'Markers of signals vanish when no frame has come for this long, or for '
                                             'three frame periods.', unit='s', minimum=0.01, maximum=60.0)
 
@@ -48,8 +48,9 @@ class SignalMarkers:
     def markers(self, persons: Sequence[PersonSignals], stamp: float, up: np.ndarray) -> List[MarkerSpec]:
         """Return what to publish for a frame: first the deletes, then the adds.
 
-        The namespaces are 'signals' (text), 'body_facing', 'head_facing', 'pointing' and 'pointing_cone'; the number is
-        the person's, for the right arm's pointing plus one of twice the person's.
+        The namespaces are 'signals' (text), 'body_facing', 'head_facing', 'pointing', 'pointing_cone' and
+        'pointing_rays' (from eyes and shoulder); the number is the person's, for the right arm's pointing plus one of
+        twice the person's.
 
         Args:
             stamp: [s].
@@ -80,7 +81,10 @@ class SignalMarkers:
                 markers += [_arrow('pointing', number, (ray.origin, _end(ray, params.pointing_length)), (*rgb, 1.0)),
                             MarkerSpec('pointing_cone', number, 'add', 'line_list',
                                        cone_lines(ray, params.pointing_length, self._pointing.cone), _CONE_WIDTH,
-                                       (*rgb, _CONE_OPACITY))]
+                                       (*rgb, _CONE_OPACITY)),
+                            MarkerSpec('pointing_rays', number, 'add', 'line_list', _points(np.array(
+                                [(one.origin, _end(one, params.pointing_length)) for one in (ray.eye_ray, ray.arm_ray)]
+                            )), _CONE_WIDTH, (*rgb, 1.0))]
         return markers
 
 
@@ -95,7 +99,7 @@ def text_of(person: PersonSignals) -> str:
     return '\n'.join(lines)
 
 
-def cone_lines(ray: Pointing, length: float, sigmas: float = SIGNALS.pointing.cone) -> np.ndarray:
+def cone_lines(ray: Ray, length: float, sigmas: float = SIGNALS.pointing.cone) -> np.ndarray:
     """Return the cone round a ray of a length [m] as lines, (N, 3) [m], two points each; half angle: `sigmas` of it."""
     side = np.cross(ray.direction, np.eye(3)[np.abs(ray.direction).argmin()])
     side /= np.linalg.norm(side)
@@ -108,7 +112,7 @@ def cone_lines(ray: Pointing, length: float, sigmas: float = SIGNALS.pointing.co
     return _points(np.concatenate([np.stack([circle[:-1], circle[1:]], axis=1), np.stack([tips, edges], axis=1)]))
 
 
-def _end(ray: Pointing, length: float) -> np.ndarray:
+def _end(ray: Ray, length: float) -> np.ndarray:
     if ray.hit is not None:
         length = float(np.linalg.norm(ray.hit.position - ray.origin))
     return np.asarray(ray.origin + length * ray.direction)

@@ -4,13 +4,15 @@ from typing import Iterator, List, Optional, Sequence, TextIO, Union
 
 import numpy as np
 
-from openpose_ros_signals.records import Facing, Gesture, PersonSignals
+from openpose_ros_signals.records import Facing, Gesture, PersonSignals, Pointing, Ray
 
 SIGNAL_COLUMNS = (
     'time', 'frame', 'frame_id', 'person_ID', 'x', 'y', 'z', 'posture', 'posture_since', 'posture_confidence',
     'body_x', 'body_y', 'body_z', 'body_sigma', 'head_x', 'head_y', 'head_z', 'head_sigma', 'moving', 'speed',
     'fallen', 'fall_stamp', 'gesture', 'arm', 'since', 'confidence', 'origin_x', 'origin_y', 'origin_z',
-    'direction_x', 'direction_y', 'direction_z', 'sigma', 'target', 'hit_x', 'hit_y', 'hit_z')
+    'direction_x', 'direction_y', 'direction_z', 'sigma', 'target', 'hit_x', 'hit_y', 'hit_z', 'target_probability',
+    *(f'{ray}_{name}' for ray in ('eye', 'arm') for name in (
+        'origin_x', 'origin_y', 'origin_z', 'direction_x', 'direction_y', 'direction_z', 'sigma')))
 _NOWHERE = (np.nan, np.nan, np.nan)
 
 
@@ -49,12 +51,21 @@ def _rows(person: PersonSignals) -> Iterator[List[object]]:
 
 def _gesture(gesture: Optional[Gesture]) -> List[object]:
     if gesture is None:
-        return ['', '', '', *_short(np.full(8, np.nan)), '', *_short(_NOWHERE)]
-    ray = gesture.pointing
-    hit = None if ray is None else ray.hit
-    way = np.full(7, np.nan) if ray is None else np.array([*ray.origin, *ray.direction, ray.sigma])
-    return [gesture.name, gesture.arm, _nanoseconds(gesture.since), *_short([gesture.confidence, *way]),
-            hit.name if hit else '', *_short(_NOWHERE if hit is None else hit.position)]
+        return ['', '', '', np.nan, *_pointing(None)]
+    return [gesture.name, gesture.arm, _nanoseconds(gesture.since), *_short([gesture.confidence]),
+            *_pointing(gesture.pointing)]
+
+
+def _pointing(ray: Optional[Pointing]) -> List[object]:
+    if ray is None:
+        return [*_ray(None), '', *_short(_NOWHERE), np.nan, *_ray(None), *_ray(None)]
+    hit, targets = ray.hit, ray.targets
+    return [*_ray(ray), hit.name if hit else '', *_short(_NOWHERE if hit is None else hit.position),
+            *_short([targets[0].probability if targets else np.nan]), *_ray(ray.eye_ray), *_ray(ray.arm_ray)]
+
+
+def _ray(ray: Optional[Ray]) -> List[float]:
+    return _short(np.full(7, np.nan) if ray is None else [*ray.origin, *ray.direction, ray.sigma])
 
 
 def _facing(facing: Optional[Facing]) -> List[float]:
