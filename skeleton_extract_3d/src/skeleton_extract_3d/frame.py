@@ -27,8 +27,8 @@ class Frame:
         source: what the image was made from, which a detection elsewhere may need; no step reads it.
         image_stamp: of the image, where it is not that of the points [s].
         size: width and height of the image [px] where `bgr` is None.
-        interval: in a stream, since the frame that came before, whatever became of that one [s], inf: the first; None: no
-            stream.
+        interval: in a stream, since the frame that came before, whatever became of that one [s], inf: the first; None:
+            no stream.
     """
 
     camera: Hashable

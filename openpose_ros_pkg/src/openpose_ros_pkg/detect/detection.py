@@ -30,8 +30,8 @@ class ImageFrame:
     depth: Optional[DepthView] = None  # of the image; None: unknown
     follow: bool = True  # False: the image is searched in full, whatever was seen before
     source: Any = None  # what the frame was made from, such as a message; not used here
-    # in a stream, since the image that came before, whatever became of that one [s], inf: the first; None: no stream, as
-    # the next image may wait for the people of this one
+    # in a stream, since the image that came before, whatever became of that one [s], inf: the first; None: no stream,
+    # as the next image may wait for the people of this one
     interval: Optional[float] = None
 
 

@@ -345,11 +345,12 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
     frame, image, known = prepared.frame, prepared.image, followed.people
     size = (frame.bgr.shape[1], frame.bgr.shape[0])
     searched = _search_parts(followed, memory, interrupted)
+    if searched.schedule is memory.schedule:
+        return _Answer(People2D.empty(setup.recipe.skeleton), memory, 0.0)
     persons, budget, seconds = without_shared_crops(searched.persons, setup.recipe), searched.budget, searched.seconds
     new = [person for person in persons[len(known):] if person.found]
     poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(_voted(new, setup.recipe, frame.stamp))
-    wanted = frame.depth is not None and searched.schedule is not memory.schedule and not interrupted()
-    if wanted and budget.affords(plan.most_heads * plan.of_person):
+    if frame.depth is not None and not interrupted() and budget.affords(plan.most_heads * plan.of_person):
         recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
         poses, budget = poses.joined(recovered.poses), budget.after(plan.of_person * recovered.crops)
         seconds += recovered.seconds
