@@ -66,7 +66,7 @@ class CameraMemory:
     searched_by: object = None  # pace's networks and recipe of the schedule
     schedule: Schedule = field(default_factory=Schedule)  # of the parts of the image
     budget: Budget = field(default_factory=lambda: Budget(0.0))  # of the newest frame
-    grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the newest frame
+    grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the frame that was searched last
     people: int = 0  # number of people in the newest frame
     taken: float = 0.0  # time that the newest frame took [s]
     full: float = 0.0  # time that full searches of all cameras had taken until then [s]
@@ -303,8 +303,6 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     frame, image, plan, setup = prepared.frame, prepared.image, prepared.plan, prepared.plan.setup
     recipe, cost, size = setup.recipe, plan.of_person, (frame.bgr.shape[1], frame.bgr.shape[0])
     people = memory.following.expected(frame.stamp, in_space, memory.waited)
-    grey = small_grey(frame.bgr, plan.schedule)
-    columns = changed_columns(grey, memory.grey, size, [person.box for person in people], plan.schedule)
     crops = memory.budget.crops_of(len(people), cost, memory.interval, memory.following.constants.unlooked_time)
     looked = look(image, people, sorted(range(len(people)), key=lambda i: -people[i].urgency)[:crops])
     people = without_shared_crops(looked.people, recipe)
@@ -314,9 +312,8 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     found = [reported[i] for i in kept]
     accepted = replace(accepted, looked=np.array([person.found for person in found], bool))
     following, accepted = memory.following.updated(accepted, found, frame.stamp, ids)
-    schedule = memory.schedule.changed(columns).lost(person.box for person in lost)
-    memory = replace(memory, following=following, schedule=schedule, budget=memory.budget.after_crops(cost * crops),
-                     grey=grey, people=len(found))
+    memory = replace(memory, following=following, schedule=memory.schedule.lost(person.box for person in lost),
+                     budget=memory.budget.after_crops(cost * crops), people=len(found))
     followed = Followed(prepared, found, accepted, any(person.recent for person in lost))
     if found:
         return _Answer(accepted, memory, looked.seconds, looked.runs, followed)
@@ -344,6 +341,9 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
     prepared, plan, setup = followed.prepared, followed.prepared.plan, followed.prepared.plan.setup
     frame, image, known = prepared.frame, prepared.image, followed.people
     size = (frame.bgr.shape[1], frame.bgr.shape[0])
+    grey = small_grey(frame.bgr, plan.schedule)
+    columns = changed_columns(grey, memory.grey, size, [person.box for person in followed.persons], plan.schedule)
+    memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
     searched = _search_parts(followed, memory, interrupted)
     if searched.schedule is memory.schedule:
         return _Answer(People2D.empty(setup.recipe.skeleton), memory, 0.0)
