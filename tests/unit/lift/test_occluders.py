@@ -75,3 +75,16 @@ def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(towar
     facing, turned = (occluders.ownership(DepthImage(frame.depth, CAMERA), observed(frame), np.array([2.6]), left, None)
                       .own[0] for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
     assert turned[wrist] == pytest.approx(share * facing[wrist])
+
+
+@pytest.mark.parametrize('off, is_covered', [(0.0, True), (0.07, True), (0.09, False), (1.5, False)])
+def test_a_keypoint_beside_another_body_is_covered_within_the_breadth_of_its_parts(off, is_covered):
+    """`off`: distance from the middle of a forearm, whose half breadth is 0.08 m, to the side [m]."""
+    frame, place = scene(standing(0)), [INDEX['left_elbow'], INDEX['left_wrist']]
+    uv = np.repeat(observed(frame).uv, 2, axis=0)
+    outwards = np.sign(uv[0, place, 0].mean() - uv[0, INDEX['neck'], 0])
+    uv[1] = uv[0, place].mean(axis=0) + np.array([outwards * off * FOCAL / 2.6, 0.0])
+    uv[1, 0] = np.nan
+    depths = METHOD.compiled.others_depths(uv, np.full((2, 18), 2.6), FOCAL)
+    assert np.isinf(depths[:, :, 1][1]).all() and np.isinf(depths[1, 0]).all(), 'neither oneself nor without a keypoint'
+    np.testing.assert_allclose(depths[1, 1:, 0], 2.6 if is_covered else np.inf)

@@ -61,3 +61,16 @@ def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
     nearer, further = (np.interp(depth, ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
     # people may be turned away or bent, which makes them look smaller and never larger
     assert 0 > nearer > 0.5 * further
+
+
+@pytest.mark.parametrize('values, median', [
+    ([], np.nan), ([np.nan, np.inf], np.nan), ([3.0], 3.0), ([5.0, 1.0, 3.0], 3.0), ([4.0, 1.0, 3.0, 2.0], 2.0),
+    ([np.nan, 2.0, -np.inf, 7.0, np.inf], 2.0)])
+def test_lower_median_is_of_the_finite_values(values, median):
+    np.testing.assert_equal(surfaces.lower_median(np.array(values)), np.float64(median))
+
+
+def test_lower_median_is_along_the_last_axis():
+    values = np.moveaxis(np.arange(24.0).reshape(4, 2, 3), 0, 2)  # as a view that is not contiguous
+    np.testing.assert_array_equal(surfaces.lower_median(values), [[6, 7, 8], [9, 10, 11]])
+    assert surfaces.lower_median(np.zeros((0, 18, 25))).shape == (0, 18)

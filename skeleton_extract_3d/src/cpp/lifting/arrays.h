@@ -55,6 +55,15 @@ const T* checked(const std::optional<Array<T>>& array, const char* name, std::in
   return array ? checked(*array, name, shape) : nullptr;
 }
 
+/** Return a copy of an array that must have a shape. */
+template <typename T>
+py::array_t<T> copyOf(const Array<T>& array, const char* name, std::initializer_list<py::ssize_t> shape)
+{
+  py::array_t<T> result{ Shape(shape) };
+  std::copy_n(checked(array, name, shape), array.size(), result.mutable_data());
+  return result;
+}
+
 /** Return the size of the first axis: people, tracks or rows. */
 inline py::ssize_t countOf(const py::array& array)
 {

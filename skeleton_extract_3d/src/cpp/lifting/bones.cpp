@@ -96,13 +96,6 @@ void satisfyBone(double length, double spread, const double* start_covariance,
   store(at(start) + start_pull * share, start);
   store(at(end) - end_pull * share, end);
 }
-
-py::array_t<double> copyOf(const Doubles& array, const char* name, std::initializer_list<py::ssize_t> shape)
-{
-  py::array_t<double> result{ Shape(shape) };
-  std::copy_n(checked(array, name, shape), array.size(), result.mutable_data());
-  return result;
-}
 }  // namespace
 
 py::tuple withFrame(const Constants& method, const std::array<Doubles, 4>& sizes, const Doubles& xyz, const Flags& good)

@@ -66,9 +66,12 @@ struct Constants : Step
 
   struct Joints : Step
   {
-    std::vector<Index> head = indices("HEAD", JOINTS), hips = indices("HIPS", JOINTS);
+    std::vector<Index> head = indices("HEAD", JOINTS), swap = indices("SWAP", JOINTS);
+    std::vector<Index> shoulders = indices("SHOULDERS", JOINTS), hips = indices("HIPS", JOINTS);
     std::vector<Index> roots = indices("ROOTS", JOINTS), middles = indices("MIDDLES", JOINTS);
     std::vector<Index> ends = indices("ENDS", JOINTS);
+    std::vector<Index> upper_kinds = indices("UPPER_KINDS", BONE_KINDS);
+    std::vector<Index> lower_kinds = indices("LOWER_KINDS", BONE_KINDS);
     Index neck = get<Index>("NECK");
     std::vector<double> sides = numbers("SIDES", LIMBS);
     std::vector<Index> measured_bones = indices("MEASURED_BONES", JOINTS);
@@ -79,6 +82,9 @@ struct Constants : Step
   struct Body : Step
   {
     double adult_stature = get("adult_stature"), head_ahead = get("head_ahead");
+    double shoulder_width = get("shoulder_width"), hip_width = get("hip_width");
+    double trunk_length = get("trunk_length"), neck_to_head = get("neck_to_head");
+    std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
     std::vector<double> stature_limits = numbers("stature_limits", 2);
     std::vector<double> surface_offsets = numbers("surface_offsets", JOINTS);
     std::vector<double> thicknesses = numbers("thicknesses", JOINTS);
@@ -152,6 +158,12 @@ struct Constants : Step
   {
     std::size_t least_points = get<std::size_t>("least_points");
   } camera_fit{ get<py::object>("camera_fit") };
+
+  struct Completion : Step
+  {
+    double sigma_at_once = get("sigma_at_once"), sigma_growth = get("sigma_growth"), rest_time = get("rest_time");
+    std::vector<double> rest_sigmas = numbers("rest_sigmas", JOINTS);
+  } completion{ py::object(get<py::object>("track").attr("completion")) };
 
   struct JointFilter : Step
   {

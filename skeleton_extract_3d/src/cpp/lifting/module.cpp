@@ -21,5 +21,8 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
       .def("with_frame", &withFrame)
       .def("satisfy_lengths", &satisfyLengths)
       .def("fit_pinhole", &fitPinhole)
+      .def("complete", &complete)
+      .def("lower_median", &lowerMedian)
+      .def("in_one_place", &inOnePlace)
       .def("correct", &correct);
 }

@@ -18,12 +18,23 @@ class BodyParts
 {
 public:
   explicit BodyParts(const Constants& method)
-    : ends_(method.body.part_joints), radii_(method.body.part_radii)
+    : ends_(method.body.part_joints)
+    , radii_(method.body.part_radii)
+    , widest_(*std::max_element(radii_.begin(), radii_.end()))
   {
   }
 
   void place(const double* uv)
   {
+    low_x_ = low_y_ = INFINITELY_FAR;
+    high_x_ = high_y_ = -INFINITELY_FAR;
+    for (const Index joint : ends_)
+    {
+      low_x_ = std::fmin(low_x_, uv[2 * joint]);  // NaN does not count
+      high_x_ = std::fmax(high_x_, uv[2 * joint]);
+      low_y_ = std::fmin(low_y_, uv[2 * joint + 1]);
+      high_y_ = std::fmax(high_y_, uv[2 * joint + 1]);
+    }
     for (std::size_t i = 0; i < radii_.size(); ++i)
     {
       const double *start = uv + 2 * ends_[2 * i], *end = uv + 2 * ends_[2 * i + 1];
@@ -34,6 +45,14 @@ public:
       const double square = along_x_[i] * along_x_[i] + along_y_[i] * along_y_[i];
       square_[i] = square < LEAST_SQUARE ? LEAST_SQUARE : square;  // NaN stays
     }
+  }
+
+  /** Return whether the parts may cover a pixel: it is near the box around them; reach: pixels per metre of breadth. */
+  bool mayCover(const double* uv, double reach) const
+  {
+    const double margin = widest_ * reach;
+    return uv[0] >= low_x_ - margin && uv[0] <= high_x_ + margin && uv[1] >= low_y_ - margin &&
+           uv[1] <= high_y_ + margin;
   }
 
   /** Find the distances of a pixel from the parts [px], and where along them the nearest places are, 0..1. */
@@ -79,6 +98,7 @@ public:
 private:
   const std::vector<Index>& ends_;
   const std::vector<double>& radii_;
+  double widest_, low_x_ = 0.0, high_x_ = 0.0, low_y_ = 0.0, high_y_ = 0.0;
   std::vector<double> x_ = std::vector<double>(radii_.size()), y_ = x_, along_x_ = x_, along_y_ = x_;
   std::vector<double> square_ = x_, distance_ = x_, share_ = x_;
 };
@@ -97,12 +117,15 @@ py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, con
   for (py::ssize_t other = 0; other < people; ++other)
   {
     body.place(pixels + other * JOINTS * 2);
+    const double* depths = depth + other * JOINTS;
+    const double nearest = *std::min_element(depths, depths + JOINTS);
+    const double reach = nearest > 0.0 ? focal / nearest : INFINITELY_FAR;
     for (py::ssize_t row = 0; row < people * JOINTS; ++row)
     {
-      if (row / JOINTS != other)
+      if (row / JOINTS != other && body.mayCover(pixels + 2 * row, reach))
       {
         body.measure(pixels + 2 * row);
-        out[row * people + other] = body.nearest(depth + other * JOINTS, focal);
+        out[row * people + other] = body.nearest(depths, focal);
       }
     }
   }

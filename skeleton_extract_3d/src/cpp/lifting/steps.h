@@ -59,6 +59,25 @@ py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, 
                                    const Doubles& lengths, const Doubles& spreads, const Flags& usable);
 // camera.cpp
 std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const Doubles& points, const Integers& pixels);
+// completion.cpp
+/**
+ * Positions (P, 18, 3) [m], velocities, deviations (P, 18) [m] of people, and which joints are placed, (P, 18), with
+ * joints placed by the others that are not yet. joints: these before; before: joints (P, 18) that had a place, and their
+ * times without a keypoint [s]; trunks: left and down (P, 3), stature (P,) in statures of an adult; elapsed: since the
+ * frame before [s]; timeout: greatest time without a keypoint [s].
+ */
+py::tuple complete(const Constants& method, const std::tuple<Doubles, Doubles, Doubles, Flags>& joints,
+                   const std::tuple<Flags, Doubles>& before, const std::tuple<Doubles, Doubles, Doubles>& trunks,
+                   double elapsed, double timeout);
+// median.cpp
+/** Lower medians of the finite ones of (..., N) values, (...); NaN where there is none. */
+py::array_t<double> lowerMedian(const Constants& method, const Doubles& values);
+/**
+ * Which people fill the same space, (P, P): of the joints (P, 18, 3) that both have placed, (P, 18), at least
+ * `least_joints`, the median distance is below `reach` [m]; left and right may be exchanged.
+ */
+py::array_t<bool> inOnePlace(const Constants& method, const Doubles& xyz, const Flags& placed, int least_joints,
+                             double reach);
 // joint_filter.cpp
 py::tuple correct(const Constants& method, const FilterArrays& state, const Doubles& measured, const Doubles& covariance,
                   const Flags& mask);

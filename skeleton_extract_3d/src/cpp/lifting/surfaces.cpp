@@ -143,7 +143,7 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
     cumulate(window.all(), all_below);
     cumulate(window.own(), own_below);
     double* of_person = out + row / JOINTS * depths;
-      for (int i = 0; i < depths; ++i)
+    for (int i = 0; i < depths; ++i)
     {
       const double front = all_below[s.low[i]], behind = all_below[depths] - all_below[s.high[i]];
       const double near = std::max(own_below[s.high[i]] - own_below[s.low[i]], 0.0);

@@ -85,7 +85,9 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
     evidence = observed.trunk_evidence + sized
     foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
     if foreign is not None:
-        evidence = method.compiled.root_evidence(observed.samples, observed.scores, foreign) + sized
+        beside = foreign.any(axis=(1, 2))
+        evidence[beside] = sized[beside] + method.compiled.root_evidence(
+            observed.samples[beside], observed.scores[beside], foreign[beside])
     root = trunk.depths[evidence.argmax(axis=1)]
     # the mean of the surfaces of the trunk
     offsets = method.body.surface_offsets[TRUNK]

@@ -4,32 +4,24 @@ from typing import Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import JOINTS, TRUNK
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.constants import OneBodyConstants, TrackConstants
 from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 _OF_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
-_SWAP = np.array(COCO_18.swap)
 
 
 def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: float) -> np.ndarray:
-    """Return which people fill the same space, (P, P) bool: most joints are near; left and right may be exchanged.
+    """Return which people fill the same space, (P, P) bool: most joints are near; left and right may be exchanged;
+    compiled (median.cpp).
 
     Args:
         placed: (P, 18) bool, joints that count; both must have `least_joints`.
         reach: greatest median distance in one place [m].
     """
-    same = np.zeros((len(xyz), len(xyz)), bool)
-    for order in (np.arange(len(_SWAP)), _SWAP):
-        both = placed[:, None] & placed[None][..., order]
-        distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None][:, :, order], axis=3), np.inf)
-        with np.errstate(invalid='ignore'):
-            same |= (both.sum(axis=2) >= least_joints) & (lower_median(distance) < reach)
-    return same
+    return METHOD.compiled.in_one_place(xyz, placed, least_joints, reach)
 
 
 def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
