@@ -1,6 +1,7 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
+import functools
 import struct
-from typing import List, Optional, Sequence, Tuple, Union
+from typing import List, Optional, Sequence, Tuple, TypeVar, Union
 
 import cv2
 import numpy as np
@@ -41,6 +42,12 @@ _EXACT_ENCODINGS = {
     'bgra16': ('bgra16', 'u2', 4), 'rgba16': ('bgra16', 'u2', 4), '16UC4': ('bgra16', 'u2', 4)}
 # compressed_depth_image_transport, compression_common.h, ConfigHeader: format, and two numbers for 32FC1.
 _DEPTH_HEADER = struct.Struct('<iff')
+
+_MISSING_PART = BodypartDetection()
+# Fields of a message of one person that are no body parts; the parts follow, in the same order in all messages.
+_NOT_PARTS = ('header', 'num_people_detected', 'person_ID')
+_PARTS = tuple(name for name in PersonDetection.__slots__ if name not in _NOT_PARTS)
+Part = TypeVar('Part')
 
 _bridge = CvBridge()
 
@@ -182,14 +189,23 @@ def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.
         keypoints: (P, K, 3) in other units than those of `people` (see keypoint_scale), or None.
     """
     keypoints = people.keypoints if keypoints is None else keypoints
-    messages = []
-    for values, present, track in zip(keypoints, people.present, people.ids):
-        message = PersonDetection(header=header, num_people_detected=len(people), person_ID=max(int(track), 0))
-        for joint, (x, y, score), there in zip(people.skeleton.joints, values.tolist(), present):
-            if there:
-                setattr(message, joint, BodypartDetection(x=x, y=y, confidence=score))
-        messages.append(message)
-    return messages
+    # a joint has a score here exactly where `people` has it
+    return [PersonDetection(header, len(people), max(track, 0),
+                            *in_order_of_fields(_parts(values), people.skeleton, _MISSING_PART))
+            for values, track in zip(keypoints, people.ids.tolist())]
+
+
+def in_order_of_fields(parts: Sequence[Part], skeleton: SkeletonModel, missing: Part) -> List[Part]:
+    """Return the body parts of a person, of which there is one for each joint of a skeleton, in the order of messages.
+    """
+    with_missing = [*parts, missing]
+    return [with_missing[row] for row in _rows_of_fields(skeleton.joints)]
+
+
+@functools.lru_cache(maxsize=None)
+def _rows_of_fields(joints: Tuple[str, ...]) -> Tuple[int, ...]:
+    """Return which of the joints each body part of messages is; -1: none."""
+    return tuple(joints.index(name) if name in joints else -1 for name in _PARTS)
 
 
 def people_to_array(messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel
@@ -261,8 +277,13 @@ def faces_from_array(message: FaceDetectionArray) -> Faces2D:
 
 
 def _parts(points: np.ndarray) -> List[BodypartDetection]:
-    return [BodypartDetection(x=x, y=y, confidence=score) if score > 0 else BodypartDetection()
-            for x, y, score in points.tolist()]
+    return [_part(x, y, score) if score > 0 else _MISSING_PART for x, y, score in points.tolist()]
+
+
+def _part(x: float, y: float, confidence: float) -> BodypartDetection:
+    part = BodypartDetection()  # with arguments, genpy takes 5 to 25 times as long
+    part.x, part.y, part.confidence = x, y, confidence
+    return part
 
 
 def _points(parts: Sequence[Sequence[BodypartDetection]], number: int) -> np.ndarray:

@@ -1,5 +1,5 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import rospy
@@ -21,7 +21,7 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
-from openpose_ros_pkg.ros.convert import calibration_from_message, check_side, skeleton_of
+from openpose_ros_pkg.ros.convert import calibration_from_message, check_side, in_order_of_fields, skeleton_of
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
@@ -40,9 +40,6 @@ _MARKER_TYPES = {'sphere_list': Marker.SPHERE_LIST, 'line_list': Marker.LINE_LIS
 _MARKER_ACTIONS = {'add': Marker.ADD, 'delete': Marker.DELETE}
 _MISSING_PART = BodypartDetection_3d(x=np.nan, y=np.nan, z=np.nan, confidence=0.0, status=MISSING, sigma=np.nan)
 _UNKNOWN_VELOCITY = Vector3(np.nan, np.nan, np.nan)
-# Body parts of a PersonDetection_3d: all its fields but these.
-_NOT_PARTS = ('header', 'num_people_detected', 'person_ID')
-_PARTS = tuple(name for name in PersonDetection_3d.__slots__ if name not in _NOT_PARTS)
 
 
 def cloud_from_message(message: PointCloud2) -> OrganizedCloud:
@@ -96,23 +93,15 @@ def depth_to_message(depth: np.ndarray, header: Header) -> Image:
 
 def people_to_messages(people: People3D, header: Header) -> List[PersonDetection_3d]:
     """Return one PersonDetection_3d per person; parts outside the skeleton are MISSING."""
-    absent = {part: _MISSING_PART for part in _PARTS if part not in people.skeleton.joints}
-    messages = []
-    for p, track in enumerate(people.ids.tolist()):
-        rows = zip(people.skeleton.joints, people.xyz[p].tolist(), people.confidence[p].tolist(),
-                   people.status[p].tolist(), people.sigma[p].tolist())
-        parts = {joint: BodypartDetection_3d(x=x, y=y, z=z, confidence=confidence, status=status, sigma=sigma)
-                 for joint, (x, y, z), confidence, status, sigma in rows}
-        messages.append(PersonDetection_3d(header=header, num_people_detected=len(people), person_ID=max(track, 0),
-                                           **parts, **absent))
-    return messages
+    return [PersonDetection_3d(header, len(people), max(track, 0),
+                               *in_order_of_fields(parts, people.skeleton, _MISSING_PART))
+            for parts, track in zip(_parts_of(people), people.ids.tolist())]
 
 
 def velocities_to_messages(people: People3D) -> List[PersonVelocity_3d]:
     """Return one PersonVelocity_3d per person; parts outside the skeleton are NaN."""
-    absent = {part: _UNKNOWN_VELOCITY for part in _PARTS if part not in people.skeleton.joints}
-    return [PersonVelocity_3d(person_ID=max(track, 0), **absent,
-                              **{joint: Vector3(*values) for joint, values in zip(people.skeleton.joints, velocities)})
+    return [PersonVelocity_3d(max(track, 0), *in_order_of_fields([_vector(*values) for values in velocities],
+                                                                 people.skeleton, _UNKNOWN_VELOCITY))
             for track, velocities in zip(people.ids.tolist(), people.velocity.tolist())]
 
 
@@ -190,11 +179,22 @@ def faces_from_array(message: FaceDetection_3dArray) -> Faces3D:
                    np.array([face.orientation_sigma for face in message.faces], np.float32))
 
 
-def _parts_of(points: Points3D) -> List[List[BodypartDetection_3d]]:
-    values = np.concatenate([points.xyz, points.confidence[..., np.newaxis]], axis=2)
-    return [[BodypartDetection_3d(x, y, z, confidence, status, sigma)
-             for (x, y, z, confidence), status, sigma in zip(*row)]
-            for row in zip(values.tolist(), points.status.tolist(), points.sigma.tolist())]
+def _parts_of(points: Union[People3D, Points3D]) -> List[List[BodypartDetection_3d]]:
+    return [[_part(*xyz, *others) for xyz, *others in zip(*row)]
+            for row in zip(points.xyz.tolist(), points.confidence.tolist(), points.status.tolist(),
+                           points.sigma.tolist())]
+
+
+def _part(x: float, y: float, z: float, confidence: float, status: int, sigma: float) -> BodypartDetection_3d:
+    part = BodypartDetection_3d()  # with arguments, genpy takes 5 to 25 times as long
+    part.x, part.y, part.z, part.confidence, part.status, part.sigma = x, y, z, confidence, status, sigma
+    return part
+
+
+def _vector(x: float, y: float, z: float) -> Vector3:
+    vector = Vector3()
+    vector.x, vector.y, vector.z = x, y, z
+    return vector
 
 
 def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Points3D:
