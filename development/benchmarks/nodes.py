@@ -147,7 +147,7 @@ def networks_alone(values: Mapping[str, Any], sequence: Path, stamps: Sequence[f
     names = {field.name for field in parameter_fields(ServiceSettings)}
     settings = build(ServiceSettings, {name: value for name, value in values.items() if name in names})
     stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
-    stream.warm_up()
+    stream.warm_up(streams=False)
     images = [frame.bgr for frame in open_sequence(sequence)]
     times = []
     for bgr, stamp in zip(itertools.cycle(images + images[-2:0:-1]), stamps):

@@ -97,7 +97,9 @@ class SearchPlan:
         follows = bool(setup.recipe.refinements) and following.wanted(params)
         seconds = fixed or {}
         if follows and params.target_rate > 0 and fixed is None:
-            seconds = seconds_per_pixel(setup.recipe, setup.networks, detector.threads)
+            # a part is what is searched
+            seconds = seconds_per_pixel(setup.recipe, setup.networks, detector.threads,
+                                        strips(rate.image_size[0], schedule.most_strips)[0], rate)
         pace = Pace({model: (one,) * _PACE_RUNS for model, one in seconds.items()}, fixed is not None)
         return cls(setup, follows, params.target_rate, following.search_period, pace, pace, schedule,
                    rate.expected_people)

@@ -172,14 +172,19 @@ class Detector:
             recipe, loaded = self._load(settings.detector)
         self._setup = _setup(recipe, loaded, settings)
 
-    def warm_up(self) -> None:
-        """Let the networks see a blank image, and crops of it, so that they are compiled before the first image."""
+    def warm_up(self, in_full: bool = True) -> None:
+        """Let the networks see crops of a blank image, and all of it, so that they are compiled before the first image.
+
+        Args:
+            in_full: whether images will be searched in full.
+        """
         recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, RATE.image_size
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
         rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
         person = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)
         with self.lock:
-            self.compute(blank)
+            if in_full:
+                self.compute(blank)
             for refinement in recipe.refinements:
                 crop = prepare_crop(CrowdImage(blank.bgr, [person], recipe.skeleton), person, refinement)
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it

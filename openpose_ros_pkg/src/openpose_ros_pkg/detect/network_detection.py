@@ -92,8 +92,8 @@ class CameraMemory:
                 or interval >= tracks.timeout or (interval > self.following.lost_time and not busy))
         late = busy and interval > self.following.lost_time and not anew
         in_stream = frame.interval is not None and plan.rate > 0
-        begun = replace(self, stamp=max(stamp, self.stamp), interval=frame.interval if in_stream else interval,
-                        waited=interval if late else 0.0,
+        between = interval if frame.interval is None else frame.interval
+        begun = replace(self, stamp=max(stamp, self.stamp), interval=between, waited=interval if late else 0.0,
                         schedule=replace(self.schedule, frames=self.schedule.frames + 1))
         if anew:
             begun = replace(begun, following=replace(self.following, memories={}), stamp=stamp, people=0,
@@ -103,7 +103,7 @@ class CameraMemory:
         # a client that asks seldom gives time, also where a full search takes most of it
         gives_time = not anew and (not busy or (late and interval - worked > 1 / plan.rate))
         costs = plan.costs(begun.schedule.parts, height, begun.people)
-        known = begun.interval if in_stream or gives_time else 0.0
+        known = between if in_stream or gives_time else 0.0
         return replace(begun, budget=begun.budget.begun(known, costs, beside)), anew and not in_stream
 
 
@@ -176,9 +176,14 @@ class NetworkDetection:
             else:
                 self._plan = SearchPlan.of(self.detector, self._following, self._fixed_pace)
 
-    def warm_up(self) -> None:
-        """Let the networks compute blank images, as `Detector.warm_up` does, and the parts that they will search."""
-        self.detector.warm_up()
+    def warm_up(self, streams: bool) -> None:
+        """Let the networks compute crops of a blank image and the parts of it that they will search.
+
+        Args:
+            streams: whether all images belong to streams, so that none is searched in full where people are followed.
+        """
+        in_full = not (streams and self._plan.follows and self._plan.rate > 0)
+        self.detector.warm_up(in_full)
         plan, (width, height) = self._plan, RATE.image_size
         blank = np.zeros((height, width, 3), np.uint8)
         parts = plan.parts(RATE.image_size) if plan.follows else ()

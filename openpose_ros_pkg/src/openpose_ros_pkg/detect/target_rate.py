@@ -3,7 +3,7 @@ import logging
 import os
 import time
 from dataclasses import dataclass, replace
-from typing import Dict, Tuple
+from typing import Dict, Optional, Tuple
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
         threads: that compute a network; 0 for as many as there are cores.
     """
     allowed = constants.full_search_share / target_rate
-    pace = seconds_per_pixel(recipe, networks, threads, constants)
+    pace = seconds_per_pixel(recipe, networks, threads, constants=constants)
     needed = foreseen_seconds(recipe, pace, constants)
     less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace, constants) < needed]
     if needed <= allowed:
@@ -65,10 +65,16 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
 
 
 def seconds_per_pixel(recipe: Recipe, networks: Dict[str, Backend], threads: int,
-                      constants: TargetRateConstants = RATE) -> Dict[str, float]:
-    """Measure what the networks of a recipe take for a pixel of their inputs [s], by the models' names."""
+                      columns: Optional[Tuple[int, int]] = None, constants: TargetRateConstants = RATE
+                      ) -> Dict[str, float]:
+    """Measure what the networks of a recipe take for a pixel of their inputs [s], by the models' names.
+
+    Args:
+        threads: that compute a network; 0 for as many as there are cores.
+        columns: left and right end of the part of the image that the passes see [px]; None: all of it.
+    """
     return {name: _seconds_per_pixel(image, networks[name], threads or os.cpu_count() or 1, constants.timed_runs)
-            for name, image in _inputs(recipe, constants.image_size).items()}
+            for name, image in _inputs(recipe, constants.image_size, columns).items()}
 
 
 def foreseen_seconds(recipe: Recipe, pace: Dict[str, float], constants: TargetRateConstants = RATE) -> float:
@@ -113,12 +119,13 @@ def _pixels(network_pass: NetworkPass, size: Tuple[int, int]) -> int:
     return 2 * pixels if network_pass.mirror else pixels
 
 
-def _inputs(recipe: Recipe, size: Tuple[int, int]) -> Dict[str, np.ndarray]:
+def _inputs(recipe: Recipe, size: Tuple[int, int], columns: Optional[Tuple[int, int]]) -> Dict[str, np.ndarray]:
     """Return an input of each network, (1, H, W, 3) uint8, by the models' names."""
     width, height = size
     crops = {one.model.name: np.zeros((1, one.side, one.side, 3), np.uint8) for one in recipe.refinements}
     image = np.zeros((height, width, 3), np.uint8)
-    return {**crops, **{one.model.name: prepare_views(image, one)[0].input[np.newaxis] for one in recipe.passes}}
+    return {**crops, **{one.model.name: prepare_views(
+        image, one, None if one.model.input.fixed_size else columns)[0].input[np.newaxis] for one in recipe.passes}}
 
 
 def _seconds_per_pixel(image: np.ndarray, network: Backend, threads: int, runs: int) -> float:

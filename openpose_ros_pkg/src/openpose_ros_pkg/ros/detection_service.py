@@ -2,7 +2,7 @@
 import itertools
 import time
 from dataclasses import dataclass
-from typing import Callable, Dict, Generic, List, Optional, Tuple, TypeVar
+from typing import Callable, Dict, Generic, List, NamedTuple, Optional, Tuple, TypeVar
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -51,6 +51,14 @@ _LASTING = 10
 State = TypeVar('State', PreparedDetection, ComputedDetection)
 
 
+class _Arrived(NamedTuple):
+    """An image as it came."""
+
+    message: AnyImage
+    received: float  # when it came [s], time.monotonic()
+    interval: Optional[float] = None  # see `ImageFrame`
+
+
 @dataclass(frozen=True, eq=False)
 class _Step(Generic[State]):
     """An image on its way through the detection."""
@@ -85,13 +93,11 @@ class DetectionService:
 
     def __init__(self, service: str, namespace: str, settings: ServiceSettings, health: Health, timing: TimingReport,
                  demand: Demand) -> None:
-        self._settings = settings
+        self._settings, self._newest = settings, -float('inf')
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
         self._detector = create_detector(settings.detector, settings.following)
         self._detection = NetworkDetection(self._detector, settings.tracking, settings.following)
-        if settings.detector.detector.mode != 'accurate':  # for recordings, and slow
-            self._detection.warm_up()
         self._recorder: Optional[Recorder] = None
         self._numbers = itertools.count()
         if settings.save.active:
@@ -121,6 +127,15 @@ class DetectionService:
             self._subscribe(settings.stream.image_topic, namespace)
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
+
+    def warm_up(self, streams: bool) -> None:
+        """Compile the networks for the first image.
+
+        Args:
+            streams: whether most images are those of a chain of this process, and the first request may take longer.
+        """
+        if self._settings.detector.detector.mode != 'accurate':  # for recordings, and slow
+            self._detection.warm_up(streams or bool(self._settings.stream.image_topic))
 
     def _make_landmarks(self, namespace: Optional[str]) -> LandmarkPublisher:
         detector = self._settings.detector
@@ -212,15 +227,20 @@ class DetectionService:
         self._pipeline = Pipeline(stages, self._health.frame_failed, self.lock)
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
-        images.registerCallback(lambda message: self._pipeline.submit((message, time.monotonic())))
+        images.registerCallback(self._submit)
         self._demand.read(*inputs)
+
+    def _submit(self, message: AnyImage) -> None:
+        stamp = message.header.stamp.to_sec()
+        interval, self._newest = stamp - self._newest, stamp
+        self._pipeline.submit(_Arrived(message, time.monotonic(), interval))
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
         if not self._demand.enabled:
             raise rospy.ServiceException(f'{rospy.get_name()} is disabled; {rospy.get_name()}/enable enables it')
         image = request.image
         try:
-            prepared = self._decode(image, time.monotonic(), request._connection_header['callerid'],
+            prepared = self._decode(_Arrived(image, time.monotonic()), request._connection_header['callerid'],
                                     self._settings.following.follow_requests)
             with self.lock:
                 computed = self.compute(prepared)
@@ -231,23 +251,23 @@ class DetectionService:
             self._health.frame_failed(error)
             raise rospy.ServiceException(str(error)) from error
 
-    def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Step[PreparedDetection]:
-        message, received = item
+    def _prepare_streamed(self, arrived: '_Arrived') -> _Step[PreparedDetection]:
+        message = arrived.message
         if self._input_publisher.get_num_connections() > 0:
             self._input_publisher.publish(raw_image(message, self._settings.limits.max_image_megapixels))
-        prepared = self._decode(message, received)
+        prepared = self._decode(arrived)
         if self._camera_info is not None:
             self._camera_info.publish(message.header, (prepared.frame.bgr.shape[1], prepared.frame.bgr.shape[0]))
         return prepared
 
-    def _decode(self, message: AnyImage, received: float, sender: str = '', follow: bool = True
-                ) -> _Step[PreparedDetection]:
-        begin, header = time.monotonic(), message.header
+    def _decode(self, arrived: '_Arrived', sender: str = '', follow: bool = True) -> _Step[PreparedDetection]:
+        begin, message, header = time.monotonic(), arrived.message, arrived.message.header
         bgr = convert.any_image_to_bgr(message, self._settings.limits.max_image_megapixels)
         decoding = time.monotonic() - begin
         self._timing.add('decode_message', decoding)
-        frame = ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, follow=follow, source=message)
-        return self._prepare(frame, received, decoding)
+        frame = ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, follow=follow, source=message,
+                           interval=arrived.interval)
+        return self._prepare(frame, arrived.received, decoding)
 
     def _prepare(self, frame: ImageFrame, received: float, decoding: float = 0.0) -> _Step[PreparedDetection]:
         begin = time.monotonic()
@@ -309,6 +329,7 @@ def _make(service: str, namespace: str, settings: ServiceSettings) -> Tuple[Dete
     health.show(timing.medians)
     demand = Demand(settings.demand.lazy and not settings.save.active, health)
     node = DetectionService(service, namespace, settings, health, timing, demand)
+    node.warm_up(streams=False)
     live = LiveParameters(settings, LIVE_PARAMETERS, node.reconfigure)
     introduce(demand.inputs, **node.description)
     rospy.loginfo('Initialization Successful!')

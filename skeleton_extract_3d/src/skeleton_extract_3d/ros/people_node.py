@@ -40,6 +40,7 @@ class PeopleNode:
         demand = Demand(extraction.is_lazy and not detection.save.active, health)
         requests = TimingReport(DETECTION_STAGES, result='total', topic='~detection/timing')
         self._service = DetectionService(SERVICE, NAMESPACE, detection, health, requests, demand)
+        self._service.warm_up(streams=True)
         self._extractors: List[Extractor] = []
         inputs: List[InputSubscriber] = []
         for camera in cameras:
