@@ -63,8 +63,8 @@ def scored(frames: Found) -> List[Tuple[float, List[Hand], List[Face]]]:
         points, faces = lifted.hands.points, lifted.faces
         result.append((stamp, [Hand(name[1], found.hands.keypoints[in_image.index(name), :, :2], points.xyz[row],
                                     points.status[row], points.sigma[row]) for row, name in enumerate(in_space)],
-                       [Face(xyz, Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]))
-                        for xyz, turn in zip(faces.points.xyz, faces.orientations)]))
+                       [Face(xyz, Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]), sigma) for xyz, turn, sigma in zip(
+                           faces.points.xyz, faces.orientations, faces.orientation_sigma.tolist())]))
     return result
 
 

@@ -25,8 +25,8 @@ FINGERS = ('wrist', 'thumb', 'index', 'middle', 'ring', 'little')
 # One row for each point of each true hand: error in space [m] and in the image [hand sizes].
 POINT = np.dtype([('left', '?'), ('finger', 'u1'), ('label', 'u1'), ('status', 'u1'), ('error', 'f8'), ('apart', 'f8'),
                   ('sigma', 'f8')])
-# One row for each face: angle between its direction and the true one [deg].
-FACE = np.dtype([('angle', 'f8')])
+# One row for each face: angle between its direction and the true one [deg], and in its sigma.
+FACE = np.dtype([('angle', 'f8'), ('sigmas', 'f8')])
 
 
 class Hand(NamedTuple):
@@ -46,10 +46,11 @@ class Hand(NamedTuple):
 
 
 class Face(NamedTuple):
-    """The points of a face (N, 3) [m] and the direction that it looks in (3,)."""
+    """The points of a face (N, 3) [m], the direction that it looks in (3,), and its sigma [rad]."""
 
     xyz: np.ndarray
     direction: np.ndarray
+    sigma: float
 
 
 Frame = Tuple[float, Sequence[Hand], Sequence[Face]]
@@ -61,7 +62,7 @@ def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> C
     truth = everything['frames'][part]
     times = np.array([frame['t'] for frame in truth])
     found: List[List[Hand]] = [[] for _ in truth]
-    angles: List[float] = []
+    angles: List[Tuple[float, float]] = []
     for seconds, hands, faces in frames:
         number = int(np.abs(times - seconds).argmin())
         if abs(times[number] - seconds) > SAME_TIME:
@@ -82,18 +83,19 @@ def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> C
             sums[name] += count
         rows += [_rows(hand, labels, pairs.get(row)) for row, (hand, labels) in enumerate(true)]
     return Counts(folder.resolve().name, tags_of(folder), sums, {
-        'points': np.concatenate(rows), 'faces': np.array(angles, np.float64).astype(FACE)})
+        'points': np.concatenate(rows), 'faces': np.array(angles, FACE)})
 
 
-def _angles(true: Dict[str, np.ndarray], faces: Sequence[Face]) -> List[float]:
-    """Return the angle between the true direction of a face and that of each found face at its place [deg]."""
+def _angles(true: Dict[str, np.ndarray], faces: Sequence[Face]) -> List[Tuple[float, float]]:
+    """Return the rows of the faces that are at the place of a true one."""
     middle = np.mean([*true.values()], axis=0)
     eyes = np.mean([point for name, point in true.items() if name.endswith(('_eye_inner', '_eye_outer'))], axis=0)
     ahead = np.cross(true['left_eye_outer'] - true['right_eye_outer'],
                      eyes - (true['mouth_left'] + true['mouth_right']) / 2)
     near = [face for face in faces if np.linalg.norm(np.nanmedian(face.xyz, axis=0) - middle) < SAME_FACE]
-    return [float(np.degrees(np.arccos(np.clip(face.direction @ ahead / (
+    angles = [float(np.degrees(np.arccos(np.clip(face.direction @ ahead / (
         np.linalg.norm(face.direction) * np.linalg.norm(ahead)), -1, 1)))) for face in near]
+    return [(angle, angle / np.degrees(face.sigma)) for angle, face in zip(angles, near)]
 
 
 def _size(hand: Hand) -> float:
@@ -159,4 +161,8 @@ STATISTICS = {
     'measured_within_2_sigma': _within_2_sigma('MEASURED', MEASURED),
     'inferred_within_2_sigma': _within_2_sigma('INFERRED', INFERRED),
     'head_median': Quantile('median angle of the directions of faces', lambda counts: counts.rows['faces']['angle'],
-                            0.5, 'deg', 1)}
+                            0.5, 'deg', 1),
+    **{f'head_within_{most}_sigma': Ratio(
+        f'directions of faces within {most} sigma', lambda counts, most=most: float(
+            (counts.rows['faces']['sigmas'] <= most).sum()), lambda counts: float(len(counts.rows['faces'])))
+       for most in (1, 2)}}

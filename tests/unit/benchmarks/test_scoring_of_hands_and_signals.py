@@ -63,9 +63,11 @@ def test_directions_of_faces(tmp_path):
     (tmp_path / 'gt.json').write_text(json.dumps({'joints': [], 'face_points': names, 'frames': [
         {'i': 0, 't': 0.0, 'people': [{'id': 1, 'face': {'xyz': xyz.tolist()}}]}]}))
     angle = np.radians(20)
-    faces = [hands.Face(xyz, np.array((np.sin(angle), 0, -np.cos(angle)))), hands.Face(xyz + 1, np.array((1.0, 0, 0)))]
-    result = figures([hands.score_hands(tmp_path, [(0.0, [], faces)])], hands.STATISTICS, 0)['head_median']
-    assert (result.value, result.n) == (pytest.approx(20), 1)
+    faces = [hands.Face(xyz, np.array((np.sin(angle), 0, -np.cos(angle))), angle / 1.5),
+             hands.Face(xyz + 1, np.array((1.0, 0, 0)), 0.1)]
+    result = figures([hands.score_hands(tmp_path, [(0.0, [], faces)])], hands.STATISTICS, 0)
+    assert (result['head_median'].value, result['head_median'].n) == (pytest.approx(20), 1)
+    assert (result['head_within_1_sigma'].value, result['head_within_2_sigma'].value) == (0, 1)
 
 
 def test_fingers_in_the_wrong_order_are_wrong(hand_scene):

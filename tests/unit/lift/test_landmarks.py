@@ -126,34 +126,89 @@ def test_the_end_of_a_finger_folded_behind_the_own_hand_is_inferred_behind_it(le
     assert points.xyz[0, 8, 2] == pytest.approx(1.0 + behind + FLESH[4], abs=1e-3)
 
 
-def face(turn):
-    """Return a face at (0.2, -0.1, 1.5) m, turned from looking into the camera along the line of sight."""
-    # points of a head that looks along -z: x to its left, y down; only those that tell the direction are placed
-    mesh = np.zeros((MESH_POINTS, 3))
-    for side, sign in ((263, 1), (33, -1)):
-        mesh[side] = 0.045 * sign, -0.03, 0.01
-    for side, sign in ((362, 1), (133, -1)):
-        mesh[side] = 0.015 * sign, -0.03, 0.01
-    for side, sign in ((291, 1), (61, -1)):
-        mesh[side] = 0.025 * sign, 0.04, 0.01
-    for left, right in ((454, 234), (389, 162), (397, 172)):
-        mesh[left], mesh[right] = (0.07, 0.0, 0.06), (-0.07, 0.0, 0.06)
-    mesh = turn.apply(mesh) * FOCAL / 1.5
-    mesh[:, :2] += FOCAL * np.array([0.2, -0.1]) / 1.5 + CAMERA.matrix[:2, 2]
+# Where the middle of the face is [m], and how the line of sight to it is turned from the optical axis.
+PLACE = np.array([0.2, -0.1, 1.5])
+SIGHT = Rotation.from_rotvec(np.cross([0, 0, 1], PLACE) / np.hypot(*PLACE[:2]) * np.arctan2(np.hypot(*PLACE[:2]), 1.5))
+
+
+def face_shape():
+    """Return the mesh of a head that looks along -z, (468, 3) [m]: x to its left, y down; half an ellipsoid."""
+    x, y = np.random.default_rng(1).uniform(-1, 1, (2, 4 * MESH_POINTS))
+    inside = np.hypot(x, y) < 0.95
+    x, y = x[inside][:MESH_POINTS], y[inside][:MESH_POINTS]
+    mesh = np.stack([0.07 * x, 0.1 * y, 0.08 * (1 - np.sqrt(1 - x ** 2 - y ** 2))], axis=1)
+    for points, place in (((263, 33), (0.045, -0.03)), ((362, 133), (0.015, -0.03)), ((291, 61), (0.025, 0.04)),
+                          ((454, 234), (0.065, 0.0)), ((389, 162), (0.06, -0.02)), ((397, 172), (0.055, 0.05))):
+        # eyes and mouth are as far forward as each other: the head looks square to the line between them
+        far = 0.02 if points[0] in (263, 362, 291) else 0.06
+        mesh[list(points)] = [(*place, far), (-place[0], place[1], far)]
+    return mesh - mesh.mean(axis=0)
+
+
+def face(turn, error=0.0):
+    """Return a face at `PLACE`, turned from looking into the camera along the line of sight, as the network gives it.
+
+    Args:
+        error: by which it looks too far down in the mesh, which is right in the image [deg].
+    """
+    mesh = turn.apply(face_shape())
+    mesh[:, 2] -= np.tan(np.radians(error)) * mesh[:, 1]
+    mesh *= FOCAL / PLACE[2]
+    mesh[:, :2] += FOCAL * PLACE[:2] / PLACE[2] + CAMERA.matrix[:2, 2]
     keypoints = np.tile([*(mesh[:, :2].mean(axis=0)), 0.9], (1, FACE_POINTS, 1))
     return Landmarks2D(Hands2D.empty(), Faces2D(keypoints, mesh[np.newaxis], [0.9], [1]))
 
 
+def surface(turn, noise=0.0, seed=0):
+    """Return the depth image of that face, with noise [m]; nothing is seen around it."""
+    points, image = turn.apply(face_shape()), np.zeros(SIZE[::-1], np.uint16)
+    at = np.round(points[:, :2] * FOCAL / PLACE[2] + FOCAL * PLACE[:2] / PLACE[2] + CAMERA.matrix[:2, 2]).astype(int)
+    seen = points + SIGHT.inv().apply(PLACE)
+    depth = SIGHT.apply(seen)[:, 2] + np.random.default_rng(seed).normal(0, noise, len(points))
+    for row in np.argsort(-points[:, 2]):
+        image[at[row, 1] - 1:at[row, 1] + 2, at[row, 0] - 1:at[row, 0] + 2] = round(1000 * depth[row])
+    return image
+
+
+def lifted_face(found, depth_image, turn):
+    """Return by how much its direction is off the true one, and its sigma [deg]."""
+    faces = lift_landmarks(found, DepthImage(depth_image, CAMERA), SIZE, NO_PEOPLE).faces
+    forward, true = Rotation.from_quat(faces.orientations[0]).apply([1, 0, 0]), SIGHT.apply(turn.apply([0, 0, -1]))
+    return np.degrees([np.arccos(forward @ true), faces.orientation_sigma[0]])
+
+
 @pytest.mark.parametrize('yaw', [-40.0, 0.0, 25.0])
-@pytest.mark.parametrize('pitch', [-20.0, 0.0, 30.0])
+@pytest.mark.parametrize('pitch', [-20.0, 0.0, 20.0])
 def test_the_head_looks_where_the_mesh_is_turned_to_from_the_line_of_sight(yaw, pitch):
     turn = Rotation.from_euler('yx', [yaw, pitch], degrees=True)
-    faces = lift_landmarks(face(turn), DepthImage(wall(1.5), CAMERA), SIZE, NO_PEOPLE).faces
-    ray = np.array([0.2, -0.1, 1.5])
-    sight = Rotation.from_rotvec(np.cross([0, 0, 1], ray) / np.hypot(0.2, 0.1) * np.arctan2(np.hypot(0.2, 0.1), 1.5))
-    expected = sight.apply(turn.apply([0, 0, -1]))
-    forward = Rotation.from_quat(faces.orientations[0]).apply([1, 0, 0])
-    assert np.degrees(np.arccos(forward @ expected)) < 1.0
+    for depth_image in (surface(turn), np.zeros(SIZE[::-1], np.uint16)):
+        assert lifted_face(face(turn), depth_image, turn)[0] < 1.5
+
+
+@pytest.mark.parametrize('yaw', [-40.0, 0.0, 25.0])
+@pytest.mark.parametrize('error', [-9.0, 9.0])
+def test_depth_corrects_the_tilt_of_a_mesh(yaw, error):
+    turn = Rotation.from_euler('yx', [yaw, 5.0], degrees=True)
+    off, sigma = lifted_face(face(turn, error), surface(turn, 0.004), turn)
+    without, wider = lifted_face(face(turn, error), np.zeros(SIZE[::-1], np.uint16), turn)
+    assert off < 3.5 < 6 < without
+    assert off < sigma < wider < 12 and without < 2 * wider
+
+
+def test_depth_tells_less_of_a_tilt_where_it_is_inaccurate():
+    turn = Rotation.from_rotvec([0, 0, 0])
+    sigmas = [lifted_face(face(turn), surface(turn, noise), turn)[1] for noise in (0.0, 0.01, 0.02)]
+    assert sigmas == sorted(sigmas) and sigmas[2] > sigmas[0] + 0.3
+
+
+def test_a_wall_in_the_place_of_a_face_turns_it_little():
+    turn = Rotation.from_euler('yx', [20.0, 5.0], degrees=True)
+    assert lifted_face(face(turn), wall(1.5), turn)[0] < 10
+
+
+def test_the_direction_of_a_head_that_is_turned_away_is_less_certain():
+    ahead, away = (Rotation.from_euler('y', yaw, degrees=True) for yaw in (0.0, 70.0))
+    assert lifted_face(face(away), surface(away), away)[1] > 1.5 * lifted_face(face(ahead), surface(ahead), ahead)[1]
 
 
 def test_in_another_frame_points_and_heads_turn_together():

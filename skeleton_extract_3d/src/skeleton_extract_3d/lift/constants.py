@@ -185,4 +185,12 @@ class LandmarkConstants:
     measured_sigma: float = constant(0.018, 'Error of a measured point.', unit='m')
     inferred_sigma: float = constant(0.04, 'Error of an inferred point.', unit='m')
     pixel_sigma: float = constant(5.0, 'Error of a point in the image.', unit='px')
-    face_angle_sigma: float = constant(0.12, 'Error of the direction of a head.', unit='rad')
+    face_turn_sigma: float = constant(0.07, 'Error of the turn of a head that faces the camera, by the mesh.',
+                                      unit='rad')
+    face_tilt_sigma: float = constant(0.11, 'Error of its tilt by the mesh, which depth corrects.', unit='rad')
+    face_shape_sigma: float = constant(0.08, 'Error of its tilt that stays: eyes and mouth of a face are not where '
+                                             'those of the mesh are.', unit='rad')
+    face_front: float = constant(70.0, 'Percentage of the points of a mesh that count for its tilt: the nearest ones. '
+                                       'The others are at hair and edges.')
+    face_points: int = constant(40, 'Least number of points with depth that tell the tilt.')
+    face_alike: float = constant(16.0, 'So many neighbouring points have the same error of depth.')

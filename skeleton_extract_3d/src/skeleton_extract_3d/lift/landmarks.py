@@ -5,7 +5,7 @@ the depth of the nearest measured point of the finger, of a face by the depth of
 measured ones. Points of a hand behind another hand, and tips of fingers that are folded behind their own hand, lie
 behind the surface that is seen there, and are inferred too.
 """
-from typing import NamedTuple, Tuple
+from typing import Tuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from openpose_ros_pkg.landmarks.records import HAND_POINTS, Faces2D, Hands2D, La
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Landmarks3D, Points3D
 from skeleton_extract_3d.lift.constants import LandmarkConstants
-from skeleton_extract_3d.lift.face_direction import orientations
+from skeleton_extract_3d.lift.face_direction import PointSurfaces, orientations
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
@@ -27,16 +27,6 @@ _FINGER = np.arange(1, HAND_POINTS).reshape(5, 4)
 # Ends of the bones of a hand and of the lines across its palm, (2, 23).
 _BONES = np.array([(0, 1), *((base, base + 1) for base in range(1, 20) if base % 4), (0, 5), (0, 9), (0, 13), (0, 17),
                    (5, 9), (9, 13), (13, 17)]).T
-
-
-class _PointSurfaces(NamedTuple):
-    """Points of N hands or faces in an image: rays (N, K, 3) with z = 1, NaN where a point is missing, depth of the
-    surfaces (N, K) [m], NaN where there is none, and focal length [px of the image].
-    """
-
-    rays: np.ndarray
-    depth: np.ndarray
-    focal: float
 
 
 def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int, int], people: People3D,
@@ -57,13 +47,14 @@ def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int,
         hands = _lift_hands(found.hands, surfaces, people, constants)
     if len(found.faces):
         surfaces = _surfaces(found.faces.keypoints, points, image_size, camera, constants)
-        directions = orientations(found.faces.mesh, image_size, points, camera, constants)
+        meshes = _surfaces(found.faces.mesh, points, image_size, camera, constants)
+        directions = orientations(found.faces.mesh, meshes, constants)
         faces = Faces3D(_lift_faces(found.faces, surfaces, constants), found.faces.scores, found.faces.people,
                         *directions)
     return Landmarks3D(hands, faces)
 
 
-def _lift_hands(hands: Hands2D, seen: _PointSurfaces, people: People3D, constants: LandmarkConstants) -> Hands3D:
+def _lift_hands(hands: Hands2D, seen: PointSurfaces, people: People3D, constants: LandmarkConstants) -> Hands3D:
     middle = _median(seen.depth)
     wrists = _wrist_depths(hands, people)
     own = ~(np.abs(middle - wrists) > constants.wrist_depth)
@@ -77,7 +68,7 @@ def _lift_hands(hands: Hands2D, seen: _PointSurfaces, people: People3D, constant
     kept = np.isfinite(filled).any(axis=1)
     flesh = np.array(constants.flesh)[_FLESH]
     depth = np.where(measured, depth, filled) + flesh
-    points = _placed(_PointSurfaces(seen.rays[kept], seen.depth[kept], seen.focal), depth[kept], measured[kept],
+    points = _placed(PointSurfaces(seen.rays[kept], seen.depth[kept], seen.focal), depth[kept], measured[kept],
                      hands.keypoints[kept, :, 2], constants)
     return Hands3D(points, hands.scores[kept], hands.people[kept], hands.left[kept])
 
@@ -93,7 +84,7 @@ def _wrist_depths(hands: Hands2D, people: People3D) -> np.ndarray:
     return depths
 
 
-def _behind(hands: Hands2D, seen: _PointSurfaces, wrists: np.ndarray, constants: LandmarkConstants) -> np.ndarray:
+def _behind(hands: Hands2D, seen: PointSurfaces, wrists: np.ndarray, constants: LandmarkConstants) -> np.ndarray:
     """Return the depth of points that are behind the surface at their pixel, (H, 21) [m]; NaN of all others.
 
     A point on the bones of a hand whose wrist (H,) is nearer [m] is between the surface of that hand and its own wrist.
@@ -143,7 +134,7 @@ def _filled(depth: np.ndarray, middle: np.ndarray) -> np.ndarray:
     return _first(filled, middle[:, np.newaxis])
 
 
-def _lift_faces(faces: Faces2D, seen: _PointSurfaces, constants: LandmarkConstants) -> Points3D:
+def _lift_faces(faces: Faces2D, seen: PointSurfaces, constants: LandmarkConstants) -> Points3D:
     # depth of the points beside that of the whole face, by the network [px of the image] and then [m]
     relief = face_points(faces.mesh.astype(np.float64))[..., 2] / seen.focal * _median(seen.depth)[:, np.newaxis]
     with np.errstate(invalid='ignore'):
@@ -153,7 +144,7 @@ def _lift_faces(faces: Faces2D, seen: _PointSurfaces, constants: LandmarkConstan
 
 
 def _surfaces(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel,
-              constants: LandmarkConstants) -> _PointSurfaces:
+              constants: LandmarkConstants) -> PointSurfaces:
     """Return rays and depths of points (N, K, 3) of an image: x, y [px], score."""
     uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
     shape = uv.shape[:2]
@@ -164,10 +155,10 @@ def _surfaces(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, i
     depth = np.full(len(window), np.nan)
     if enough.any():
         depth[enough] = np.nanmedian(window[enough], axis=1)
-    return _PointSurfaces(rays, depth.reshape(shape), camera.focal_in(image_size))
+    return PointSurfaces(rays, depth.reshape(shape), camera.focal_in(image_size))
 
 
-def _placed(seen: _PointSurfaces, depth: np.ndarray, measured: np.ndarray, confidence: np.ndarray,
+def _placed(seen: PointSurfaces, depth: np.ndarray, measured: np.ndarray, confidence: np.ndarray,
             constants: LandmarkConstants) -> Points3D:
     """Return points at depths (N, K) [m] on their rays; missing where there is none."""
     xyz = seen.rays * depth[..., np.newaxis]
