@@ -5,8 +5,8 @@ Each row of the table: a camera driver plays a sequence of 960 x 540 forth and b
 counted for a while: the 3D chain with its visualization, or for 2d the service node in stream mode. The sequences
 are made of the shipped one, or given by --folder. In 3D `target_rate` is the camera's rate unless it is given. Latency:
 from the camera's stamp to the arrival of the message in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on
-two threads, before and after the nodes run. Start: to the first result. Networks alone: images of the sequence through
-the same networks, with the stamps of the results. --points cloud_to_depth: a nodelet makes depth images of clouds.
+two threads, before and after the nodes run; latencies in T are by the mean of both. Start: to the first result. The
+stages of `age` add up to the latency. --points cloud_to_depth: a nodelet makes depth images of clouds.
 
     ./run bench live 3d                                       # all rates, numbers of people and points
     ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
@@ -32,6 +32,7 @@ from skeleton_extract_3d.ros.extractor import AGE_STAGES
 PEOPLE_2D = '/openpose_ros/detected_poses'
 SERVICE = '/openpose_ros_service_node'
 EXTRACTOR = '/skeleton_extract_3d_node'
+TOTALS = ('total', 'age', 'added')  # sums of stages
 STAGES_2D = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
 MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
 # Points for the chain: arguments of demo.launch.
@@ -73,13 +74,14 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
     return seen
 
 
-def figures_of(seen: nodes.Watched, stages: Sequence[str]) -> Dict[str, object]:
-    """Return the cells of the nodes in a row."""
+def figures_of(seen: nodes.Watched, stages: Sequence[str], unit: float) -> Dict[str, object]:
+    """Return the cells of the nodes in a row; `stages` add up to the latency, `unit` is T [ms]."""
     arrivals, latencies, people = (each[0] for each in seen[2:5])
-    means = {name: seen.stages[name] for name in stages if np.isfinite(seen.stages.get(name, np.nan))}
+    means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
     return {'results [Hz]': round(len(arrivals) / seen.seconds, 1),
             'latency median / 95 % [ms]': nodes.median_and_95(latencies),
-            'sum of the stages': round(sum(means.values())),
+            'in T': ' / '.join(f'{value:.2f}' for value in 1e3 * np.percentile(latencies, (50, 95)) / unit),
+            'sum of the stages': round(sum(means.get(name, 0.0) for name in stages)),
             'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
             'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
             'processor [% of a core]': nodes.by_node(seen.processor), 'memory [MB]': nodes.by_node(seen.memory),
@@ -97,12 +99,9 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
     for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
         seen = measure_row(session, nodes.make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
-        values = next((each for each in seen.parameters.values() if 'target_rate' in each), {})
-        alone = nodes.networks_alone(values, sequence, seen.arrivals[0] - seen.latencies[0])
         after = unit.milliseconds()
-        wanted = min(rate * 29 / 30, 2000 / (0.6 * (before + after)))  # all but a frame, or 1 / 0.6 T
         row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
-               'wanted [Hz]': round(wanted, 1), 'networks alone [Hz]': round(alone, 1), **figures_of(seen, stages)}
+               **figures_of(seen, stages, (before + after) / 2)}
         measured.append((row, seen))
         log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
         print(' | '.join(map(str, row.values())),

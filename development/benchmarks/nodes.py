@@ -1,13 +1,12 @@
-"""Running nodes: a camera driver that plays sequences, watched results, networks alone."""
+"""Running nodes: a camera driver that plays sequences, watched results."""
 import argparse
 import contextlib
 import io
-import itertools
 import subprocess
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 import psutil
@@ -15,13 +14,6 @@ import rosnode
 import rospy
 from openpose_ros_msgs.msg import Timing
 
-from chain_runs import open_sequence
-from common import elapsed
-from openpose_ros_pkg.detect.detection import ImageFrame
-from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.params.nodes import ServiceSettings
-from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_tools.ros import images_to_bag
 from session import ResultWatch, Session, wait_for
 
@@ -87,7 +79,6 @@ class Watched(NamedTuple):
         arrivals, latencies, people: time [s], delay [s] and people of each result, by topic.
         processor, memory: of each node [% of a core], [MB].
         stages: mean of each stage [ms].
-        parameters: of each node.
     """
 
     start: float
@@ -98,7 +89,6 @@ class Watched(NamedTuple):
     processor: Dict[str, float]
     memory: Dict[str, float]
     stages: Dict[str, float]
-    parameters: Dict[str, Dict[str, Any]]
 
 
 def watch_nodes(session: Session, command: List[str], topics: Mapping[str, type], options: argparse.Namespace,
@@ -126,34 +116,12 @@ def watch_nodes(session: Session, command: List[str], topics: Mapping[str, type]
     memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
     if timing:
         stages = rospy.wait_for_message(timing, Timing, START_TIMEOUT)
-    parameters = {node: rospy.get_param(node, {}) for node in memory}
     for watch in watches:
         watch.stop()
     session.stop(nodes)
     series = ([np.array(getattr(watch, name)[slice(*part)]) for watch, *part in zip(watches, first, last)]
               for name in ('arrivals', 'latencies', 'people'))
-    return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages},
-                   parameters)
-
-
-def networks_alone(values: Mapping[str, Any], sequence: Path, stamps: Sequence[float]) -> float:
-    """Return the images per second that the networks of a node do in this process, without the first fifth.
-
-    Args:
-        values: the node's parameters; others than those of its detection do not count.
-        sequence: of the images.
-        stamps: of the node's results [s].
-    """
-    names = {field.name for field in parameter_fields(ServiceSettings)}
-    settings = build(ServiceSettings, {name: value for name, value in values.items() if name in names})
-    stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
-    stream.warm_up(streams=False)
-    images = [frame.bgr for frame in open_sequence(sequence)]
-    times = []
-    for bgr, stamp in zip(itertools.cycle(images + images[-2:0:-1]), stamps):
-        frame = ImageFrame('alone', stamp, bgr)
-        times.append(elapsed(lambda frame=frame: stream.detect(frame))[0])
-    return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
+    return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages})
 
 
 def by_node(values: Mapping[str, float]) -> str:

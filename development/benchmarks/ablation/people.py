@@ -70,8 +70,7 @@ def main() -> int:
             runner.forget()
             print(path, flush=True)
     if arguments.table:
-        present = {path for part in PARTS for path, _ in paths_of(part)}
-        arguments.table.write_text(table.report(arguments.out, present))
+        arguments.table.write_text(table.report(arguments.out))
     return 0
 
 

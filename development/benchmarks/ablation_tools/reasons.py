@@ -1,4 +1,4 @@
-"""Why constants that move nothing are kept, and what stands in the place of those that went; by path or its start."""
+"""Why constants that move nothing are kept; by path or its start."""
 from typing import Dict
 
 KEPT: Dict[str, str] = {
@@ -22,61 +22,9 @@ KEPT: Dict[str, str] = {
     'track.out_of_sight': 'false detections would be reported on (unit tests)',
     'track.one_body': 'networks that find a person twice or in parts (unit tests)'}
 
-WENT: Dict[str, str] = {
-    'trunk.size_bias': 'better without (14 scenes)', 'trunk.joint_weights': 'all alike',
-    'trunk.before_spread': 'the mechanism goes', 'trunk.before_weight': 'the mechanism goes',
-    'trunk.before_limit': '`costs.limit`', 'costs.hidden_most': 'none', 'occluders.others_lead': 'the nearer body',
-    'head.weight': '1', 'inference.guess_error': 'none', 'inference.level': '1', 'sizes.most_change': 'none',
-    'track.identity.present_share': '`colour_cost`', 'track.identity.most_colour': '`colour_cost`',
-    'track.completion.upper_hanging': 'straight down', 'track.completion.lower_hanging': 'straight down',
-    'track.bone_constraints.change': 'never acted', 'track.bone_constraints.most_violation': 'none',
-    'body.sized_bones': 'follows from the lengths',
-    'windows.usual_depth': 'the least window', 'windows.foreground_share': 'lower quartile',
-    'windows.foreground_depth': 'lower quartile', 'trunk.reach_front': '`reach`', 'trunk.reach_behind': '`reach`',
-    'trunk.support_reach': '`reach`', 'trunk.least_support': 'most windows', 'trunk.full_score': '`sizes.least_score`',
-    'trunk.sized_score': '`sizes.least_score`', 'trunk.sized_bones': '`sizes.least_bones`',
-    'trunk.floor': '`costs.anything`', 'trunk.size_limit': '`costs.limit`', 'trunk.size_weight': 'a likelihood',
-    'trunk.stature_spread': '`sizes.known`', 'costs.kernel_shifts': 'from the middle outwards',
-    'costs.hidden_depth': 'in `hidden`, per metre', 'costs.memory_limit': '`costs.limit`',
-    'occluders.just_beside': '`beside`', 'occluders.in_front': '`trunk.reach`', 'occluders.flat': '`covered`',
-    'occluders.far_side': '`covered`', 'head.agreement': '`measuring.agreement`',
-    'head.least_support': '`measuring.least_support`', 'head.least_joints': 'most of them',
-    'head.cosine_spread': '`yaw_spread`', 'head.sine_spread': '`yaw_spread`', 'inference.nodding': '`keypoint_error`',
-    'inference.direction_limit': '`costs.limit`', 'inference.turn_limit': '`costs.limit`',
-    'inference.pair_error': '`keypoint_error`', 'inference.nearest': '`trunk.nearest`',
-    'measuring.against_front': 'the own surface outweighs the front', 'measuring.bone_error': '`keypoint_error`',
-    'measuring.sure_end': '`sizes.least_score`', 'measuring.unsure_end': '`sizes.least_score`',
-    'sizes.prior_frames': '`most_frames`', 'sizes.known_spread': '`known`',
-    'track.innovation.independent': '1', 'track.birth.joint_sigma': '`sigma`', 'track.birth.root_sigma': '`sigma`',
-    'track.identity.distance_unit': 'costs are metres', 'track.identity.evidence_unit': '`evidence_cost`',
-    'track.identity.colour_unit': '`colour_cost`', 'track.identity.same_depth': '`sizes.known`',
-    'track.identity.away': '`gap`', 'track.identity.nearest': '`trunk.nearest`',
-    'track.identity.repeated_distance': '`same_place`', 'track.identity.repeated_joints': '`one_body.least_joints`',
-    'track.identity.halves_common': '`one_body.least_joints`', 'track.identity.halves_behind': '`trunk.reach`',
-    'track.identity.measured_frames': 'surer step by step', 'track.identity.measured_spread': '`sizes.known`',
-    'track.appearance.least_score': '`sizes.least_score`', 'track.appearance.depth_range': '`trunk.reach`',
-    'track.appearance.memory': '`sizes.most_frames`', 'track.expectation.turning_time': '`turning_frames`',
-    'track.expectation.least_elapsed': '`turning_frames`',
-    'track.expectation.most_turning_weight': '`turning_frames`', 'track.correction.out_of_sight': '`identity.gap`',
-    'track.correction.across_hidden': '`inference.keypoint_error`', 'track.correction.along_measured': '`along`',
-    'track.correction.along_inferred': '`along`', 'track.correction.body_sigma': '`inference.keypoint_error`',
-    'track.correction.unknown_speed': '`birth.speed`', 'track.correction.corners': 'most of them',
-    'track.correction.root_guessed': '`birth.sigma`', 'track.completion.neck_sigma': '`rest_sigmas`',
-    'track.out_of_sight.sigma_at_once': '`completion.sigma_at_once`',
-    'track.out_of_sight.sigma_growth': '`completion.sigma_growth`',
-    'track.out_of_sight.walking_time': '`completion.rest_time`', 'track.out_of_sight.behind': '`trunk.reach`',
-    'track.out_of_sight.free_share': 'most joints', 'track.out_of_sight.least_inside': 'most joints',
-    'track.one_body.halves_apart': '`identity.same_place`', 'track.one_body.longest': '`identity.gap`',
-    'track.one_body.surely_alone': '`identity.gap`', 'track.returning.least_away': '`identity.gap`',
-    'track.returning.greatest_speed': '`out_of_sight.greatest_speed`',
-    'track.returning.seen_size': '`body.proportion_spread`', 'track.returning.spread_at_once': '`spread`',
-    'track.returning.spread_growth': '`spread`', 'track.returning.greatest_spread': '`spread`',
-    'track.returning.room': 'of the size of `spread`', 'track.returning.margin': '`least_evidence`',
-    'track.returning.patience': '`identity.gap`'}
 
-
-def reason_of(path: str, known: Dict[str, str]) -> str:
+def reason_of(path: str) -> str:
     """Return the text of a path, or of the longest beginning of it that has one; empty: there is none."""
     names = path.split('.')
-    return next((known['.'.join(names[:count])] for count in range(len(names), 0, -1)
-                 if '.'.join(names[:count]) in known), '')
+    return next((KEPT['.'.join(names[:count])] for count in range(len(names), 0, -1)
+                 if '.'.join(names[:count]) in KEPT), '')

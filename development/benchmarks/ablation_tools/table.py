@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Mapping, Sequence, Set
 
 from ablation_tools import changes
 from ablation_tools.changes import Change, Changes
-from ablation_tools.reasons import KEPT, WENT, reason_of
+from ablation_tools.reasons import reason_of
 from ablation_tools.scenes import TITLES
 from ablation_tools.variants import FACTORS
 from common import markdown
@@ -31,7 +31,6 @@ varied in all of the others.
 | earns its place | moves a figure |
 | fragile | both half and twice make a figure worse |
 | idle | moves nothing; kept where another reason is named: a guard against bad input, a source, a rare event |
-| deleted | no longer in the code; after the colon what stands in its place |
 
 Among so many comparisons one in twenty differs by chance.
 """
@@ -67,13 +66,8 @@ def unsettled(out: Path, part: str) -> Set[str]:
     return {path for path in files[0]['values'] if path and not any(map(changes.worth, of_both(effect, path)))}
 
 
-def report(out: Path, present: Set[str]) -> str:
-    """Return the page.
-
-    Args:
-        out: folder with the counts.
-        present: paths of the constants that are in the code now.
-    """
+def report(out: Path) -> str:
+    """Return the page of the counts in a folder."""
     parts, numbers, code = [], [], set()
     for part, title in _PARTS.items():
         files = read(out, part)
@@ -83,7 +77,7 @@ def report(out: Path, present: Set[str]) -> str:
             effect, values = effects([file['sums'] for file in files]), files[0]['values']
             rows = [(name, cell(effect[name]), _need(effect[name])) for name in values.pop('')]
             parts += [f'## {title}', _markdown([('mechanism that is off', 'figures that change', ''), *rows]),
-                      *_constants(values, effect, present)]
+                      *_constants(values, effect)]
     head = _HEAD.format(scenes=', '.join(numbers), commit=' and '.join(sorted(code)))
     return '\n\n'.join([head.strip(), *parts]) + '\n'
 
@@ -97,22 +91,20 @@ def _need(effect: Changes) -> str:
     return 'no effect' if not better else 'better without' if all(better) else 'mixed' if any(better) else 'needed'
 
 
-def _constants(values: Mapping[str, str], effect: Mapping[str, Changes], present: Set[str]) -> List[str]:
+def _constants(values: Mapping[str, str], effect: Mapping[str, Changes]) -> List[str]:
     tables: Dict[str, List[Sequence[str]]] = {}
     for path, value in values.items():
         group, _, name = path.rpartition('.')
         both = of_both(effect, path)
         tables.setdefault(group, [('constant', 'value', *FACTORS, 'verdict')]).append(
-            (f'`{name}`', value, *map(cell, both), verdict(both, path, present)))
+            (f'`{name}`', value, *map(cell, both), verdict(both, path)))
     return [f'### {group}\n\n{_markdown(rows)}' for group, rows in tables.items()]
 
 
-def verdict(both: Sequence[Changes], path: str, present: Set[str]) -> str:
+def verdict(both: Sequence[Changes], path: str) -> str:
     """Return what becomes of a constant."""
-    said, reason = changes.verdict(both), reason_of(path, KEPT if path in present else WENT)
-    if path in present and said != changes.IDLE:
-        return said
-    return ('idle' if path in present else 'deleted') + (f': {reason}' if reason else '')
+    said, reason = changes.verdict(both), reason_of(path)
+    return said if said != changes.IDLE else f'idle: {reason}' if reason else 'idle'
 
 
 def cell(effect: Changes) -> str:
