@@ -1,8 +1,8 @@
 """RGB-D sequences with a chosen number of people: the two of the shipped one, cut out and pasted."""
-import itertools
+import json
 import shutil
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -13,17 +13,20 @@ from skeleton_extract_3d.points.rgbd_sequence import RgbdFrame, RgbdSequence
 
 # Depth before the empty scene, and from the mean depth of the joints, of the pixels of a person [m].
 _BEFORE, _AT_JOINTS = 0.1, 0.5
-# Copies: person, delay [frames], shift to the right and away over the floor [m].
-_COPIES = ((1, 12, -0.5, 0.4), (0, 20, 1.3, 0.9), (1, 25, 0.8, 1.4), (0, 6, -0.7, 1.2), (1, 34, -1.4, 1.8),
-           (0, 30, 0.3, 1.6))
+# A copy: person, delay [frames], shift to the right and away over the floor [m].
+Copy = Tuple[int, int, float, float]
+_COPIES: Tuple[Copy, ...] = ((1, 12, -0.5, 0.4), (0, 20, 1.3, 0.9), (1, 25, 0.8, 1.4), (0, 6, -0.7, 1.2),
+                            (1, 34, -1.4, 1.8), (0, 30, 0.3, 1.6))
+FIRST_COPY = 3  # after the ids of the two
 
 
 class CutOut(NamedTuple):
-    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask of the person."""
+    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask, the true joints."""
 
     bgr: np.ndarray
     depth: np.ndarray
     mask: np.ndarray
+    truth: Dict[str, Any]
 
 
 def make_crowd(folder: Path, people: Sequence[int], frames: int = 40) -> Path:
@@ -34,8 +37,16 @@ def make_crowd(folder: Path, people: Sequence[int], frames: int = 40) -> Path:
     """
     if [*people] == [2]:
         return DEMO
-    if folder.is_dir():
-        return folder
+    if not folder.is_dir():
+        write_crowd(folder, [(min(count, 2), _COPIES[:max(count - 2, 0)]) for count in people for _ in range(frames)])
+    return folder
+
+
+def write_crowd(folder: Path, casts: Sequence[Tuple[int, Sequence[Copy]]]) -> None:
+    """Write a sequence with its truth; each frame has so many of the two shipped people, and these copies of them.
+
+    Copies have ids from FIRST_COPY on, in the order in which they come.
+    """
     sequence = open_sequence(DEMO)
     shipped = list(sequence)
     for name in ('rgb', 'depth'):
@@ -45,19 +56,26 @@ def make_crowd(folder: Path, people: Sequence[int], frames: int = 40) -> Path:
     depths = np.array([frame.depth for frame in shipped])
     farthest, (rows, columns) = depths.argmax(axis=0), np.indices(depths.shape[1:])
     room = CutOut(np.array([frame.bgr for frame in shipped])[farthest, rows, columns],
-                  depths.max(axis=0) / np.float32(1000), np.ones(farthest.shape, bool))
-    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(shipped, read_truth(DEMO)[0]['frames'])]
+                  depths.max(axis=0) / np.float32(1000), np.ones(farthest.shape, bool), {})
+    truth = read_truth(DEMO)[0]
+    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(shipped, truth['frames'])]
     forth_and_back = cut + cut[-2:0:-1]
-    for number, (count, time) in enumerate(itertools.product(people, range(frames))):
-        copies = [_moved(forth_and_back[(time + late) % len(forth_and_back)][row], shift, sequence)
-                  for row, late, *shift in _COPIES[:max(count - 2, 0)]]
+    ids: Dict[Copy, int] = {}
+    frames = []
+    for number, (count, copies) in enumerate(casts):
+        people = forth_and_back[number % len(forth_and_back)][2 - count:]
+        for copy in copies:
+            row, late, *shift = copy
+            person = _moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence)
+            people.append(person._replace(truth={**person.truth, 'id': ids.setdefault(copy, FIRST_COPY + len(ids))}))
         bgr, depth = room.bgr.copy(), room.depth.copy()
-        for person in (*cut[time][max(2 - count, 0):], *copies):
+        for person in people:
             nearer = person.mask & ((depth == 0) | (person.depth < depth))
             bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
+        frames.append({'i': number, 't': number / sequence.fps, 'people': [person.truth for person in people]})
         cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
         cv2.imwrite(str(folder / 'depth' / f'{number:05d}.png'), np.rint(1000 * depth).astype(np.uint16))
-    return folder
+    (folder / 'gt.json').write_text(json.dumps({**truth, 'frames': frames}))
 
 
 def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
@@ -68,7 +86,7 @@ def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -
         own = (depth > 0) & (depth < room.depth - _BEFORE) & (np.abs(depth - middle) < _AT_JOINTS)
         # the contour has no depth: it gets that of the body
         mask = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)) > 0
-        cut.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask))
+        cut.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask, person))
     return cut
 
 
@@ -81,5 +99,7 @@ def _moved(person: CutOut, shift: Sequence[float], sequence: RgbdSequence) -> Cu
     matrix = np.column_stack([scale * np.eye(2), centre - scale * centre + focal * step[:2] / (middle + step[2])])
     depth, mask = (cv2.warpAffine(image, matrix, (camera.width, camera.height), flags=cv2.INTER_NEAREST)
                    for image in (person.depth, person.mask.astype(np.uint8)))
+    truth = {**person.truth, 'xyz': (np.array(person.truth['xyz']) + step).tolist(),
+             'uv': (np.array(person.truth['uv']) @ matrix[:, :2].T + matrix[:, 2]).tolist()}
     return CutOut(cv2.warpAffine(person.bgr, matrix, (camera.width, camera.height)), depth + np.float32(step[2]),
-                  mask > 0)
+                  mask > 0, truth)

@@ -69,7 +69,9 @@ class Player:
         self._results[message.header.stamp.to_nsec()] = (people_from_array(message), latency)
 
     def _start(self, sequence: Path, **parameters: object) -> Tuple['subprocess.Popen[bytes]', Path]:
-        bag = make_bag(sequence, self._folder / f'{name_of(sequence)}.bag', self._points == 'point_cloud')
+        bag = self._folder / f'{name_of(sequence)}.bag'
+        if not bag.is_file():
+            make_bag(sequence, bag, self._points == 'point_cloud')
         return start_camera(self._session, bag, self._rate, topics=TOPICS[self._points],
                             **parameters), bag.with_suffix('.txt')
 
