@@ -30,7 +30,7 @@ class ScheduleConstants:
         0.015, 'A pass is cut into as many strips as make one take no longer: by so much it delays the next image.',
         unit='s')
     patience: float = constant(
-        0.1, 'An image that waits puts a search off for this long; then one part is searched before it.', unit='s')
+        0.15, 'An image that waits puts a search off for this long; then one part is searched before it.', unit='s')
     urgent: float = constant(
         4.0, 'Factor on the urgency of a part where a person was lost, or the image changed outside of all people.')
     grey_side: int = constant(96, 'Longer side of the grey images that are compared.', unit='px')
