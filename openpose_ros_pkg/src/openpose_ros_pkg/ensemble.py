@@ -9,7 +9,7 @@ exp(-d^2 / (2 area (2 sigma)^2)) for two places of a joint that are d apart, wit
 each kind of joint.
 """
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -60,8 +60,8 @@ class Sources:
     """The S sources of opinions on a person."""
 
     sigmas: np.ndarray  # (K,) float, see `sigmas`
-    weights: Sequence[float]  # (S,) on the scores of joints
-    place_weights: Sequence[float]  # (S,) on their places
+    weights: np.ndarray  # (S,) or, of each of P people, (P, S) float, on the scores of joints
+    place_weights: np.ndarray  # the same, on their places
     known: np.ndarray  # (S, K) bool, the joints that each can tell of
 
 
@@ -83,28 +83,48 @@ def sigmas(skeleton: SkeletonModel) -> np.ndarray:
 
 def extent(keypoints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return least and greatest x and y, (2,) each [px], of a person, (K, 3), NaN where missing; one joint is there."""
-    there = keypoints[np.isfinite(keypoints[:, 0]), :2]
-    return there.min(axis=0), there.max(axis=0)
+    return np.fmin.reduce(keypoints[:, :2]), np.fmax.reduce(keypoints[:, :2])
 
 
-def area(keypoints: np.ndarray, constants: AreaConstants = AREA) -> float:
-    """Return the area [px^2] that a person, (K, 3) float, covers in the image, by the box round its joints."""
-    if not np.isfinite(keypoints[:, 0]).any():
-        return 0.0
-    low, high = extent(keypoints)
-    width, height = high - low
-    return constants.area_share * max(width * height, (constants.least_aspect * max(width, height)) ** 2, 1.0)
+def area(keypoints: np.ndarray, constants: AreaConstants = AREA) -> np.ndarray:
+    """Return the areas [px^2] that people, (..., K, 3) float, cover in the image, by the boxes round their joints.
+
+    Returns:
+        (...,) float64; 0 for people without a joint.
+    """
+    xy = keypoints[..., :2]
+    sides = (np.fmax.reduce(xy, axis=-2) - np.fmin.reduce(xy, axis=-2)).astype(np.float64)
+    width, height = sides[..., 0], sides[..., 1]
+    longer = np.maximum(width, height)
+    covered = np.maximum(np.maximum(width * height, (constants.least_aspect * longer) ** 2), 1.0)
+    return np.where(np.isnan(longer), 0.0, constants.area_share * covered)
 
 
-def similarity(one: np.ndarray, other: np.ndarray, joint_sigmas: np.ndarray) -> float:
-    """Return how alike two poses, (K, 3) each, are, 0..1, over the joints that both have, weighted by their scores."""
-    both = np.isfinite(one[:, 0]) & np.isfinite(other[:, 0])
-    if both.sum() < 2:
-        return 0.0
-    spread = 2 * max(area(one), area(other)) * joint_sigmas[both] ** 2
-    alike = np.exp(-((one[both, :2] - other[both, :2]) ** 2).sum(axis=1) / spread)
-    weight = np.sqrt(one[both, 2] * other[both, 2])
-    return float((weight * alike).sum() / weight.sum())
+def similarity(one: np.ndarray, other: np.ndarray, joint_sigmas: np.ndarray) -> np.ndarray:
+    """Return how alike poses are, 0..1, over the joints that both have, weighted by their scores.
+
+    Args:
+        one, other: (..., K, 3) float; their leading axes are broadcast against each other.
+
+    Returns:
+        (...,) float64; 0 with less than two such joints.
+    """
+    both = np.isfinite(one[..., 0]) & np.isfinite(other[..., 0])
+    spread = 2 * np.maximum(area(one), area(other))[..., None] * joint_sigmas ** 2
+    apart = ((one[..., :2] - other[..., :2]) ** 2).sum(axis=-1)
+    alike = np.exp(-np.where(both, apart, 0.0) / np.where(both, spread, 1.0))
+    weight = np.sqrt(np.where(both, one[..., 2] * other[..., 2], 0.0))
+    total, count = weight.sum(axis=-1), both.sum(axis=-1)
+    with np.errstate(invalid='ignore'):
+        return np.where(count < 2, 0.0, (weight * alike).sum(axis=-1) / total)
+
+
+def medians(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the median of the known values, (..., K) each, along the last axis, (...,); infinite without any."""
+    ordered = np.sort(np.where(known, values, values.dtype.type(np.inf)), axis=-1)
+    count = np.broadcast_to(known, values.shape).sum(axis=-1)
+    middle = np.stack([np.maximum(count - 1, 0) // 2, np.minimum(count // 2, values.shape[-1] - 1)], axis=-1)
+    return np.take_along_axis(ordered, middle, axis=-1).mean(axis=-1)
 
 
 def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray, constants: EnsembleConstants = ENSEMBLE
@@ -116,65 +136,78 @@ def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray, constants: En
     """
     people: List[Opinions] = []
     for number, poses in enumerate(sources):
-        alike = sorted(((max(similarity(pose, known, joint_sigmas) for known in person.values()), i, j)
-                        for i, pose in enumerate(poses) for j, person in enumerate(people)),
-                       key=lambda item: -item[0])
         taken, given = set(), set()
-        for value, i, j in alike:
-            if value < constants.same_person:
-                break
-            if i not in taken and j not in given:
-                taken.add(i)
-                given.add(j)
-                people[j][number] = poses[i]
+        if people and len(poses):
+            known = np.stack([pose for person in people for pose in person.values()])
+            first = np.cumsum([0] + [len(person) for person in people[:-1]])
+            alike = np.maximum.reduceat(similarity(poses[:, None], known, joint_sigmas), first, axis=1)
+            for index in np.argsort(-alike, axis=None, kind='stable').tolist():
+                i, j = divmod(index, len(people))
+                if alike[i, j] < constants.same_person:
+                    break
+                if i not in taken and j not in given:
+                    taken.add(i)
+                    given.add(j)
+                    people[j][number] = poses[i]
         people.extend({number: pose} for i, pose in enumerate(poses) if i not in taken)
     return people
 
 
-def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
+def stacked(opinions: Sequence[Mapping[int, Optional[np.ndarray]]], sources: int, joints: int) -> np.ndarray:
+    """Return opinions of S sources on P people as an array, (P, S, K, 3) float32; NaN, NaN, 0 where there is none."""
+    result = np.full((len(opinions), sources, joints, 3), (np.nan, np.nan, 0), np.float32)
+    for of_person, poses in zip(result, opinions):
+        for number, pose in poses.items():
+            if pose is not None:
+                of_person[number] = pose
+    return result
+
+
+def vote(opinions: np.ndarray, weights: np.ndarray, joint_sigmas: np.ndarray,
          constants: EnsembleConstants = ENSEMBLE) -> np.ndarray:
-    """Place each joint of a person where the opinions promise the greatest similarity.
+    """Place each joint of people where the opinions promise the greatest similarity.
 
     The start is the opinion with the most support; a mean shift with the joint's own kernel follows. The score is the
     root of the mean support over all sources, including those that do not see the person: measured on annotated
     images, joints with a score of 0.5 have a similarity of 0.7 to 0.8, those with 0.7 one of 0.9.
 
     Args:
-        opinions: of the sources that see the person.
-        weights: of all sources, (S,).
+        opinions: (..., S, K, 3) float32, of all sources; NaN, NaN, 0 of those that do not see a person, and where a
+            pose has no such joint.
+        weights: (..., S) float64 of the sources.
 
     Returns:
-        (K, 3) float32: x, y [px], score [0..1]; NaN, NaN, 0 where no source has the joint.
+        (..., K, 3) float32: x, y [px], score [0..1]; NaN, NaN, 0 where no source has the joint.
     """
-    poses = np.stack(list(opinions.values())).astype(np.float64)
-    weight = np.array([weights[number] for number in opinions])
-    spread = 2 * np.median([area(pose) for pose in poses]) * joint_sigmas ** 2
+    poses, areas = opinions.astype(np.float64), area(opinions)
+    spread = 2 * medians(areas, areas > 0)[..., None, None] * joint_sigmas ** 2  # (..., 1, K)
     there = np.isfinite(poses[..., 0])
     xy = np.where(there[..., None], poses[..., :2], 0.0)
-    belief = np.where(there, np.minimum(poses[..., 2], 1.0) * weight[:, None], 0.0)
-    apart = ((xy[:, None] - xy[None]) ** 2).sum(axis=3)
-    support = (np.exp(-apart / spread) * belief[None]).sum(axis=1)
-    place = xy[np.where(there, support, -1.0).argmax(axis=0), np.arange(xy.shape[1])]
+    belief = np.where(there, np.minimum(poses[..., 2], 1.0) * weights[..., None], 0.0)
+    apart = ((xy[..., :, None, :, :] - xy[..., None, :, :, :]) ** 2).sum(axis=-1)  # (..., S, S, K)
+    support = (np.exp(-apart / spread[..., None, :]) * belief[..., None, :, :]).sum(axis=-2)
+    best = np.where(there, support, -1.0).argmax(axis=-2)[..., None, :]
+    place = np.take_along_axis(xy, best[..., None], axis=-3)  # (..., 1, K, 2)
     for _ in range(constants.mean_shift_steps):
-        pull = belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)
-        place = (pull[..., None] * xy).sum(axis=0) / np.maximum(pull.sum(axis=0), 1e-12)[:, None]
-    agreed = (belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)).sum(axis=0)
-    result = np.full((len(place), 3), np.nan, np.float32)
-    result[:, 2] = np.sqrt(agreed / sum(weights))
-    found = result[:, 2] > 0
-    result[found, :2] = place[found]
-    return result
+        pull = belief * np.exp(-((xy - place) ** 2).sum(axis=-1) / spread)
+        total = np.maximum(pull.sum(axis=-2, keepdims=True), 1e-12)
+        place = (pull[..., None] * xy).sum(axis=-3, keepdims=True) / total[..., None]
+    agreed = (belief * np.exp(-((xy - place) ** 2).sum(axis=-1) / spread)).sum(axis=-2)
+    score = np.sqrt(agreed / np.maximum(weights.sum(axis=-1, keepdims=True), 1e-12)).astype(np.float32)
+    place = np.where(score[..., None] > 0, place[..., 0, :, :], np.nan)
+    return np.concatenate([place.astype(np.float32), score[..., None]], axis=-1)
 
 
-def vote_with_crops(opinions: Opinions, sources: Sources) -> np.ndarray:
-    """Vote on a person with the opinions on crops; see `vote`.
+def vote_with_crops(opinions: np.ndarray, sources: Sources) -> np.ndarray:
+    """Vote on people with the opinions on crops; see `vote`.
 
     Joints that the networks of the crops do not know, as the feet of BODY_25, keep what those of the full image say.
     """
     keypoints = vote(opinions, sources.weights, sources.sigmas)
-    keypoints[:, :2] = vote(opinions, sources.place_weights, sources.sigmas)[:, :2]
-    asked, total = np.array(sources.weights) @ sources.known, sum(sources.weights)
-    keypoints[:, 2] *= np.sqrt(total / np.where(asked > 0, asked, total))
+    places = vote(opinions, sources.place_weights, sources.sigmas)
+    asked, total = sources.weights @ sources.known, np.maximum(sources.weights.sum(axis=-1, keepdims=True), 1e-12)
+    keypoints[..., :2] = places[..., :2]
+    keypoints[..., 2] *= np.sqrt(total / np.where(asked > 0, asked, total))
     return keypoints
 
 
@@ -202,11 +235,16 @@ def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int,
     return People2D(acceptance.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
 
 
-def surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> np.ndarray:
-    """Return the indices of people with (P,) scores, the surest first, without those that are like a surer one."""
+def surest(scores: np.ndarray, same: np.ndarray) -> np.ndarray:
+    """Return the indices of people, the surest first, without those that are like a surer one.
+
+    Args:
+        scores: (P,) of the people.
+        same: (P, P) bool, whether the first is like the second.
+    """
     kept: List[int] = []
     for i in np.argsort(-scores, kind='stable').tolist():
-        if not any(same(i, j) for j in kept):
+        if not same[i, kept].any():
             kept.append(i)
     return np.array(kept, np.int64)
 
@@ -218,20 +256,21 @@ def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[in
     Args:
         swap: channel of each joint's mirror partner: left and right may be exchanged.
     """
-    mirrored = poses.keypoints[:, list(swap)]
-    return surest(poses.scores, lambda i, j: any(
-        not similarity(view[i], poses.keypoints[j], joint_sigmas) < constants.duplicate
-        for view in (poses.keypoints, mirrored)))
+    views = np.stack([poses.keypoints, poses.keypoints[:, list(swap)]])
+    different = similarity(views[:, :, None], poses.keypoints, joint_sigmas) < constants.duplicate
+    return surest(poses.scores, ~different.all(axis=0))
 
 
 def most_alike(keypoints: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray,
                constants: EnsembleConstants = ENSEMBLE) -> Optional[np.ndarray]:
     """Return the pose, of (N, K, 3), that is the person, (K, 3), and none of the other (P, K, 3) people; else None."""
-    alike = [similarity(person, pose, joint_sigmas) for pose in keypoints]
-    if not alike or max(alike) < constants.same_person:
+    if not len(keypoints):
         return None
-    pose = keypoints[int(np.argmax(alike))]
-    if any(similarity(pose, other, joint_sigmas) > max(alike)
-           and similarity(person, other, joint_sigmas) < constants.duplicate for other in people):
+    alike = similarity(person, keypoints, joint_sigmas)
+    best = int(np.argmax(alike))
+    if alike[best] < constants.same_person:
         return None
-    return pose
+    if ((similarity(keypoints[best], people, joint_sigmas) > alike[best])
+            & (similarity(person, people, joint_sigmas) < constants.duplicate)).any():
+        return None
+    return keypoints[best]

@@ -1,6 +1,7 @@
 """People in an image: the one type that passes between detector, tracker, painter and converters."""
+import functools
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -19,17 +20,26 @@ def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonM
     Joints that the source does not have are missing (NaN, NaN, 0), but for neck and mid_hip: the middle of shoulders or
     hips, with the lower of their scores.
     """
+    if source == target:
+        return keypoints.copy()
     result = np.full((len(keypoints), len(target.joints), 3), (np.nan, np.nan, 0), keypoints.dtype)
-    index = source.index
-    for i, joint in enumerate(target.joints):
-        ends = _MIDDLES.get(joint, ())
-        if joint in index:
-            result[:, i] = keypoints[:, index[joint]]
-        elif ends and all(end in index for end in ends):
-            pair = keypoints[:, [index[end] for end in ends]]
-            result[:, i, :2] = pair[..., :2].mean(axis=1)
-            result[:, i, 2] = pair[..., 2].min(axis=1)
+    (rows, columns), middles = _common_joints(source, target)
+    result[:, rows] = keypoints[:, columns]
+    for i, ends in middles:
+        pair = keypoints[:, ends]
+        result[:, i, :2] = pair[..., :2].mean(axis=1)
+        result[:, i, 2] = pair[..., 2].min(axis=1)
     return result
+
+
+@functools.lru_cache(maxsize=64)
+def _common_joints(source: SkeletonModel, target: SkeletonModel
+                   ) -> Tuple[Tuple[List[int], List[int]], List[Tuple[int, List[int]]]]:
+    """Return the joints of a target that the source has, and where; and those between two joints of it, and these."""
+    common = [(i, source.index[joint]) for i, joint in enumerate(target.joints) if joint in source.index]
+    middles = [(i, [source.index[end] for end in _MIDDLES[joint]]) for i, joint in enumerate(target.joints)
+               if joint not in source.index and joint in _MIDDLES and source.index.keys() >= {*_MIDDLES[joint]}]
+    return ([i for i, _ in common], [i for _, i in common]), middles
 
 
 def values_in(values: np.ndarray, source: SkeletonModel, target: SkeletonModel, missing: float) -> np.ndarray:

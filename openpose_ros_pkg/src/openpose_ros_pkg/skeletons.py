@@ -2,6 +2,7 @@
 
 No other module holds joint indices: they come from the `SkeletonModel`.
 """
+import functools
 from dataclasses import dataclass
 from typing import Dict, Sequence, Tuple
 
@@ -50,12 +51,15 @@ class SkeletonModel:
                 raise ValueError(f'{self.name}: limb {start} - {end} has no partner {mirrored_joint(start)} - '
                                  f'{mirrored_joint(end)}')
 
-    @property
+    def __hash__(self) -> int:
+        return hash(self.name)
+
+    @functools.cached_property
     def index(self) -> Dict[str, int]:
         """Map from joint name to channel."""
         return {joint: i for i, joint in enumerate(self.joints)}
 
-    @property
+    @functools.cached_property
     def swap(self) -> Tuple[int, ...]:
         """Channel of each joint's mirror partner."""
         index = self.index

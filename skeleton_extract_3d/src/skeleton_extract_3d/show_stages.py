@@ -58,7 +58,7 @@ def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: 
 def _draw_layers(people: People2D, bgr: np.ndarray, points: DepthImage) -> np.ndarray:
     """Draw in colour what is in front of one of the people, and is covered in the crop of that person."""
     size, drawn = (bgr.shape[1], bgr.shape[0]), (bgr * _DARK).astype(np.uint8)
-    for foreground in foregrounds(list(people.keypoints), people.skeleton, depth_view(points), size):
+    for foreground in foregrounds(people.keypoints, people.skeleton, depth_view(points), size):
         if foreground is not None:
             covered = cv2.resize(foreground.pixels.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
             drawn[covered] = bgr[covered]

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from known_fields import FRONT
 from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
-from openpose_ros_pkg.ensemble import group, sigmas, vote, vote_with_crops, without_duplicates
+from openpose_ros_pkg.ensemble import group, sigmas, stacked, vote, vote_with_crops, without_duplicates
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
@@ -33,7 +33,7 @@ def test_the_more_alike_pose_is_the_person():
 
 def test_agreement_gives_the_place_and_the_score():
     """Score: the root of the mean over the sources of their scores."""
-    result = vote({0: pose(100), 1: pose(100)}, [1.0, 1.0], SIGMAS)
+    result = vote(np.stack([pose(100), pose(100)]), np.ones(2), SIGMAS)
     assert result.shape == (18, 3) and result.dtype == np.float32
     np.testing.assert_allclose(result[:, :2], pose(100)[:, :2], atol=1e-4)
     np.testing.assert_allclose(result[:, 2], np.sqrt(0.9), atol=1e-5)
@@ -43,7 +43,7 @@ def test_an_outlier_is_left_out():
     """Two of three agree on the wrist; the third, though surest, neither moves it nor adds to its score."""
     poses = [pose(100, 0.6), pose(101, 0.6), pose(100, 1.0)]
     poses[2][WRIST, :2] += (120, -60)
-    result = vote(dict(enumerate(poses)), [1.0] * 3, SIGMAS)
+    result = vote(np.stack(poses), np.ones(3), SIGMAS)
     np.testing.assert_allclose(result[WRIST, :2], pose(100.5)[WRIST, :2], atol=0.1)
     assert result[WRIST, 2] == pytest.approx(np.sqrt(1.2 / 3), abs=0.01)
     assert result[NOSE, 2] == pytest.approx(np.sqrt(2.2 / 3), abs=0.02)
@@ -57,12 +57,13 @@ def test_joints_that_no_crop_can_show_keep_what_the_full_image_says():
     feet = [i for i, joint in enumerate(BODY_25.joints) if 'toe' in joint or 'heel' in joint]
     crop = search + np.array([4, 0, 0], np.float32)
     crop[feet] = (np.nan, np.nan, 0)
-    result = vote_with_crops({0: search, 1: crop}, recipe.sources)
-    np.testing.assert_allclose(result[feet], vote({0: search}, recipe.weights[:1], sigmas(BODY_25))[feet], atol=1e-5)
+    result = vote_with_crops(np.stack([search, crop]), recipe.sources)
+    alone = vote(search[None], recipe.sources.weights[:1], sigmas(BODY_25))
+    np.testing.assert_allclose(result[feet], alone[feet], atol=1e-5)
     others = [i for i in range(25) if i not in feet]
     shift = result[others, 0] - search[others, 0]
     assert (shift > 0).all() and (shift < 4).all()
-    unseen = vote_with_crops({0: search}, recipe.sources)
+    unseen = vote_with_crops(stacked([{0: search}], 2, 25)[0], recipe.sources)
     assert (unseen[others, 2] < result[others, 2]).all()
     np.testing.assert_allclose(unseen[feet], result[feet], atol=1e-5)
 
@@ -79,15 +80,15 @@ def test_any_opinions_give_a_pose_among_them(seed, count, noise, share, silent):
     poses[random.uniform(size=(count, 18)) < share] = (np.nan, np.nan, 0)
     poses[:, 0] = pose(100)[0]  # a pose has a joint at least
     weights = random.uniform(0.5, 3, count + silent)
-    result = vote(dict(enumerate(poses)), weights, SIGMAS)
+    result = vote(stacked([dict(enumerate(poses))], count + silent, 18)[0], weights, SIGMAS)
     People2D(COCO_18, result[np.newaxis], [0.5], [-1])
     there = result[:, 2] > 0
     np.testing.assert_array_equal(there, np.isfinite(poses[..., 0]).any(axis=0))
     assert (result[:, 2] <= 1 + 1e-6).all()
     low, high = np.nanmin(poses[:, there, :2], axis=0), np.nanmax(poses[:, there, :2], axis=0)
     assert (result[there, :2] >= low - 1e-2).all() and (result[there, :2] <= high + 1e-2).all()
-    backwards = {number: poses[number] for number in reversed(range(count))}
-    np.testing.assert_allclose(vote(backwards, weights, SIGMAS), result, atol=1e-2)
+    backwards = stacked([dict(enumerate(poses))], count + silent, 18)[0, ::-1]
+    np.testing.assert_allclose(vote(backwards, weights[::-1], SIGMAS), result, atol=1e-2)
 
 
 def test_of_people_who_are_almost_the_same_the_surest_stays_also_with_left_and_right_exchanged():

@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crop
+from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crops
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, Opinion, PersonMemory
+from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, Opinion, PersonMemory, voted
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import MODES, DetectorSettings
 from openpose_ros_pkg.detect.schedule import SCHEDULE
@@ -213,10 +213,10 @@ CROWD = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
 
 
 def test_people_far_beyond_a_thin_image_get_a_crop_that_fits_into_memory():
-    person = np.full((18, 3), 0.9, np.float32)
-    person[:, :2] = np.linspace((0, -1e6), (40, 1e6), 18)
+    person = np.full((1, 18, 3), 0.9, np.float32)
+    person[0, :, :2] = np.linspace((0, -1e6), (40, 1e6), 18)
     refinement = next(iter(Scene([]).stream.detector.setup.recipe.refinements))
-    crop = prepare_crop(CrowdImage(np.zeros((6000, 40, 3), np.uint8), [person], COCO_18), person, refinement)
+    crop, = prepare_crops(CrowdImage(np.zeros((6000, 40, 3), np.uint8), person, COCO_18), person, refinement)
     assert np.prod(crop.view.plan.image_size) <= 1.01 * CROP.most_area * 6000 * 40
 
 
@@ -228,6 +228,6 @@ def test_joints_that_an_earlier_search_alone_knows_end():
     crop[:4] = np.nan, np.nan, 0
     memory = PersonMemory(pose[:, 2], BEGIN, 0.0, {0: Opinion(pose, pose[:, :2], BEGIN)})
     person = FollowedPerson(pose, memory, crop=crop, opinions={recipe.pass_opinions: crop})
-    assert (person.voted(recipe, BEGIN + 0.1)[:, 2] > 0).all()
-    later = person.voted(recipe, BEGIN + 1.0)[:, 2]
+    assert (voted([person], recipe, BEGIN + 0.1)[0][:, 2] > 0).all()
+    later = voted([person], recipe, BEGIN + 1.0)[0][:, 2]
     assert not (later[:4] > 0).any() and (later[4:] > 0).all()

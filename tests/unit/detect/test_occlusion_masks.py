@@ -6,7 +6,7 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, prepare_crop, refine
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, prepare_crops, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, DetectorSettings
@@ -34,8 +34,8 @@ def stripes():
 
 def covered(person, people, refinement=THUNDER_CROP):
     """Return the crop of a person, and which of its pixels other people change, (256, 256) bool."""
-    plain = prepare_crop(CrowdImage(stripes(), [person], COCO_18), person, refinement)
-    crop = prepare_crop(CrowdImage(stripes(), people, COCO_18), person, refinement)
+    plain, crop = (prepare_crops(CrowdImage(stripes(), np.array(shown), COCO_18), person[None], refinement)[0]
+                   for shown in ([person], people))
     return crop, (plain.input != crop.input).any(axis=2)
 
 
@@ -72,7 +72,7 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
     recipe = MODES['balanced']
     people = np.array([scored(300), scored(330)])
     opinions = [{0: person, 1: person} for person in people]
-    crops = [prepare_crop(CrowdImage(stripes(), people, COCO_18), person, THUNDER_CROP) for person in people]
+    crops = prepare_crops(CrowdImage(stripes(), people, COCO_18), people, THUNDER_CROP)
     order = [COCO_18.index[joint] for joint in MOVENET_THUNDER.skeleton.joints if joint in COCO_18.index]
     of_second = [crop.view.plan.to_net(people[1][order, :2] - crop.view.origin) for crop in crops]
 
@@ -96,7 +96,7 @@ def view(*layers, wall=6.0):
 
 
 def before(people, depth):
-    return foregrounds(people, COCO_18, depth, SIZE)
+    return foregrounds(np.array(people), COCO_18, depth, SIZE)
 
 
 BEHIND, FRONT = scored(300), scored(360)
@@ -118,7 +118,8 @@ def test_of_a_person_in_front_all_is_covered_also_an_arm_before_the_person(mirro
     depth.depth[row - 6:row + 7, column - 6:column + 7] = 1.9
     foreground, none = before([BEHIND, front], depth)
     assert none is None and foreground.nearer.tolist() == [False, True]
-    crops = [prepare_crop(CrowdImage(stripes(), people, COCO_18), BEHIND, replace(THUNDER_CROP, mirror=mirror), one)
+    crops = [prepare_crops(CrowdImage(stripes(), np.array(people), COCO_18), BEHIND[None],
+                           replace(THUNDER_CROP, mirror=mirror), [one])[0]
              for people, one in (([BEHIND], None), ([BEHIND, front], foreground))]
     changed = (crops[0].input != crops[1].input).any(axis=2)
     near = np.hypot(*(BEHIND[:, :2] - hand).T) < 30

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.detect.crops import CrowdImage, decode_crop, prepare_crop, quarter_turns
+from openpose_ros_pkg.detect.crops import CrowdImage, decode_crop, prepare_crops, quarter_turns
 from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
 from openpose_ros_pkg.detect.views import prepare_views
 from openpose_ros_pkg.ensemble import most_alike, sigmas
@@ -43,8 +43,9 @@ def scored(person, noise=0.0):
 def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False):
     """Return the pose of the same person on a crop, None where none is."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
-    crop = prepare_crop(CrowdImage(chart(*size), [person], COCO_18), person, refinement).compute(network)
-    return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints, person, [], SIGMAS)
+    prepared, = prepare_crops(CrowdImage(chart(*size), person[None], COCO_18), person[None], refinement)
+    found = decode_crop(prepared.compute(network), MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints
+    return most_alike(found, person, person[None], SIGMAS)
 
 
 @pytest.mark.parametrize('centred', [False, True], ids=['cut off', 'centred'])
@@ -74,7 +75,7 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
     known = scored(person)
     beyond = ((person < 0) | (person > np.subtract(SIZE, 1))).any(axis=1)
     known[beyond] = (np.nan, np.nan, 0)
-    crop = prepare_crop(CrowdImage(chart(*SIZE), [known], COCO_18), known, THUNDER_CROP)
+    crop, = prepare_crops(CrowdImage(chart(*SIZE), known[None], COCO_18), known[None], THUNDER_CROP)
     low, high = person[~beyond].min(axis=0), person[~beyond].max(axis=0)
     np.testing.assert_allclose(crop.view.plan.to_image((127.5, 127.5)) + crop.view.origin, (low + high) / 2, atol=1.1)
     column, row = np.rint(crop.view.plan.to_net(np.subtract((0, 0), crop.view.origin))).astype(int)
@@ -97,11 +98,12 @@ def rotated(person, degrees):
     (0, 0), (40, 0), (-40, 0), (50, 1), (90, 1), (130, 1), (140, 2), (180, 2), (-140, 2), (-130, 3), (-90, 3)])
 def test_a_lying_person_is_turned_upright(degrees, turns):
     person = scored(rotated(person_at(320, 100, 250), degrees))
-    assert quarter_turns(person, COCO_18) == turns
-    crop = prepare_crop(CrowdImage(chart(*SIZE), [person], COCO_18), person, THUNDER_CROP)
+    alone = CrowdImage(chart(*SIZE), person[None], COCO_18)
+    assert quarter_turns(person[None], COCO_18).tolist() == [turns]
+    crop, = prepare_crops(alone, person[None], THUNDER_CROP)
     assert crop.view.turns == turns
     of_multipose = CropRefinement(MOVENET_MULTIPOSE, 1.6)
-    crop = prepare_crop(CrowdImage(chart(*SIZE), [person], COCO_18), person, of_multipose)
+    crop, = prepare_crops(alone, person[None], of_multipose)
     assert crop.view.turns == 0, 'it is not square'
     seen = person[:, :2] - crop.view.origin
     for _ in range(turns):
@@ -116,8 +118,8 @@ def test_what_a_turned_network_sees_comes_back_to_its_place(turns, mirror):
     image, person = np.zeros((SIZE[1], SIZE[0], 3), np.uint8), scored(person_at(320, 150, 200))
     place = np.array([300, 200])
     image[place[1] - 2:place[1] + 3, place[0] - 2:place[0] + 3] = 255
-    alone = CrowdImage(image, [person], COCO_18)
-    crop = prepare_crop(alone, person, replace(THUNDER_CROP, mirror=mirror)).turned(turns)
+    alone = CrowdImage(image, person[None], COCO_18)
+    crop = prepare_crops(alone, person[None], replace(THUNDER_CROP, mirror=mirror))[0].turned(turns)
     rows, columns = np.nonzero(crop.input[..., 0] > 128)
     found = np.full((1, 18, 3), (columns.mean(), rows.mean(), 1.0), np.float32)
     back = crop.view.in_image(Poses(found, np.ones(1)), COCO_18)

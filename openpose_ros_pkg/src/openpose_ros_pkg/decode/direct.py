@@ -82,7 +82,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     known = seen.any(axis=1)
     people, scores = people[known], scores[known]
     weights = sigmas(model.skeleton)
-    kept = surest(scores, lambda i, j: similarity(people[i], people[j], weights) > params.direct_same_person)
+    kept = surest(scores, similarity(people[:, None], people, weights) > params.direct_same_person)
     return Poses(people[kept].astype(np.float32), scores[kept].astype(np.float32))
 
 

@@ -6,15 +6,15 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crop
+from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crops
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams
+from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, with_crops
 from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, foregrounds
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Costs, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.target_rate import RATE, TargetRateConstants, seconds_per_pixel
 from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, Setup, decode_views, prepare_views, views_of
-from openpose_ros_pkg.ensemble import extent, group, person_scores, sigmas, vote
+from openpose_ros_pkg.ensemble import extent, group, person_scores, sigmas, stacked, vote
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.
 _PACE_RUNS = 9
@@ -160,21 +160,24 @@ def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequenc
         people: in the image; the others are covered in a person's crop.
         chosen: indices of the people who get a crop.
     """
+    if not chosen:
+        return Look(list(people), 0.0, ())
     setup, bgr, skeleton = frame.setup, frame.bgr, frame.setup.recipe.skeleton
     present = [i for i, person in enumerate(people) if person.recent]
-    poses = [people[i].pose for i in present]
+    poses = np.array([people[i].pose for i in present], np.float32).reshape(-1, len(skeleton.joints), 3)
     crowd = CrowdImage(bgr, poses, skeleton)
     in_front: Dict[int, Optional[Foreground]] = dict(
         zip(present, foregrounds(poses, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))))
     result, seconds, runs = list(people), 0.0, []
     for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
         begin = time.perf_counter()
-        prepared = [prepare_crop(crowd, people[i].expected, one, in_front.get(i)) for i in chosen]
+        prepared = prepare_crops(crowd, np.stack([people[i].expected for i in chosen]), one,
+                                 [in_front.get(i) for i in chosen])
         views = compute_crops(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)
-        for i, view in zip(chosen, views):
-            found = decode_crop(view, one.model, setup.direct, skeleton).keypoints
-            result[i] = result[i].with_crop(number, list(found))
+        found = [decode_crop(view, one.model, setup.direct, skeleton).keypoints for view in views]
+        for i, person in zip(chosen, with_crops([result[i] for i in chosen], number, found)):
+            result[i] = person
         if len(views) > 1:  # one alone takes more than one of several, which are computed side by side
             runs.append(_run(one.model.name, views, time.perf_counter() - begin))
     return Look(result, seconds, tuple(runs))
@@ -206,8 +209,8 @@ def assign(found: Sequence[PartPeople], people: Sequence[FollowedPerson], setup:
         expected = person.expected
         if person.memory is None:
             given = {number: pose for number, pose in opinions.items() if pose is not None}
-            weights = [weight * (number in given) for number, weight in enumerate(setup.recipe.weights)]
-            expected = vote(given, weights, joint_sigmas)
+            weights = np.array([weight * (number in given) for number, weight in enumerate(setup.recipe.weights)])
+            expected = vote(stacked([given], len(weights), len(joint_sigmas))[0], weights, joint_sigmas)
         result.append(_searched(replace(person, expected=expected, opinions=opinions), found))
     return result[:len(people)], result[len(people):]
 

@@ -13,7 +13,6 @@ from openpose_ros_pkg.ensemble import (
     ENSEMBLE,
     EnsembleConstants,
     Opinions,
-    extent,
     most_alike,
     person_scores,
     sigmas,
@@ -41,40 +40,40 @@ CROP = CropConstants()
 
 
 class CrowdImage(NamedTuple):
-    """An image, (H, W, 3) uint8 BGR, and its people, (K, 3) float each, with the joints of a skeleton."""
+    """An image, (H, W, 3) uint8 BGR, and its people, (P, K, 3) float, with the joints of a skeleton."""
 
     bgr: np.ndarray
-    people: Sequence[np.ndarray]
+    people: np.ndarray
     skeleton: SkeletonModel
 
 
-def prepare_crop(image: CrowdImage, person: np.ndarray, refinement: CropRefinement,
-                 foreground: Optional[Foreground] = None, constants: CropConstants = CROP) -> PreparedView:
-    """Cut a person out of an image; for a network that shows one person, upright and with the others covered.
+def prepare_crops(image: CrowdImage, persons: np.ndarray, refinement: CropRefinement,
+                  in_front: Sequence[Optional[Foreground]] = (), constants: CropConstants = CROP
+                  ) -> List[PreparedView]:
+    """Cut people out of an image; for a network that shows one person, upright and with the others covered.
 
     Args:
-        person: (K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
-        foreground: in front of the person; None: no person, or unknown.
+        persons: (N, K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
+        in_front: of each; None: no person, or unknown.
     """
     bgr, people, skeleton = image
-    size = (bgr.shape[1], bgr.shape[0])
-    left, top, right, bottom = _crop_square(person, refinement.margin, size, constants)
+    size, recipe = (bgr.shape[1], bgr.shape[0]), refinement.model.input
+    squares = _crop_squares(persons, refinement.margin, size, constants)
     if not refinement.centred:
-        left, top, right, bottom = max(left, 0), max(top, 0), min(right, size[0]), min(bottom, size[1])
-    recipe = refinement.model.input
-    plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
-    crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
+        squares = np.concatenate([np.maximum(squares[:, :2], 0), np.minimum(squares[:, 2:], size)], axis=1)
+    crops = []
+    for left, top, right, bottom in squares.tolist():
+        plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of,
+                         whole_box=True)
+        crops.append(View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding))
     if refinement.model.decoder != Decoder.MOVENET_SINGLEPOSE:
-        return crop
-    turns = quarter_turns(person, skeleton)
-    if len(people) < 2:
-        return crop.turned(turns)
-    joint_sigmas = sigmas(skeleton)
-    nearer = np.zeros(len(people), bool) if foreground is None else foreground.nearer
-    others = [other for other, is_nearer in zip(people, nearer)
-              if not is_nearer and _reaches(other, (left, top), (right, bottom))
-              and similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
-    return cover_others(crop, person, others, skeleton, foreground).turned(turns)
+        return crops
+    if len(people) > 1:
+        others = _reach(people, squares) & (
+            similarity(people, persons[:, None], sigmas(skeleton)) < ENSEMBLE.duplicate)
+        crops = [cover_others(crop, person, people[other if front is None else other & ~front.nearer], skeleton, front)
+                 for crop, person, other, front in zip(crops, persons, others, in_front or len(crops) * [None])]
+    return [crop.turned(turns) for crop, turns in zip(crops, quarter_turns(persons, skeleton).tolist())]
 
 
 def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
@@ -119,8 +118,7 @@ def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants
     refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
     shown = people.keypoints[refined]
     in_front = foregrounds(shown, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))
-    crops = [[prepare_crop(CrowdImage(bgr, shown, skeleton), person, one, foreground)
-              for person, foreground in zip(shown, in_front)] for one in recipe.refinements]
+    crops = [prepare_crops(CrowdImage(bgr, shown, skeleton), shown, one, in_front) for one in recipe.refinements]
     begin = time.perf_counter()
     computed = [compute_crops(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
@@ -137,39 +135,49 @@ def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants
     return people._replace(opinions=opinions, keypoints=keypoints), seconds
 
 
-def quarter_turns(person: np.ndarray, skeleton: SkeletonModel) -> int:
-    """Return by how many quarter turns, counter-clockwise, a person, (K, 3), has to be turned to be upright: 0 to 3."""
-    shoulders, hips, knees, ankles = (
-        _middle(person, skeleton, joint, COVER.sure_joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
+def quarter_turns(people: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:
+    """Return by how many quarter turns, counter-clockwise, people, (P, K, 3), have to be turned to be upright.
+
+    Returns:
+        (P,) int, 0 to 3.
+    """
+    pairs = np.array([[skeleton.index[f'{side}_{joint}'] for side in ('left', 'right')]
+                      for joint in ('shoulder', 'ankle', 'knee', 'hip')])
+    shoulders, *ends = np.moveaxis(_middles(people[:, pairs], COVER.sure_joint), 1, 0)
     # a person who bends down stands all the same: visible legs tell the direction
-    along = [shoulders - end for end in (ankles, knees, hips) if np.isfinite(end).all()]
-    if not along or not np.isfinite(shoulders).all() or not np.isfinite(hips).all():
-        return 0
-    angle = np.degrees(np.arctan2(along[0][0], -along[0][1]))
-    return int(np.rint(angle / 90)) % 4
+    along = shoulders - np.select([np.isfinite(end) for end in ends], ends, np.nan)
+    angles = np.degrees(np.arctan2(along[:, 0], -along[:, 1]))
+    upright = np.isnan(angles) | np.isnan(ends[-1][:, 0])
+    return np.rint(np.where(upright, 0.0, angles) / 90).astype(np.int64) % 4
 
 
-def _middle(person: np.ndarray, skeleton: SkeletonModel, joint: str, least: float) -> np.ndarray:
-    """Return the middle of left and right joint of a person, (2,) [px]; of one, if the other is unsure; else NaN."""
-    pair = person[[skeleton.index[f'{side}_{joint}'] for side in ('left', 'right')]]
-    sure = pair[pair[:, 2] >= least, :2]
-    return sure.mean(axis=0) if len(sure) else np.full(2, np.nan)
+def _middles(pairs: np.ndarray, least: float) -> np.ndarray:
+    """Return the middles of pairs of joints, (..., 2, 3), as (..., 2) [px]; of one, if the other is unsure; else NaN.
+    """
+    sure = (pairs[..., 2] >= least)[..., None]
+    with np.errstate(invalid='ignore'):
+        return np.where(sure, pairs[..., :2], 0.0).sum(axis=-2) / sure.sum(axis=-2)
 
 
-def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int]) -> bool:
-    """Return whether a body may reach into a part of the image: its limbs and head are broader than its joints."""
-    low, high = extent(person)
-    border = COVER.breadth * (high - low).max()
-    return bool((high + border >= corner).all() and (low - border <= opposite).all())
+def _reach(people: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """Return which of P bodies, (P, K, 3), may reach into which of N parts of the image, (N, 4), as (N, P) bool.
+
+    Limbs and head are broader than the joints.
+    """
+    low, high = np.fmin.reduce(people[..., :2], axis=1), np.fmax.reduce(people[..., :2], axis=1)
+    border = COVER.breadth * (high - low).max(axis=1, keepdims=True)
+    return ((high + border >= squares[:, None, :2]) & (low - border <= squares[:, None, 2:])).all(axis=2)
 
 
-def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int], constants: CropConstants
-                 ) -> Tuple[int, int, int, int]:
-    """Return left, top, right, bottom [px] of the square around a person; its centre lies in the image."""
-    sure = person[person[:, 2] >= COVER.sure_joint]
-    low, high = extent(sure if len(sure) > 1 else person)
+def _crop_squares(people: np.ndarray, margin: float, size: Tuple[int, int], constants: CropConstants) -> np.ndarray:
+    """Return left, top, right, bottom of the squares around people, (P, 4) int64 [px]; centres lie in the image."""
+    sure = people[..., 2] >= COVER.sure_joint
+    sure |= (sure.sum(axis=1) < 2)[:, None]
+    xy = np.where(sure[..., None], people[..., :2], np.nan)
+    low, high = np.fmin.reduce(xy, axis=1), np.fmax.reduce(xy, axis=1)
     most = np.sqrt(constants.most_area * size[0] * size[1])
-    half = max(min(margin * (high - low).max(), most), constants.least_side) / 2
-    left, top = np.floor(np.clip((low + high) / 2, 0, np.subtract(size, 1)) - half).astype(int).tolist()
-    side = int(np.ceil(2 * half)) + 1
-    return left, top, left + side, top + side
+    longer = (high - low).max(axis=1, keepdims=True).astype(np.float64)
+    half = np.maximum(np.minimum(margin * longer, most), constants.least_side) / 2
+    middle = np.minimum(np.maximum((low + high) / 2, 0), np.subtract(size, 1))
+    corner = np.floor(middle - half).astype(np.int64)
+    return np.concatenate([corner, corner + np.ceil(2 * half).astype(np.int64) + 1], axis=1)

@@ -5,14 +5,14 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, prepare_crop, refine
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, prepare_crops, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, Recipe, recipe_of
 from openpose_ros_pkg.detect.target_rate import RATE, fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
-from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
+from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, stacked, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import OPTIONAL
@@ -181,12 +181,12 @@ class Detector:
         recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, RATE.image_size
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
         rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
-        person = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)
+        person = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)[None]
         with self.lock:
             if in_full:
                 self.compute(blank)
             for refinement in recipe.refinements:
-                crop = prepare_crop(CrowdImage(blank.bgr, [person], recipe.skeleton), person, refinement)
+                crop, = prepare_crops(CrowdImage(blank.bgr, person, recipe.skeleton), person, refinement)
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                     compute_crops(people * [crop], networks[refinement.model.name])
 
@@ -277,9 +277,8 @@ def _voted(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:
     """Group the opinions of the passes by person, and vote on each person."""
     joint_sigmas = sigmas(recipe.skeleton)
     people = group([poses.keypoints for poses in opinions], joint_sigmas)
-    weights = recipe.weights[:recipe.pass_opinions]
-    keypoints = [vote(person, weights, joint_sigmas) for person in people]
-    return Candidates(people, np.array(keypoints, np.float32).reshape(-1, len(joint_sigmas), 3))
+    weights = recipe.sources.weights[:recipe.pass_opinions]
+    return Candidates(people, vote(stacked(people, len(weights), len(joint_sigmas)), weights, joint_sigmas))
 
 
 def _check_image(bgr: np.ndarray) -> None:

@@ -1,4 +1,5 @@
 """Following: where tracked people are expected in the next image, and which opinions on them count."""
+import math
 from dataclasses import dataclass, field, replace
 from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -7,7 +8,15 @@ import numpy as np
 from openpose_ros_pkg.detect.occlusion_masks import COVER
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import ImageTracks, PersonIds, person_sizes
-from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, extent, sigmas, similarity, vote_with_crops
+from openpose_ros_pkg.ensemble import (
+    ENSEMBLE,
+    EnsembleConstants,
+    extent,
+    medians,
+    similarity,
+    stacked,
+    vote_with_crops,
+)
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
@@ -71,16 +80,12 @@ class Opinion(NamedTuple):
     reference: np.ndarray  # (K, 2) [px], the places of the person's joints then
     stamp: float  # [s]
 
-    def moved(self, reference: np.ndarray) -> Optional[np.ndarray]:
-        """Return the pose, each joint moved as the reference moved, (K, 2); None: there is no pose."""
+    def share(self, stamp: float, constants: FollowingConstants) -> float:
+        """Return the share of its weight that counts at a time [s]; that the person was not found does not fade."""
         if self.pose is None:
-            return None
-        shift = reference - self.reference
-        known = np.isfinite(shift).all(axis=1)
-        median = np.median(shift[known], axis=0) if known.any() else np.zeros(2)
-        pose = self.pose.copy()
-        pose[:, :2] += np.where(known[:, None], shift, median)
-        return pose
+            return 1.0
+        share = math.exp((self.stamp - stamp) / constants.fading)
+        return share if share >= constants.least_weight else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,52 +162,17 @@ class FollowedPerson:
     @property
     def error(self) -> float:
         """Distance of the pose on a crop from the expected one, see `disagreement`; 0 without a crop."""
-        return 0.0 if self.crop is None else disagreement(self.crop, self.expected)
+        return 0.0 if self.crop is None else float(disagreement(self.crop, self.expected))
 
-    def accepts(self, pose: np.ndarray) -> bool:
-        """Return whether a pose on a crop, (K, 3), is the person."""
-        if self.memory is None:
-            return True
-        allowed = self.constants.agreement + self.constants.agreement_growth * self.unseen
-        return bool(pose[:, 2].mean() >= COVER.sure_joint and disagreement(pose, self.expected) <= allowed)
-
-    def with_crop(self, number: int, poses: Sequence[np.ndarray]) -> 'FollowedPerson':
-        """Return the person after a source saw a crop, with the first of its poses that is the person."""
-        pose = next((one for one in poses if self.accepts(one)), None)
-        return replace(self, crop=pose if self.crop is None else self.crop, opinions={**self.opinions, number: pose})
+    @property
+    def agreed(self) -> float:
+        """Greatest disagreement with the expected place of a pose on a crop that is the person."""
+        return self.constants.agreement + self.constants.agreement_growth * self.unseen
 
     def without_crop(self, recipe: Recipe) -> 'FollowedPerson':
         """Return the person where the crops show another one."""
         missed = dict.fromkeys(range(recipe.pass_opinions, len(recipe.weights)))
         return replace(self, crop=None, opinions={**self.opinions, **missed})
-
-    def voted(self, recipe: Recipe, stamp: float) -> np.ndarray:
-        """Return the (K, 3) keypoints by all opinions; earlier ones move with the person and fade.
-
-        Sources that did not find the person count until they look again, those that never looked do not.
-        """
-        sources = recipe.sources
-        weights, places = list(sources.weights), list(sources.place_weights)
-        poses: Dict[int, np.ndarray] = {}
-        for number in range(len(weights)):
-            pose, share = self._weighted(number, stamp)
-            weights[number] *= share
-            places[number] *= share
-            if pose is not None:
-                poses[number] = pose
-        return vote_with_crops(poses, replace(sources, weights=weights, place_weights=places))
-
-    def _weighted(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
-        """Return the pose by a source, now or before, (K, 3), and the share of its weight that counts."""
-        if number in self.opinions:
-            return self.opinions[number], 1.0
-        earlier = None if self.memory is None else self.memory.opinions.get(number)
-        if earlier is None:
-            return None, 0.0
-        if earlier.pose is None:
-            return None, 1.0
-        share = float(np.exp((earlier.stamp - stamp) / self.constants.fading))
-        return (earlier.moved(self.reference), share) if share >= self.constants.least_weight else (None, 0.0)
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
         """Return the memory after the person was reported with (K, 3) keypoints."""
@@ -214,7 +184,8 @@ class FollowedPerson:
 
     def opinions_at(self, stamp: float) -> Dict[int, Opinion]:
         """Return what is to be remembered of the opinions of this frame."""
-        return {number: Opinion(pose, self.reference, stamp) for number, pose in self.opinions.items()}
+        reference = self.reference
+        return {number: Opinion(pose, reference, stamp) for number, pose in self.opinions.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,6 +243,52 @@ class Following:
                                        for number, memory in self.memories.items()})
 
 
+def voted(people: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> np.ndarray:
+    """Return people, (P, K, 3) float32, by all opinions on them; earlier ones move with the person and fade.
+
+    Sources that did not find a person count until they look again, those that never looked do not.
+    """
+    sources = recipe.sources
+    poses = stacked([person.opinions for person in people], len(sources.weights), len(sources.sigmas))
+    shares, moving = np.ones(poses.shape[:2]), []
+    for i, person in enumerate(people):
+        for number in set(range(len(sources.weights))) - person.opinions.keys():
+            earlier = None if person.memory is None else person.memory.opinions.get(number)
+            shares[i, number] = 0.0 if earlier is None else earlier.share(stamp, person.constants)
+            if earlier is not None and earlier.pose is not None and shares[i, number] > 0:
+                moving.append((i, number, earlier.pose, person.reference - earlier.reference))
+    if moving:
+        rows, numbers, earlier_poses, shifts = zip(*moving)
+        poses[rows, numbers] = _moved(np.stack(earlier_poses), np.stack(shifts))
+    return vote_with_crops(poses, replace(sources, weights=sources.weights * shares,
+                                          place_weights=sources.place_weights * shares))
+
+
+def _moved(poses: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """Return poses, (N, K, 3), moved by the shifts of their joints, (N, K, 2) [px]; unknown ones by the median."""
+    known = np.isfinite(shifts).all(axis=2)
+    median = medians(shifts.swapaxes(1, 2), known[:, None])
+    median = np.where(np.isfinite(median), median, median.dtype.type(0))
+    places = poses[..., :2] + np.where(known[..., None], shifts, median[:, None])
+    return np.concatenate([places, poses[..., 2:]], axis=2)
+
+
+def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[np.ndarray]) -> List[FollowedPerson]:
+    """Return people after a source saw a crop of each, with the first of the (N, K, 3) poses there that is the person.
+    """
+    poses = np.concatenate(found) if found else np.zeros((0, 0, 3))
+    if not len(poses):
+        return [replace(person, opinions={**person.opinions, number: None}) for person in people]
+    owners = np.repeat(np.arange(len(people)), [len(of_person) for of_person in found])
+    apart = disagreement(poses, np.stack([person.expected for person in people])[owners])
+    new = np.array([person.memory is None for person in people])[owners]
+    sure = (poses[..., 2].mean(axis=1) >= COVER.sure_joint) & (
+        apart <= np.array([person.agreed for person in people])[owners])
+    first = {owners[i]: poses[i] for i in np.flatnonzero(new | sure)[::-1]}
+    return [replace(person, crop=first.get(i) if person.crop is None else person.crop,
+                    opinions={**person.opinions, number: first.get(i)}) for i, person in enumerate(people)]
+
+
 def _expected_in_space(people: Sequence[FollowedPerson], in_space: np.ndarray, constants: FollowingConstants
                        ) -> List[FollowedPerson]:
     """Return the people at the place of the nearest of (P, K, 3) people in space, unless another one is nearer to it.
@@ -280,7 +297,7 @@ def _expected_in_space(people: Sequence[FollowedPerson], in_space: np.ndarray, c
     """
     if not people or not len(in_space):
         return list(people)
-    apart = np.array([[disagreement(pose, person.expected) for pose in in_space] for person in people])
+    apart = disagreement(in_space, np.stack([person.expected for person in people])[:, None])
     result = []
     for person, distances, nearest in zip(people, apart, apart.argmin(axis=1)):
         allowed = constants.same_in_space + constants.agreement_growth * person.unseen
@@ -294,22 +311,27 @@ def _expected_in_space(people: Sequence[FollowedPerson], in_space: np.ndarray, c
     return result
 
 
-def disagreement(pose: np.ndarray, expected: np.ndarray) -> float:
-    """Return the median distance of the joints that both have, (K, 3) each, as a share of the person's size."""
-    distances = np.linalg.norm(pose[:, :2] - expected[:, :2], axis=1)
-    both = np.isfinite(distances)
-    return float(np.median(distances[both]) / person_sizes(expected[None, :, :2])[0]) if both.any() else float('inf')
+def disagreement(poses: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Return the median distances of the joints that poses and expected poses share, as shares of the people's sizes.
+
+    Args:
+        poses, expected: (..., K, 3) [px]; their leading axes are broadcast against each other.
+
+    Returns:
+        (...,) float64; infinite without such joints.
+    """
+    distances = np.linalg.norm(poses[..., :2] - expected[..., :2], axis=-1)
+    return medians(distances, np.isfinite(distances)) / person_sizes(expected[..., :2])
 
 
 def without_shared_crops(people: Sequence[FollowedPerson], recipe: Recipe,
                          constants: EnsembleConstants = ENSEMBLE) -> List[FollowedPerson]:
     """Return the people; of two whose crops show one person, the one farther from its expected place has no crop."""
-    joint_sigmas, result = sigmas(recipe.skeleton), list(people)
-    for i in range(len(result)):
-        for j in range(i):
-            crop, other = result[i].crop, result[j].crop
-            if crop is not None and other is not None and (
-                    similarity(crop, other, joint_sigmas) >= constants.duplicate):
-                loser = max((i, j), key=lambda one: (result[one].memory is None, result[one].error))
-                result[loser] = result[loser].without_crop(recipe)
+    result, missing = list(people), np.full((len(recipe.skeleton.joints), 3), np.nan, np.float32)
+    crops = np.array([missing if person.crop is None else person.crop for person in people]).reshape(-1, *missing.shape)
+    alike = similarity(crops[:, None], crops, recipe.sources.sigmas) >= constants.duplicate
+    for i, j in np.argwhere(np.tril(alike, -1)):
+        if result[i].crop is not None and result[j].crop is not None:
+            loser = max((i, j), key=lambda one: (result[one].memory is None, result[one].error))
+            result[loser] = result[loser].without_crop(recipe)
     return result

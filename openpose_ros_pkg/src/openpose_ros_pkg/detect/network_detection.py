@@ -9,7 +9,7 @@ import numpy as np
 from openpose_ros_pkg.detect.crop_search import Run, SearchPlan, assign, likely, look, search_part
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_frame
-from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
+from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, voted, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, small_grey
@@ -396,8 +396,7 @@ def _search_parts(followed: Followed, memory: CameraMemory, interrupted: Callabl
 
 def _voted(persons: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> Poses:
     """Return people by all opinions on them."""
-    keypoints = np.array([person.voted(recipe, stamp) for person in persons], np.float32)
-    keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
+    keypoints = voted(persons, recipe, stamp)
     return Poses(keypoints, person_scores(keypoints))
 
 

@@ -3,8 +3,9 @@
 A body mask is limbs, trunk and head, with breadths in proportion to the size of the person. Pixels on the body of the
 person itself stay. Where depth shows that another person is in front, all pixels of that one are covered.
 """
+import functools
 from dataclasses import dataclass, replace
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.views import PreparedView, View
-from openpose_ros_pkg.ensemble import Opinions, area, vote_with_crops
+from openpose_ros_pkg.ensemble import Opinions, area, stacked, vote_with_crops
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
@@ -84,16 +85,16 @@ class Foreground(NamedTuple):
             x = view.plan.image_size[0] - x
         x, y = x[:width] + view.origin[0] - 0.5, y[:height] + view.origin[1] - 0.5
         columns, rows = _cells(x, 0, self.pixels, self.image_size), _cells(y, 1, self.pixels, self.image_size)
-        return self.pixels[rows[:, None], columns]
+        return self.pixels[rows][:, columns]
 
 
-def foregrounds(people: Sequence[np.ndarray], skeleton: SkeletonModel, depth: Optional[DepthView],
+def foregrounds(people: np.ndarray, skeleton: SkeletonModel, depth: Optional[DepthView],
                 image_size: Tuple[int, int], cover: CoverConstants = COVER, layers: LayerConstants = LAYERS
                 ) -> List[Optional[Foreground]]:
     """Return what is in front of each of the people; None: no person, or unknown.
 
     Args:
-        people: (K, 3) float each: x, y [px of the image], score; NaN where missing.
+        people: (P, K, 3) float: x, y [px of the image], score; NaN where missing.
         skeleton: their K joints.
         depth: of the image.
         image_size: width and height [px].
@@ -102,16 +103,17 @@ def foregrounds(people: Sequence[np.ndarray], skeleton: SkeletonModel, depth: Op
         return [None] * len(people)
     # depth is missing mostly beside a nearer person
     surface = cv2.erode(np.where(np.isfinite(depth.depth), depth.depth, np.float32(np.inf)), np.ones((3, 3), np.uint8))
-    scale, all_people = np.divide(surface.shape[::-1], image_size), np.array(people)
-    poses = [_sure(person, cover.sure_joint) for person in people]
-    bodies = np.stack([_body_mask(surface.shape, _scaled(pose, scale), skeleton, cover, layers.breadth)
-                       for pose in poses])
-    xy = all_people[..., :2].reshape(-1, 2)
-    samples = _median_depths(depth, xy, image_size).reshape(all_people.shape[:2])
-    sure = np.isfinite(samples) & (all_people[..., 2] >= cover.sure_joint)
-    weights = (np.where(sure, all_people[..., 2], 0.0) * _joint_weights(skeleton, layers)).astype(all_people.dtype)
-    on_bodies = np.stack([_at(body, xy, image_size).reshape(samples.shape) for body in bodies])
+    bodies = np.zeros((len(people), *surface.shape), np.uint8)
+    poses = _scaled(_sure(people, cover.sure_joint), np.divide(surface.shape[::-1], image_size))
+    for body, pose, breadth in zip(bodies, poses, _breadths(poses, cover, layers.breadth)):
+        _draw_body(body, pose, skeleton, breadth)
+    xy = people[..., :2].reshape(-1, 2)
+    samples = _median_depths(depth, xy, image_size).reshape(people.shape[:2])
+    sure = np.isfinite(samples) & (people[..., 2] >= cover.sure_joint)
+    weights = (np.where(sure, people[..., 2], 0.0) * _joint_weights(skeleton, layers)).astype(people.dtype)
+    on_bodies = _at(bodies, xy, image_size).reshape(len(people), *samples.shape) > 0
     distances = _distances(samples, weights, on_bodies, layers)
+    parts = [cv2.boundingRect(body) for body in bodies]
     result: List[Optional[Foreground]] = []
     for distance in distances:
         with np.errstate(invalid='ignore'):
@@ -120,15 +122,17 @@ def foregrounds(people: Sequence[np.ndarray], skeleton: SkeletonModel, depth: Op
             result.append(None)
             continue
         pixels = np.zeros(surface.shape, bool)
-        for body, other in zip(bodies[nearer], distances[nearer]):
-            pixels |= body & (surface < (distance + other) / 2)
+        for i in np.flatnonzero(nearer):
+            x, y, width, height = parts[i]
+            part = slice(y, y + height), slice(x, x + width)
+            pixels[part] |= (bodies[i][part] > 0) & (surface[part] < (distance + distances[i]) / 2)
         result.append(Foreground(nearer, pixels, image_size))
     return result
 
 
-def _scaled(pose: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return a pose, (K, 3) [px], on a grid with (2,) cells per pixel."""
-    return np.column_stack([(pose[:, :2] + 0.5) * scale - 0.5, pose[:, 2]]).astype(pose.dtype)
+def _scaled(poses: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return poses, (P, K, 3) [px], on a grid with (2,) cells per pixel."""
+    return np.concatenate([(poses[..., :2] + 0.5) * scale - 0.5, poses[..., 2:]], axis=2).astype(poses.dtype)
 
 
 def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, layers: LayerConstants) -> np.ndarray:
@@ -142,11 +146,12 @@ def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, 
         on_bodies: (P, P, K) bool, for each body which joints are on it.
     """
     visible, distances, left = weights, np.full(len(weights), np.nan), weights.any(axis=1)
+    order, total = np.argsort(samples, axis=1), np.maximum(weights.sum(axis=1), 1e-9)
     while left.any():
         counted = np.where(((visible > 0).sum(axis=1) > 1)[:, None], visible, weights)
-        medians = _weighted_medians(samples, counted)
+        medians = _weighted_medians(samples, counted, order)
         agreeing = (counted * (np.abs(samples - medians[:, None]) < layers.reach)).sum(axis=1)
-        merit = medians - layers.preference * agreeing / np.maximum(weights.sum(axis=1), 1e-9)
+        merit = medians - layers.preference * agreeing / total
         nearest = int(np.where(left, merit, np.inf).argmin())
         distances[nearest], left[nearest] = medians[nearest], False
         foreign = on_bodies[nearest] & (np.abs(samples - medians[nearest]) < layers.reach)
@@ -170,25 +175,23 @@ def _median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]
     return np.where(np.isfinite(xy).all(axis=1), median, np.nan)
 
 
-def _weighted_medians(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the weighted median of each row of (P, K) values; those with a weight of 0 may be NaN."""
-    values = np.where(weights > 0, values, np.inf)
-    order = np.argsort(values, axis=1)
-    sums = np.take_along_axis(weights, order, axis=1).cumsum(axis=1)
-    middle = (sums < sums[:, -1:] / 2).sum(axis=1)
-    return np.take_along_axis(values, order, axis=1)[np.arange(len(values)), middle]
+def _weighted_medians(values: np.ndarray, weights: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Return the weighted median of each row of (P, K) values in their `order`; those with a weight of 0 may be NaN."""
+    rows = np.arange(len(values))
+    sums = weights[rows[:, None], order].cumsum(axis=1)
+    return values[rows, order[rows, (sums < sums[:, -1:] / 2).sum(axis=1)]]
 
 
-def _at(grid: np.ndarray, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:
-    """Return the values of a grid, (h, w), at positions in the image, (N, 2) [px], or those nearest to it."""
-    columns, rows = (_cells(values, axis, grid, image_size) for axis, values in enumerate(np.nan_to_num(xy).T))
-    return grid[rows, columns]
+def _at(grids: np.ndarray, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:
+    """Return the values of grids, (..., h, w), at positions in the image, (N, 2) [px], or those nearest to it."""
+    columns, rows = (_cells(values, axis, grids, image_size) for axis, values in enumerate(np.nan_to_num(xy).T))
+    return grids[..., rows, columns]
 
 
 def _cells(values: np.ndarray, axis: int, grid: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:
-    """Return the columns (axis 0) or rows (1) of a grid, (h, w), at x or y in the image [px], those within it, int."""
-    count = grid.shape[1 - axis]
-    return np.clip((values + 0.5) * count / image_size[axis], 0, count - 1).astype(np.int64)
+    """Return the columns (axis 0) or rows (1) of grids, (..., h, w), at x or y in the image [px], those within, int."""
+    count = grid.shape[-1 - axis]
+    return np.minimum(np.maximum((values + 0.5) * count / image_size[axis], 0), count - 1).astype(np.int64)
 
 
 def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Recipe,
@@ -204,7 +207,8 @@ def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Re
     if foreground is not None and max(opinions, default=0) >= recipe.pass_opinions:
         opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground, layers.doubt)
                     for number, pose in opinions.items()}
-    keypoints = vote_with_crops(opinions, recipe.sources)
+    poses = stacked([opinions], len(recipe.weights), len(recipe.skeleton.joints))[0]
+    keypoints = vote_with_crops(poses, recipe.sources)
     if foreground is None:
         return keypoints
     nearest, index = layers.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index
@@ -222,61 +226,69 @@ def _doubted(pose: np.ndarray, foreground: Foreground, doubt: float) -> np.ndarr
     return pose
 
 
-def cover_others(crop: PreparedView, person: np.ndarray, others: Sequence[np.ndarray], skeleton: SkeletonModel,
+def cover_others(crop: PreparedView, person: np.ndarray, others: np.ndarray, skeleton: SkeletonModel,
                  foreground: Optional[Foreground] = None, cover: CoverConstants = COVER) -> PreparedView:
-    """Return a crop of a person, (K, 3) float, with the other people, (K, 3) each, in the mean colour of the crop.
+    """Return a crop of a person, (K, 3) float, with the other people, (P, K, 3), in the mean colour of the crop.
 
     Pixels of a foreground, in front of the person, are covered too; None: no person, or unknown.
     """
-    shape = crop.input.shape[:2]
-    covered = np.zeros(shape, bool)
-    for other in others:
-        covered |= _body_mask(shape, _in_input(other, crop, cover), skeleton, cover)
-    if covered.any():
-        covered &= ~_body_mask(shape, _in_input(person, crop, cover), skeleton, cover)
+    covered = np.zeros(crop.input.shape[:2], np.uint8)
+    if len(others):
+        poses = _in_input(np.concatenate([others, person[None]]), crop, cover)
+        breadths = _breadths(poses, cover)
+        for pose, breadth in zip(poses[:-1], breadths):
+            _draw_body(covered, pose, skeleton, breadth)
+        _draw_body(covered, poses[-1], skeleton, breadths[-1], 0)
     if foreground is not None:
         covered |= foreground.in_crop(crop.view)
     if not covered.any():
         return crop
     image = crop.input.copy()
-    image[covered] = np.round(cv2.mean(image)[:3])
-    return replace(crop, input=image)
+    colour = np.full(image.shape, np.round(cv2.mean(image)[:3]), np.uint8)
+    return replace(crop, input=cv2.copyTo(colour, covered, image))
 
 
-def _in_input(person: np.ndarray, crop: PreparedView, cover: CoverConstants) -> np.ndarray:
-    """Return the sure joints of a person in pixels of the input of the network, (K, 3)."""
-    view, pose = crop.view, _sure(person, cover.sure_joint)
-    xy = pose[:, :2] - view.origin
+def _in_input(people: np.ndarray, crop: PreparedView, cover: CoverConstants) -> np.ndarray:
+    """Return the sure joints of people in pixels of the input of the network, (P, K, 3)."""
+    view, poses = crop.view, _sure(people, cover.sure_joint)
+    xy = poses[..., :2] - view.origin
     if view.mirror:
-        xy[:, 0] = view.plan.image_size[0] - 1 - xy[:, 0]
-    return np.concatenate([view.plan.to_net(xy), pose[:, 2:]], axis=1)
+        xy[..., 0] = view.plan.image_size[0] - 1 - xy[..., 0]
+    return np.concatenate([view.plan.to_net(xy), poses[..., 2:]], axis=2)
 
 
-def _sure(person: np.ndarray, least: float) -> np.ndarray:
-    """Return a pose, (K, 3), without joints of a lower score."""
-    return np.where((person[:, 2] >= least)[:, None], person, np.nan)
+def _sure(people: np.ndarray, least: float) -> np.ndarray:
+    """Return poses, (P, K, 3), without joints of a lower score."""
+    return np.where((people[..., 2] >= least)[..., None], people, people.dtype.type(np.nan))
 
 
-def _body_mask(shape: Tuple[int, ...], pose: np.ndarray, skeleton: SkeletonModel, cover: CoverConstants,
-               breadth_factor: float = 1.0) -> np.ndarray:
-    """Return the pixels of a body, (K, 3) [px], in an image of a shape, (H, W) bool."""
-    mask = np.zeros(shape, np.uint8)
+def _breadths(poses: np.ndarray, cover: CoverConstants, factor: float = 1.0) -> List[int]:
+    """Return the breadth of the limbs of people, (P, K, 3) [px], for each [px]."""
+    return [max(round(cover.breadth * factor * size), 1) for size in np.sqrt(area(poses)).tolist()]
+
+
+@functools.lru_cache(maxsize=16)
+def _body_parts(skeleton: SkeletonModel) -> Tuple[np.ndarray, List[int], List[int]]:
+    """Return the joints of limbs, (L, 2), of the trunk, in their order round it, and of the head."""
+    index = skeleton.index
+    limbs = np.array([(index[start], index[end]) for start, end in skeleton.drawn_limbs]).reshape(-1, 2)
+    trunk, head = ([index[joint] for joint in part if joint in index] for part in (_TRUNK, _HEAD))
+    return limbs, trunk, head
+
+
+def _draw_body(mask: np.ndarray, pose: np.ndarray, skeleton: SkeletonModel, breadth: int, value: int = 1) -> None:
+    """Give the pixels of a body, (K, 3) [px], with limbs of a breadth [px], a value in a mask, (H, W) uint8."""
+    limbs, trunk, head = _body_parts(skeleton)
     # OpenCV draws with 16 bits: joints that are farther away are beyond the image
     with np.errstate(invalid='ignore'):
         there = np.abs(pose[:, :2]).max(axis=1) < np.iinfo(np.int16).max
-    size = breadth_factor * float(np.sqrt(area(pose)))  # round() of a NumPy number is no int with NumPy 1.17
-    breadth = max(round(cover.breadth * size), 1)
-    place = {joint: tuple(int(each) for each in np.round(pose[i, :2]))
-             for joint, i in skeleton.index.items() if there[i]}
-    for start, end in skeleton.drawn_limbs:
-        if start in place and end in place:
-            cv2.line(mask, place[start], place[end], 1, breadth)
-    trunk = np.array([place[joint] for joint in _TRUNK if joint in place], np.int32)
+    place = np.round(np.where(there[:, None], pose[:, :2], 0.0)).astype(np.int32)
+    cv2.polylines(mask, list(place[limbs[there[limbs].all(axis=1)]]), False, value, breadth)
+    trunk = [joint for joint in trunk if there[joint]]
     if len(trunk) > 1:
-        cv2.fillConvexPoly(mask, cv2.convexHull(trunk), 1)
-        cv2.polylines(mask, [trunk], True, 1, breadth)
-    head = [place[joint] for joint in _HEAD if joint in place]
+        cv2.fillConvexPoly(mask, cv2.convexHull(place[trunk]), value)
+        cv2.polylines(mask, [place[trunk]], True, value, breadth)
+    head = [joint for joint in head if there[joint]]
     if head:
-        middle = tuple(int(each) for each in np.mean(head, axis=0))
-        cv2.circle(mask, middle, breadth, 1, cv2.FILLED)
-    return mask > 0
+        x, y = place[head].mean(axis=0)
+        cv2.circle(mask, (int(x), int(y)), breadth, value, cv2.FILLED)

@@ -1,4 +1,5 @@
 """What the detector computes for an image: which networks, at which sizes, and how people are refined on crops."""
+import functools
 from dataclasses import dataclass, replace
 from typing import Collection, Dict, Tuple
 
@@ -166,7 +167,7 @@ class Recipe:
         """Joint set of the people, that of the first network."""
         return self.passes[0].model.skeleton
 
-    @property
+    @functools.cached_property
     def weights(self) -> Tuple[float, ...]:
         """Weights of the opinions on a person: those of the passes in their order, then one of each refinement."""
         of_passes = tuple(network_pass.weight for network_pass in self.passes for _ in range(network_pass.opinions))
@@ -177,19 +178,19 @@ class Recipe:
         """Weights of the same opinions on the places of joints."""
         return self.weights[:self.pass_opinions] + tuple(one.place_weight for one in self.refinements)
 
-    @property
+    @functools.cached_property
     def pass_opinions(self) -> int:
         """Number of opinions that the passes over the full image give."""
         return sum(network_pass.opinions for network_pass in self.passes)
 
-    @property
+    @functools.cached_property
     def sources(self) -> Sources:
         """The sources of the opinions. A crop tells of the joints that its skeleton has, or makes, of the recipe's."""
         joint_sigmas = sigmas(self.skeleton)
         in_passes = [np.ones(len(joint_sigmas), bool)] * self.pass_opinions
         of_crops = [one.model.skeleton for one in self.refinements]
         in_crops = [keypoints_in(np.zeros((1, len(one.joints), 3)), one, self.skeleton)[0, :, 0] for one in of_crops]
-        return Sources(joint_sigmas, self.weights, self.place_weights,
+        return Sources(joint_sigmas, np.array(self.weights), np.array(self.place_weights),
                        np.array(in_passes + [np.isfinite(one) for one in in_crops]))
 
     @property

@@ -66,7 +66,7 @@ class _Track:
 
     def shift(self, stamp: float, constants: TrackingConstants) -> np.ndarray:
         """Return the predicted motion of the person since the last detection, (2,) [px]."""
-        return self.velocity * np.clip(stamp - self.stamp, 0.0, constants.extrapolation)
+        return self.velocity * min(max(stamp - self.stamp, 0.0), constants.extrapolation)
 
     def updated(self, xy: np.ndarray, size: float, stamp: float, constants: TrackingConstants) -> '_Track':
         """Return the track after a detection of the person at (K, 2) positions."""
@@ -246,11 +246,13 @@ def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def person_sizes(xy: np.ndarray, constants: TrackingConstants = TRACKING) -> np.ndarray:
-    """Return half the diagonal of the box around the joints of (P, K, 2) people, (P,) float64 [px], bounded below."""
-    known = np.isfinite(xy)
-    high = np.where(known, xy, -np.inf).max(axis=1, initial=-np.inf)
-    low = np.where(known, xy, np.inf).min(axis=1, initial=np.inf)
-    return np.maximum(np.linalg.norm(np.maximum(high - low, 0.0).astype(np.float64), axis=1) / 2, constants.least_size)
+    """Return half the diagonal of the box around the joints of people, (..., K, 2) [px], bounded below.
+
+    Returns:
+        (...,) float64 [px].
+    """
+    sides = (np.fmax.reduce(xy, axis=-2) - np.fmin.reduce(xy, axis=-2)).astype(np.float64)
+    return np.fmax(np.hypot(sides[..., 0], sides[..., 1]) / 2, constants.least_size)
 
 
 def _middles(xy: np.ndarray) -> np.ndarray:
