@@ -23,5 +23,5 @@ def depth_view(points: PointGrid) -> Optional[DepthView]:
     step = -(-max(points.width, points.height) // _MOST_SIDE)
     columns, rows = (((np.arange(size // step) + 0.5) * size / (size // step)).astype(np.int64)
                      for size in (points.width, points.height))
-    depth = points.depths(columns[None], rows[:, None]).astype(np.float32)
+    depth = points.depths_on(columns, rows).astype(np.float32)
     return DepthView(depth, float(camera.matrix[0, 0]) * len(columns) / points.width)

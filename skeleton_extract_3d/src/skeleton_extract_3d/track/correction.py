@@ -18,6 +18,7 @@ from skeleton_extract_3d.track.joint_filter import (
     error_variances,
     isotropic,
     mean_innovations,
+    mean_squares,
 )
 from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
 
@@ -97,7 +98,7 @@ def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray
     """
     xyz, covariance = measured
     expected, filtered = tracks.joints.sigmas() ** 2, joints.sigmas() ** 2
-    variance = np.trace(covariance, axis1=2, axis2=3)
+    variance = mean_squares(covariance)
     squares = ((xyz - tracks.joints.position) ** 2).sum(axis=2)
     new = mean_innovations(squares, tracks.errors + variance, used)
     elapsed = np.where(used.any(axis=1), stamp - tracks.last_seen, 0.0)
@@ -125,7 +126,7 @@ def come_along(joints: JointFilter, tracks: Tracks, trusted: np.ndarray, stamp: 
 def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray, constants: CorrectionConstants) -> np.ndarray:
     """Return the directions of trunks downwards, (N, 3), averaged with this frame's where (N,) corners are known."""
     along = (position[:, HIPS] - position[:, SHOULDERS]).sum(axis=1)
-    length = np.linalg.norm(along, axis=1, keepdims=True)
+    length = np.sqrt((along * along).sum(axis=1, keepdims=True))
     mixed = before + constants.down_share * (along / np.maximum(length, 1e-6) - before)
-    mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-6)
+    mixed /= np.maximum(np.sqrt((mixed * mixed).sum(axis=1, keepdims=True)), 1e-6)
     return np.where(known[:, None], mixed, before)

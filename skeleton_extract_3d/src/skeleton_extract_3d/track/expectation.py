@@ -9,9 +9,9 @@ from skeleton_extract_3d.track.tracks import Tracks
 
 def expect(tracks: Tracks, row: np.ndarray, method: MethodConstants = METHOD) -> Expectation:
     """Return the expectation of people with tracks in rows (P,), predicted to this frame."""
-    constants, old, default = method.track.expectation, row >= 0, Expectation.of_strangers(len(row), method.body)
+    constants, old = method.track.expectation, row >= 0
     if not old.any():
-        return default
+        return Expectation.of_strangers(len(row), method.body)
     row = np.maximum(row, 0)
     sizes = tracks.sizes.select(row)
     variance = tracks.joints.position_covariance[row, :, 2, 2]
@@ -25,4 +25,4 @@ def expect(tracks: Tracks, row: np.ndarray, method: MethodConstants = METHOD) ->
     if old.all():
         return known
     return Expectation(*(np.where(old if value.ndim == 1 else old[:, None], value, other)
-                         for value, other in zip(known, default)))
+                         for value, other in zip(known, Expectation.of_strangers(len(row), method.body))))

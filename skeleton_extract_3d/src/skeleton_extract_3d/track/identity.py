@@ -80,9 +80,9 @@ def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, 
 
 def _distances_across(tracks: Tracks, observed: ObservedPeople) -> np.ndarray:
     """Return the distances of `TrackComparison`, (T, P) [m]."""
-    rays = observed.rays
-    x, y, z = np.moveaxis(tracks.joints.position[:, None], 3, 0)
-    off_x, off_y = rays[None, ..., 0] * z - x, rays[None, ..., 1] * z - y
+    rays, position = observed.rays, tracks.joints.position[:, None]
+    z = position[..., 2]
+    off_x, off_y = rays[..., 0] * z - position[..., 0], rays[..., 1] * z - position[..., 1]
     both = tracks.has[:, None] & observed.known[None]
     distance = surfaces.lower_median(np.where(both, np.sqrt(off_x * off_x + off_y * off_y), np.nan))
     return np.where(np.isfinite(distance), distance, np.inf)
@@ -92,7 +92,7 @@ def _evidence_against(tracks: Tracks, observed: ObservedPeople, method: MethodCo
     """Return the log likelihood ratios of `TrackComparison`, (T, P)."""
     depths = method.trunk.depths
     size = observed.adult_depth[None] * (tracks.sizes.stature / method.body.adult_stature)[:, None]
-    spread = np.broadcast_to(stature_spread(tracks.sizes, method)[:, None], size.shape)
+    spread = stature_spread(tracks.sizes, method)[:, None]
     total = observed.trunk_evidence[None] + surfaces.size_evidence(size, spread, method)
     depth = np.maximum(tracks.root.position[:, 0, 2], method.trunk.nearest)
     near = np.abs(np.log(depths / depth[:, None])) < method.sizes.known

@@ -86,7 +86,7 @@ class JointFilter(NamedTuple):
 
     def sigmas(self) -> np.ndarray:
         """Return the root mean square error of each position, (T, K) [m]."""
-        return np.sqrt(np.maximum(np.trace(self.position_covariance, axis1=2, axis2=3), 0.0))
+        return np.sqrt(np.maximum(mean_squares(self.position_covariance), 0.0))
 
 
 def drifted(covariances: Sequence[np.ndarray], transposed: np.ndarray, elapsed: float,
@@ -114,6 +114,11 @@ def along_rays(rays: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.nd
     more = (along * along - across_square) / (rays * rays).sum(axis=-1)
     return (across_square[..., None, None] * _IDENTITY
             + more[..., None, None] * (rays[..., :, None] * rays[..., None, :]))
+
+
+def mean_squares(covariance: np.ndarray) -> np.ndarray:
+    """Return the mean square errors of points, all axes together, (...) [m^2], by covariances (..., 3, 3)."""
+    return covariance[..., 0, 0] + covariance[..., 1, 1] + covariance[..., 2, 2]
 
 
 def isotropic(sigma: np.ndarray) -> np.ndarray:

@@ -22,14 +22,16 @@ def report(people: Observations, completion: Completion, hidden: Tracks, stamp: 
     if not settings.smoothing.smoothing:
         position = np.where(trusted[..., None], lifted.xyz, position)
     recent = stamp - hidden.seen <= settings.occlusion.inference_timeout
-    status = np.concatenate([np.where(completion.placed, np.where(read, MEASURED, INFERRED), MISSING),
-                             np.where(hidden.has & recent, INFERRED, MISSING)])
+    status = _joined(np.where(completion.placed, np.where(read, MEASURED, INFERRED), MISSING),
+                     np.where(hidden.has & recent, INFERRED, MISSING))
     known = status != MISSING
-    velocity = np.concatenate([tracks.joints.velocity, hidden.joints.velocity])
-    scores = people.observed.scores
+    scores, velocity = people.observed.scores, _joined(tracks.joints.velocity, hidden.joints.velocity)
     return People3D(
-        COCO_18, np.where(known[..., None], np.concatenate([position, hidden.joints.position]), np.nan),
-        np.concatenate([scores, np.zeros((len(hidden), scores.shape[1]))]), status,
-        np.where(known, np.concatenate([completion.sigma, hidden.joints.sigmas()]), np.nan),
-        np.concatenate([tracks.ids, hidden.ids]),
+        COCO_18, np.where(known[..., None], _joined(position, hidden.joints.position), np.nan),
+        _joined(scores, np.zeros((len(hidden), scores.shape[1]))), status,
+        np.where(known, _joined(completion.sigma, hidden.joints.sigmas()), np.nan), _joined(tracks.ids, hidden.ids),
         np.where(known[..., None] & settings.identity.tracking, velocity, np.nan))
+
+
+def _joined(seen: np.ndarray, hidden: np.ndarray) -> np.ndarray:
+    return np.concatenate([seen, hidden]) if len(hidden) else seen

@@ -31,7 +31,7 @@ class Rows:
 
     def select(self: Record, rows: np.ndarray) -> Record:
         """Return some of the tracks, by indices (N,) or a mask (T,), in the order of these."""
-        indices = np.flatnonzero(rows) if rows.dtype == bool else rows
+        indices = rows.nonzero()[0] if rows.dtype == bool else rows
         if len(indices) == len(self) and (indices == np.arange(len(self))).all():
             return self  # mostly all are
         return type(self)(**{name: _selected(value, indices) for name, value in vars(self).items()})
