@@ -11,11 +11,11 @@ then add_landmarks, and search beside it.
 import itertools
 import threading
 from dataclasses import dataclass, field, replace
-from typing import Any, Callable, Dict, Hashable, Optional, Tuple
+from typing import Any, Dict, Hashable, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detection import Detection, ImageFrame
+from openpose_ros_pkg.detect.detection import Detection, ImageFrame, Wanted, never_wanted
 from openpose_ros_pkg.detect.tracking import PerCamera
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.people import FIRST_ID, People2D
@@ -161,9 +161,9 @@ class PeopleChain:
             expected = self.expected(frame.camera, frame.image_time, frame.image_size)
         return ComputedFrame(frame, self.detection.compute(prepared.image, expected))
 
-    def search(self, computed: ComputedFrame, interrupted: Callable[[], bool] = lambda: False) -> None:
+    def search(self, computed: ComputedFrame, wanted: Wanted = never_wanted) -> None:
         """Look for other people in the newest computed frame, for the next one; see `Detection.search`."""
-        self.detection.search(computed.found, interrupted)
+        self.detection.search(computed.found, wanted)
 
     def finish(self, computed: ComputedFrame) -> Result:
         """Return the people in the image, with track ids."""

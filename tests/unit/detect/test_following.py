@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crops
-from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detection import ImageFrame, never_wanted
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, Opinion, PersonMemory, voted
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -47,9 +47,9 @@ class Scene:
         with self.stream.lock:
             computed, *_ = answer = self._watched(people, lambda: self.stream.compute(prepared))
 
-        def search(interrupted=lambda: False):
+        def search(wanted=never_wanted):
             with self.stream.lock:
-                return self._watched(None, lambda: self.stream.search(computed, interrupted))
+                return self._watched(None, lambda: self.stream.search(computed, wanted))
         return (self.stream.finish(computed), *answer[1:]), search
 
     def _watched(self, people, act):
@@ -168,12 +168,12 @@ def test_people_are_returned_before_the_search_and_who_is_found_by_it_in_the_nex
 
 
 def test_an_image_that_waits_ends_the_search_at_the_next_part_but_does_not_put_it_off_for_ever():
-    scene = Scene([LEFT], pace={name: 20 * seconds for name, seconds in PACE.items()}, target_rate=RATE)
+    scene = Scene([LEFT], pace={name: 5 * seconds for name, seconds in PACE.items()}, target_rate=RATE)
     scene.frame(1.0)
     searched = []
     for i in range(1, 40):
         _, search = scene.answered(1.0 + 0.02 * i)
-        searched.append(search(interrupted=lambda: True)[1])
+        searched.append(search(wanted=lambda seconds: True)[1])
     assert max(searched) == 1
     waits = np.diff(np.flatnonzero(searched)) * 0.02
     assert (waits >= SCHEDULE.patience - 0.001).all() and waits.max() <= SCHEDULE.patience + 0.04

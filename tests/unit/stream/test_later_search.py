@@ -18,8 +18,8 @@ def wait_for(condition):
 def test_the_newest_image_of_each_camera_is_searched_after_those_that_compute():
     lock, searched, errors = FairLock(), [], []
 
-    def search(item, interrupted):
-        assert not interrupted()
+    def search(item, wanted):
+        assert not wanted(0.0)
         searched.append(item)
         if item == 'fails':
             raise ValueError(item)
@@ -36,9 +36,9 @@ def test_the_newest_image_of_each_camera_is_searched_after_those_that_compute():
 def test_a_thread_that_wants_the_networks_interrupts():
     lock, begun, ended = FairLock(), threading.Event(), threading.Event()
 
-    def search(item, interrupted):
+    def search(item, wanted):
         begun.set()
-        wait_for(interrupted)
+        wait_for(lambda: wanted(0.0))
         ended.set()
 
     later = LaterSearch(search, lock, print)

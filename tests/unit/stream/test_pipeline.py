@@ -24,13 +24,13 @@ class Story:
         began: times at which these were, time.monotonic() [s].
         seconds: spent in each stage so far.
         gates: one for each stage; open at first.
-        interrupted: what tells the newest search whether another item waits.
+        wanted: what tells the newest search whether another item waits or will come.
     """
 
     STAGES = ('prepare', 'compute', 'finish', 'search', 'follow_up')
 
     def __init__(self, lock=None, lead=0.0, **durations):
-        self.interrupted = None
+        self.wanted = None
         self.events, self.errors, self.began, self.seconds = [], [], {}, Counter()
         self.gates = {stage: threading.Event() for stage in self.STAGES}
         for gate in self.gates.values():
@@ -40,8 +40,8 @@ class Story:
                                  lock or FairLock(), lead)
 
     def _stage(self, stage):
-        def work(item, interrupted=None):
-            self.interrupted = interrupted or self.interrupted
+        def work(item, wanted=None):
+            self.wanted = wanted or self.wanted
             begin = self.began[stage, item] = time.monotonic()
             self.events.append((stage, item))
             time.sleep(self._durations.get(stage, 0.0))
@@ -153,11 +153,11 @@ def test_an_item_is_searched_once_it_is_finished_until_the_next_one_comes():
     story.gates['finish'].set()
     story.begun('follow_up', 'a')  # the search does not wait for it
     story.begun('search', 'a')
-    assert not story.interrupted()
+    assert not story.wanted(0.0)
     story.gates['prepare'].clear()
     story.submit('b')
     story.begun('prepare', 'b')
-    assert story.interrupted()
+    assert story.wanted(0.0)
     for gate in story.gates.values():
         gate.set()
     story.begun('search', 'b')
@@ -177,17 +177,30 @@ def test_a_search_is_offered_between_items_that_follow_each_other_closely_and_en
     story.gates['search'].clear()
     story.gates['compute'].set()
     story.begun('search', 'a')  # though it is not finished
-    assert story.interrupted()
+    assert story.wanted(0.0)
     story.gates['search'].set()
     story.gates['finish'].set()
     story.begun('search', 'b')
     story.gates['search'].clear()
     story.submit('c')
     story.begun('search', 'c')
-    assert not story.interrupted()
+    assert not story.wanted(0.0)
     other = threading.Thread(target=lambda: (lock.acquire(), lock.release()))
     other.start()
-    wait_for(story.interrupted)
+    wait_for(lambda: story.wanted(0.0))
     story.gates['search'].set()
     other.join(TIMEOUT)
+    story.pipeline.stop()
+
+
+def test_a_search_is_told_when_the_next_item_is_to_be_expected():
+    story = Story(prepare=0.0)
+    begin = time.monotonic()
+    for number in range(5):
+        wait_for(lambda number=number: time.monotonic() >= begin + 0.2 * number)
+        story.submit(number)
+    story.begun('search', 4)
+    assert story.wanted(0.3)
+    wait_for(lambda: time.monotonic() >= begin + 1.3)  # no item came: no other one is expected
+    assert not story.wanted(0.3)
     story.pipeline.stop()

@@ -112,8 +112,7 @@ class SearchPlan:
     def costs(self, parts: Sequence[Part], height: int, people: int) -> Costs:
         """Return what an image of a height [px] with some people takes."""
         search = {part: self._of_part(self.pace, part, height) for part in parts}
-        least = self.schedule.least_work * (sum(search.values()) + self.expected_people * self.of_person)
-        return Costs(least, people * self.of_person, search)
+        return Costs(people * self.of_person, search)
 
     def parts(self, size: Tuple[int, int]) -> Tuple[Part, ...]:
         """Return the parts of an image of (width, height) [px].

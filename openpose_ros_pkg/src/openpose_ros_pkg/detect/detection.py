@@ -35,6 +35,15 @@ class ImageFrame:
     interval: Optional[float] = None
 
 
+Wanted = Callable[[float], bool]
+"""Whether the networks are wanted for another image within a time [s]."""
+
+
+def never_wanted(seconds: float) -> bool:
+    """Say that no other image comes."""
+    return False
+
+
 class Detection(Protocol):
     """Finds the people in images. Any thread may call it.
 
@@ -65,11 +74,11 @@ class Detection(Protocol):
             expected: where tracks in space expect people in the image, with their ids there; None: no such tracks.
         """
 
-    def search(self, computed: Any, interrupted: Callable[[], bool] = lambda: False) -> None:
+    def search(self, computed: Any, wanted: Wanted = never_wanted) -> None:
         """Look for other people in the newest computed image, who are then expected in the next one, with `lock` held.
 
         Args:
-            interrupted: whether another image waits, which puts the search off.
+            wanted: whether another image needs the networks within a time, which puts the search off.
         """
 
     def finish(self, computed: Any) -> People2D:
@@ -102,7 +111,7 @@ class IndependentDetection:
         frame, result = prepared
         return frame, result()
 
-    def search(self, computed: Tuple[ImageFrame, People2D], interrupted: Callable[[], bool] = lambda: False) -> None:
+    def search(self, computed: Tuple[ImageFrame, People2D], wanted: Wanted = never_wanted) -> None:
         """Do nothing: no person is expected."""
 
     def finish(self, computed: Tuple[ImageFrame, People2D]) -> People2D:

@@ -2,12 +2,12 @@
 import threading
 import time
 from dataclasses import dataclass, field, replace
-from typing import Callable, Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from openpose_ros_pkg.detect.crop_search import Run, SearchPlan, assign, likely, look, search_part
-from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detection import ImageFrame, Wanted, never_wanted
 from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_frame
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, voted, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
@@ -234,7 +234,7 @@ class NetworkDetection:
             self._learn(answer.runs)
         return ComputedDetection(frame, answer.seconds, answer.people, answer.followed)
 
-    def search(self, computed: ComputedDetection, interrupted: Callable[[], bool] = lambda: False) -> None:
+    def search(self, computed: ComputedDetection, wanted: Wanted = never_wanted) -> None:
         followed, frame, begin = computed.followed, computed.frame, time.perf_counter()
         if followed is None:
             return
@@ -242,7 +242,7 @@ class NetworkDetection:
             key, memory = self._remembered(frame)
             if memory.stamp > frame.stamp:
                 return  # of a newer image
-            answer = _search(followed, memory, self._ids.of(frame.camera), interrupted)
+            answer = _search(followed, memory, self._ids.of(frame.camera), wanted)
             spent = answer.memory.budget.spent - memory.budget.spent
             taken = spent if followed.prepared.plan.pace.fixed else time.perf_counter() - begin
             self._memories.put(key, replace(answer.memory, taken=memory.taken + taken))
@@ -337,7 +337,7 @@ class _Searched(NamedTuple):
 
 
 def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
-            interrupted: Callable[[], bool] = lambda: False) -> _Answer:
+            wanted: Wanted = never_wanted) -> _Answer:
     """Search parts of an image after the crops; return the people who are found besides.
 
     They are confirmed on crops, and expected in the next image. What the search tells of the others takes part in the
@@ -349,13 +349,14 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
     grey = small_grey(frame.bgr, plan.schedule)
     columns = changed_columns(grey, memory.grey, size, [person.box for person in followed.persons], plan.schedule)
     memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
-    searched = _search_parts(followed, memory, interrupted)
+    searched = _search_parts(followed, memory, wanted)
     if searched.schedule is memory.schedule:
         return _Answer(People2D.empty(setup.recipe.skeleton), memory, 0.0)
     persons, budget, seconds = without_shared_crops(searched.persons, setup.recipe), searched.budget, searched.seconds
     new = [person for person in persons[len(known):] if person.found]
     poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(_voted(new, setup.recipe, frame.stamp))
-    if frame.depth is not None and not interrupted() and budget.affords(plan.most_heads * plan.of_person):
+    cost = plan.most_heads * plan.of_person
+    if frame.depth is not None and budget.affords(cost) and not wanted(cost):
         recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
         poses, budget = poses.joined(recovered.poses), budget.after(plan.of_person * recovered.crops)
         seconds += recovered.seconds
@@ -370,10 +371,10 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
     return _Answer(people, memory, seconds, searched.runs)
 
 
-def _search_parts(followed: Followed, memory: CameraMemory, interrupted: Callable[[], bool]) -> _Searched:
+def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _Searched:
     """Search parts of an image, the most urgent first, as far as the budget goes.
 
-    Another image ends it before the next part, unless that has waited too long.
+    Another image, or one that will come before the end of the next part, ends it, unless that has waited too long.
     """
     image, plan = followed.prepared.image, followed.prepared.plan
     stamp, setup = followed.prepared.frame.stamp, plan.setup
@@ -381,7 +382,7 @@ def _search_parts(followed: Followed, memory: CameraMemory, interrupted: Callabl
     may_wait = stamp - memory.schedule.newest < plan.schedule.patience
     for part in memory.schedule.due(stamp, memory.budget.rate > 0 or followed.lost):
         cost = memory.budget.costs.parts[part]
-        if not state.budget.affords(cost) or (may_wait and interrupted()):
+        if not state.budget.affords(cost) or (may_wait and wanted(cost)):
             break
         found = search_part(setup, image.bgr, part)
         persons, new = assign(found.found, state.persons, setup)

@@ -16,9 +16,6 @@ class ScheduleConstants:
     followed_share: float = constant(
         0.7, "Share of a frame's time that the networks may take where people are followed; the rest is for what can "
              'not overlap with them, and for other programs.')
-    least_work: float = constant(
-        0.2, 'Least budget, as a share of a full search with the expected number of people: with less, people get '
-             'lost, so on a slow processor the rate falls instead.')
     search_share: float = constant(0.3, 'Share of the budget that is kept for searching.')
     search_time: float = constant(
         0.2, 'Beside other cameras, each has time to search its image once in this time.', unit='s')
@@ -166,7 +163,6 @@ def fair_share(own: float, *others: float) -> float:
 class Costs(NamedTuple):
     """What the work on a frame takes the networks."""
 
-    least: float = 0.0  # to be allowed in any case [s]
     crops: float = 0.0  # the crops of all people [s]
     parts: Mapping[Part, float] = MappingProxyType({})  # each part of the image [s]
 
@@ -214,7 +210,7 @@ class Budget:
         own = replace(self, spent=0.0, intervals=intervals, costs=costs)
         shortest = (1 + len(beside)) / self.rate
         share = fair_share(*(each._wanted(shortest) / self.constants.followed_share for each in (own, *beside)))
-        return replace(own, seconds=max(self.constants.followed_share * share * own._interval(shortest), costs.least))
+        return replace(own, seconds=self.constants.followed_share * share * own._interval(shortest))
 
     def _interval(self, shortest: float) -> float:
         # skipped frames make intervals longer: the least one is that of the camera

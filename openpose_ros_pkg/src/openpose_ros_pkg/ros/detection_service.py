@@ -2,7 +2,7 @@
 import itertools
 import time
 from dataclasses import dataclass
-from typing import Callable, Dict, Generic, List, NamedTuple, Optional, Tuple, TypeVar
+from typing import Dict, Generic, List, NamedTuple, Optional, Tuple, TypeVar
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -11,7 +11,7 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detection import ImageFrame, Wanted, never_wanted
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import ComputedDetection, NetworkDetection, PreparedDetection
 from openpose_ros_pkg.errors import BadInputError, ParameterError
@@ -174,9 +174,9 @@ class DetectionService:
         return _Step(prepared.frame, found, prepared.received, time.monotonic() - begin,
                      begin - prepared.received - prepared.busy, found.network_seconds)
 
-    def search(self, computed: _Step[ComputedDetection], interrupted: Callable[[], bool] = lambda: False) -> None:
+    def search(self, computed: _Step[ComputedDetection], wanted: Wanted = never_wanted) -> None:
         begin = time.monotonic()
-        self._detection.search(computed.state, interrupted)
+        self._detection.search(computed.state, wanted)
         self._timing.add('search', time.monotonic() - begin)
 
     def finish(self, computed: _Step[ComputedDetection]) -> People2D:

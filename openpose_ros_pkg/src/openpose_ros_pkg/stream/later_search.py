@@ -11,12 +11,13 @@ class LaterSearch(Generic[Computed]):
     """Searches the newest computed image of each camera until another thread wants the lock.
 
     Args:
-        search: called with the lock held; its second argument tells whether another thread waits for it to return.
+        search: called with the lock held; its second argument tells whether another thread waits for
+            it to return.
         lock: of those that compute.
         on_error: called with any exception of `search`.
     """
 
-    def __init__(self, search: Callable[[Computed, Callable[[], bool]], object], lock: FairLock,
+    def __init__(self, search: Callable[[Computed, Callable[[float], bool]], object], lock: FairLock,
                  on_error: Callable[[Exception], object]) -> None:
         self._search, self._lock = search, lock
         self._waiting: Dict[Hashable, Computed] = {}  # by camera, the longest wait first
@@ -41,5 +42,5 @@ class LaterSearch(Generic[Computed]):
         with self._lock:
             with self._worker.condition:
                 computed = self._waiting.pop(next(iter(self._waiting)))
-            self._search(computed, lambda: self._worker.stopped or self._lock.wanted)
+            self._search(computed, lambda seconds: self._worker.stopped or self._lock.wanted)
         return True

@@ -2,7 +2,10 @@
 import time
 from collections import deque
 from dataclasses import dataclass
+from statistics import median
 from typing import Callable, Deque, Generic, Optional, TypeVar
+
+import numpy as np
 
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -20,7 +23,8 @@ class PipelineConstants:
 
     most_computed: int = constant(
         2, 'Maximum number of computed items that wait for the last stage; computing waits beyond it.')
-    remembered: int = constant(8, 'Durations of each stage from which the end of computing is predicted.')
+    remembered: int = constant(
+        8, 'Durations of each stage and arrivals from which the end of computing and the next item are predicted.')
     margin: float = constant(
         0.003, 'Preparation begins earlier by this than its longest duration needs, as threads wake late.', unit='s')
 
@@ -36,8 +40,8 @@ class PipelineStages(Generic[Item, Prepared, Computed, Finished]):
     compute: Callable[[Prepared], Computed]  # the long stage, called with the pipeline's lock held
     finish: Callable[[Computed], Finished]
     # called with the pipeline's lock held and the newest item, once that is finished or another one comes; the second
-    # argument tells whether another item waits for it to return
-    search: Optional[Callable[[Computed, Callable[[], bool]], object]] = None
+    # argument tells whether the lock is wanted for another item within a time [s]
+    search: Optional[Callable[[Computed, Callable[[float], bool]], object]] = None
     follow_up: Callable[[Finished], object] = lambda finished: None  # what the search need not wait for
 
 
@@ -67,6 +71,7 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
         self._submitted: Deque[Item] = deque(maxlen=1)
         self._prepared: Deque[Prepared] = deque(maxlen=1)
         self._computed: Deque[Computed] = deque()
+        self._arrivals: Deque[float] = deque(maxlen=constants.remembered)  # times of the newest items [s]
         self._preparing = False
         self._unsearched: Optional[Computed] = None  # the newest computed item
         self._finished: Optional[Computed] = None  # the newest finished item
@@ -82,6 +87,7 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
         """Give the pipeline a new item; return at once."""
         with self._changed:
             self.replaced += len(self._submitted)
+            self._arrivals.append(time.monotonic())
             self._submitted.append(item)
             self._changed.notify_all()
 
@@ -143,7 +149,7 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
         with self._changed:
             unsearched, self._unsearched = self._unsearched, None
         if unsearched is not None and self._stages.search is not None:
-            self._stages.search(unsearched, lambda: self._worker.stopped or self._lock.wanted or self._has_next())
+            self._stages.search(unsearched, self._wanted)
 
     def _finish_next(self) -> bool:
         with self._changed:
@@ -159,8 +165,15 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
         self._stages.follow_up(finished)
         return True
 
-    def _has_next(self) -> bool:
-        return bool(self._submitted or self._preparing or self._prepared)
+    def _wanted(self, seconds: float) -> bool:
+        """Return whether an item waits or, as items come regularly, will come within a time [s]."""
+        with self._changed:
+            if self._worker.stopped or self._lock.wanted or self._submitted or self._preparing or self._prepared:
+                return True
+            if len(self._arrivals) < 2:
+                return False
+            since, period = time.monotonic() - self._arrivals[-1], median(np.diff(self._arrivals))
+            return since < 2 * period and since + seconds > period
 
     def _may_compute(self) -> bool:
         return bool(self._prepared) and len(self._computed) < self._constants.most_computed

@@ -1,7 +1,7 @@
 """The extractor node: pairs images and points, and publishes what the chain knows of the people in them."""
 import time
 from dataclasses import dataclass
-from typing import Callable, Dict, Generic, NamedTuple, Optional, Tuple, TypeVar
+from typing import Dict, Generic, NamedTuple, Optional, Tuple, TypeVar
 
 import numpy as np
 import rospy
@@ -10,7 +10,7 @@ from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.detection import Detection
+from openpose_ros_pkg.detect.detection import Detection, Wanted
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.networks.backends import LiveBackendParams
@@ -220,9 +220,9 @@ class Extractor:
                     'estimate': estimated - located, 'publish': end - estimated, 'total': end - pair.received}, header)
         return result, pair
 
-    def _search(self, step: _Step[ComputedFrame], interrupted: Callable[[], bool]) -> None:
+    def _search(self, step: _Step[ComputedFrame], wanted: Wanted) -> None:
         begin = time.monotonic()
-        self._chain.search(step.state, interrupted)
+        self._chain.search(step.state, wanted)
         self._timing.add('search', time.monotonic() - begin)
 
     def _add(self, published: Tuple[Result, _Pair]) -> None:

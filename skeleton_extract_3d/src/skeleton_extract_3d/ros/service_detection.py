@@ -1,9 +1,9 @@
 """Detection by a service: the only place between image and joints in space where people pass through messages."""
-from typing import Callable, List, Optional
+from typing import List, Optional
 
 from openpose_ros_msgs.msg import PersonDetection
 
-from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detection import ImageFrame, Wanted, never_wanted
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.client.service_client import Call, DetectionClient
 from openpose_ros_pkg.ros.convert import people_from_messages
@@ -28,7 +28,7 @@ class ServiceDetection:
     def compute(self, prepared: Call, expected: Optional[People2D] = None) -> List[PersonDetection]:
         return self._client.result(prepared)
 
-    def search(self, computed: List[PersonDetection], interrupted: Callable[[], bool] = lambda: False) -> None:
+    def search(self, computed: List[PersonDetection], wanted: Wanted = never_wanted) -> None:
         """Do nothing: the service searches once it has answered."""
 
     def finish(self, computed: List[PersonDetection]) -> People2D:
