@@ -172,7 +172,7 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
                 return True
             if len(self._arrivals) < 2:
                 return False
-            since, period = time.monotonic() - self._arrivals[-1], median(np.diff(self._arrivals))
+            since, period = time.monotonic() - self._arrivals[-1], median(np.diff(list(self._arrivals)))
             return since < 2 * period and since + seconds > period
 
     def _may_compute(self) -> bool:
