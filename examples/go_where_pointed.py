@@ -6,10 +6,13 @@ from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from openpose_ros_msgs.msg import PersonGesture, PersonSignalsArray
 
 HELD, LATE, OFF, FARTHEST = 1.0, 0.7, 0.8, 5.0  # [s], [s], [m], [m]
+SURE = 0.7  # least probability of a known target
 
 
 def meant(ray):
     """Return what a ray means: x, y, and how far away it is [m]; None: nothing that is known well enough."""
+    if ray.targets and ray.targets[0].probability < SURE:
+        return None
     if not math.isnan(ray.hit.x):
         return ray.hit.x, ray.hit.y, 0.0 if ray.target else math.dist(place(ray.hit), place(ray.origin))
     if ray.direction.z > -0.1:  # hardly goes down to the floor, z = 0 of the map

@@ -24,6 +24,7 @@ from openpose_ros_msgs.msg import (
     PersonSignalsArray,
     PersonSummary,
     PersonVelocity_3d,
+    PointingTarget,
 )
 from openpose_ros_msgs.srv import GetPeople, GetPeopleResponse
 from sensor_msgs import point_cloud2
@@ -267,19 +268,21 @@ class TenThingsTest(unittest.TestCase):
         output = Recorder(f'{ns}/move_base_simple/goal', PoseStamped)
         nowhere = Point(NAN, NAN, NAN)
 
-        def pointing(number, since, direction, sigma=0.15, hit=nowhere, target=''):
+        def pointing(number, since, direction, sigma=0.15, hit=nowhere, probabilities=()):
+            targets = [PointingTarget(name, hit, 1.0, each) for name, each in zip(('lamp', 'cup'), probabilities)]
             ray = PersonPointing(origin=Point(1.0, 0.0, 1.5), direction=Vector3(*direction), sigma=sigma,
-                                 target=target, hit=hit)
+                                 target=targets[0].name if targets else '', hit=hit, targets=targets)
             return does(number, 1.0, 0.0, 1.1, told('point', since=since, ray=[ray]))
 
         long_ago = rospy.Time.now() - rospy.Duration(2.0)
         down, level = (0.6, 0.0, -0.8), (1.0, 0.0, 0.0)
         refused = [pointing(1, rospy.Time.now() + rospy.Duration(60.0), down), pointing(2, long_ago, level),
-                   pointing(3, long_ago, down, sigma=0.6), does(4, 1.0, 0.0, 1.1, told('point', since=long_ago))]
+                   pointing(3, long_ago, down, sigma=0.6), does(4, 1.0, 0.0, 1.1, told('point', since=long_ago)),
+                   pointing(7, long_ago, level, hit=Point(4.0, 0.0, 1.2), probabilities=(0.6, 0.4))]
         with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(*refused)) as feed:
             feed.send(signals(*refused), frames=10)
             feed.send(signals(*refused, pointing(5, long_ago, down)), frames=10)
-            lamp = pointing(6, long_ago, (0.0, 1.0, 0.0), hit=Point(1.0, 4.0, 1.2), target='lamp')
+            lamp = pointing(6, long_ago, (0.0, 1.0, 0.0), hit=Point(1.0, 4.0, 1.2), probabilities=(0.8, 0.2))
             feed.send(signals(*refused, pointing(5, long_ago, down), lamp), frames=10)
             output.wait(2)
         self.assertEqual([each.header.frame_id for each in output.messages], ['map', 'map'])  # one goal each
