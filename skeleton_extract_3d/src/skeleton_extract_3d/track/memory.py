@@ -95,8 +95,8 @@ class Memory:
         elapsed = stamp - self.stamp
         if not -TRACKING.reset_backstep <= elapsed <= settings.identity.track_timeout:
             return None
-        tracks = self.tracks.predicted(elapsed, settings.smoothing)
-        position = tracks.joints.position
+        tracks, joints = self.tracks, self.tracks.joints
+        position = joints.position + max(elapsed, 0.0) * joints.velocity
         uv = camera.project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
         there = tracks.has & np.isfinite(uv).all(axis=2)
         keypoints = np.concatenate([np.where(there[..., None], uv, np.nan), there[..., None]], axis=2)
