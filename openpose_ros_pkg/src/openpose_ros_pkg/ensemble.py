@@ -174,7 +174,7 @@ def vote(opinions: np.ndarray, weights: np.ndarray, joint_sigmas: np.ndarray,
     Args:
         opinions: (..., S, K, 3) float32, of all sources; NaN, NaN, 0 of those that do not see a person, and where a
             pose has no such joint.
-        weights: (..., S) float64 of the sources.
+        weights: (..., S) float64 of the sources; its leading axes, which may be more, are broadcast.
 
     Returns:
         (..., K, 3) float32: x, y [px], score [0..1]; NaN, NaN, 0 where no source has the joint.
@@ -186,8 +186,8 @@ def vote(opinions: np.ndarray, weights: np.ndarray, joint_sigmas: np.ndarray,
     belief = np.where(there, np.minimum(poses[..., 2], 1.0) * weights[..., None], 0.0)
     apart = ((xy[..., :, None, :, :] - xy[..., None, :, :, :]) ** 2).sum(axis=-1)  # (..., S, S, K)
     support = (np.exp(-apart / spread[..., None, :]) * belief[..., None, :, :]).sum(axis=-2)
-    best = np.where(there, support, -1.0).argmax(axis=-2)[..., None, :]
-    place = np.take_along_axis(xy, best[..., None], axis=-3)  # (..., 1, K, 2)
+    best = np.where(there, support, -1.0).argmax(axis=-2)[..., None, :, None]
+    place = np.take_along_axis(np.broadcast_to(xy, (*belief.shape, 2)), best, axis=-3)  # (..., 1, K, 2)
     for _ in range(constants.mean_shift_steps):
         pull = belief * np.exp(-((xy - place) ** 2).sum(axis=-1) / spread)
         total = np.maximum(pull.sum(axis=-2, keepdims=True), 1e-12)
@@ -203,12 +203,12 @@ def vote_with_crops(opinions: np.ndarray, sources: Sources) -> np.ndarray:
 
     Joints that the networks of the crops do not know, as the feet of BODY_25, keep what those of the full image say.
     """
-    keypoints = vote(opinions, sources.weights, sources.sigmas)
-    places = vote(opinions, sources.place_weights, sources.sigmas)
-    asked, total = sources.weights @ sources.known, np.maximum(sources.weights.sum(axis=-1, keepdims=True), 1e-12)
-    keypoints[..., :2] = places[..., :2]
-    keypoints[..., 2] *= np.sqrt(total / np.where(asked > 0, asked, total))
-    return keypoints
+    weights, place_weights = (np.broadcast_to(one, opinions.shape[:-2])
+                              for one in (sources.weights, sources.place_weights))
+    scored, placed = vote(opinions, np.stack([weights, place_weights]), sources.sigmas)
+    asked, total = weights @ sources.known, np.maximum(weights.sum(axis=-1, keepdims=True), 1e-12)
+    scores = scored[..., 2] * np.sqrt(total / np.where(asked > 0, asked, total))
+    return np.concatenate([placed[..., :2], scores[..., None].astype(np.float32)], axis=-1)
 
 
 def person_scores(keypoints: np.ndarray) -> np.ndarray:

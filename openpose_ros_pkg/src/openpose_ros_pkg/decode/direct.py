@@ -81,9 +81,11 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     people = keypoints_in(np.where(seen[..., np.newaxis], joints, (np.nan, np.nan, 0)), COCO_17, model.skeleton)
     known = seen.any(axis=1)
     people, scores = people[known], scores[known]
-    weights = sigmas(model.skeleton)
-    kept = surest(scores, similarity(people[:, None], people, weights) > params.direct_same_person)
-    return Poses(people[kept].astype(np.float32), scores[kept].astype(np.float32))
+    if len(people) > 1:
+        alike = similarity(people[:, None], people, sigmas(model.skeleton)) > params.direct_same_person
+        kept = surest(scores, alike)
+        people, scores = people[kept], scores[kept]
+    return Poses(people.astype(np.float32), scores.astype(np.float32))
 
 
 def _decode_movenet(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],

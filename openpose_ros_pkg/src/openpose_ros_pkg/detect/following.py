@@ -110,6 +110,7 @@ class FollowedPerson:
     memory: Optional[PersonMemory] = None  # of the track; None: new
     unseen: float = 0.0  # time since the last detection [s]
     crop: Optional[np.ndarray] = None  # (K, 3) pose on a crop; None: none
+    error: float = 0.0  # distance of that pose from the expected one, see `disagreement`; 0 without a crop
     # of this frame, by the number of the source; None: the source did not find the person
     opinions: Mapping[int, Optional[np.ndarray]] = field(default_factory=dict)
     constants: FollowingConstants = FOLLOWING
@@ -160,11 +161,6 @@ class FollowedPerson:
         return np.concatenate([self.reference, self.expected[:, 2:]], axis=1)
 
     @property
-    def error(self) -> float:
-        """Distance of the pose on a crop from the expected one, see `disagreement`; 0 without a crop."""
-        return 0.0 if self.crop is None else float(disagreement(self.crop, self.expected))
-
-    @property
     def agreed(self) -> float:
         """Greatest disagreement with the expected place of a pose on a crop that is the person."""
         return self.constants.agreement + self.constants.agreement_growth * self.unseen
@@ -172,7 +168,7 @@ class FollowedPerson:
     def without_crop(self, recipe: Recipe) -> 'FollowedPerson':
         """Return the person where the crops show another one."""
         missed = dict.fromkeys(range(recipe.pass_opinions, len(recipe.weights)))
-        return replace(self, crop=None, opinions={**self.opinions, **missed})
+        return replace(self, crop=None, error=0.0, opinions={**self.opinions, **missed})
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
         """Return the memory after the person was reported with (K, 3) keypoints."""
@@ -284,9 +280,14 @@ def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[np
     new = np.array([person.memory is None for person in people])[owners]
     sure = (poses[..., 2].mean(axis=1) >= COVER.sure_joint) & (
         apart <= np.array([person.agreed for person in people])[owners])
-    first = {owners[i]: poses[i] for i in np.flatnonzero(new | sure)[::-1]}
-    return [replace(person, crop=first.get(i) if person.crop is None else person.crop,
-                    opinions={**person.opinions, number: first.get(i)}) for i, person in enumerate(people)]
+    first = {owners[i]: i for i in np.flatnonzero(new | sure)[::-1].tolist()}
+    result = []
+    for i, person in enumerate(people):
+        pose = poses[first[i]] if i in first else None
+        if pose is not None and person.crop is None:
+            person = replace(person, crop=pose, error=float(apart[first[i]]))
+        result.append(replace(person, opinions={**person.opinions, number: pose}))
+    return result
 
 
 def _expected_in_space(people: Sequence[FollowedPerson], in_space: np.ndarray, constants: FollowingConstants

@@ -103,17 +103,17 @@ def foregrounds(people: np.ndarray, skeleton: SkeletonModel, depth: Optional[Dep
         return [None] * len(people)
     # depth is missing mostly beside a nearer person
     surface = cv2.erode(np.where(np.isfinite(depth.depth), depth.depth, np.float32(np.inf)), np.ones((3, 3), np.uint8))
-    bodies = np.zeros((len(people), *surface.shape), np.uint8)
+    masks = np.zeros((len(people), *surface.shape), np.uint8)
     poses = _scaled(_sure(people, cover.sure_joint), np.divide(surface.shape[::-1], image_size))
-    for body, pose, breadth in zip(bodies, poses, _breadths(poses, cover, layers.breadth)):
-        _draw_body(body, pose, skeleton, breadth)
+    for mask, body in zip(masks, _bodies(poses, cover, layers.breadth)):
+        _draw(mask, body, skeleton)
     xy = people[..., :2].reshape(-1, 2)
     samples = _median_depths(depth, xy, image_size).reshape(people.shape[:2])
     sure = np.isfinite(samples) & (people[..., 2] >= cover.sure_joint)
     weights = (np.where(sure, people[..., 2], 0.0) * _joint_weights(skeleton, layers)).astype(people.dtype)
-    on_bodies = _at(bodies, xy, image_size).reshape(len(people), *samples.shape) > 0
+    on_bodies = _at(masks, xy, image_size).reshape(len(people), *samples.shape) > 0
     distances = _distances(samples, weights, on_bodies, layers)
-    parts = [cv2.boundingRect(body) for body in bodies]
+    parts = [cv2.boundingRect(mask) for mask in masks]
     result: List[Optional[Foreground]] = []
     for distance in distances:
         with np.errstate(invalid='ignore'):
@@ -125,7 +125,7 @@ def foregrounds(people: np.ndarray, skeleton: SkeletonModel, depth: Optional[Dep
         for i in np.flatnonzero(nearer):
             x, y, width, height = parts[i]
             part = slice(y, y + height), slice(x, x + width)
-            pixels[part] |= (bodies[i][part] > 0) & (surface[part] < (distance + distances[i]) / 2)
+            pixels[part] |= (masks[i][part] > 0) & (surface[part] < (distance + distances[i]) / 2)
         result.append(Foreground(nearer, pixels, image_size))
     return result
 
@@ -234,17 +234,16 @@ def cover_others(crop: PreparedView, person: np.ndarray, others: np.ndarray, ske
     """
     covered = np.zeros(crop.input.shape[:2], np.uint8)
     if len(others):
-        poses = _in_input(np.concatenate([others, person[None]]), crop, cover)
-        breadths = _breadths(poses, cover)
-        for pose, breadth in zip(poses[:-1], breadths):
-            _draw_body(covered, pose, skeleton, breadth)
-        _draw_body(covered, poses[-1], skeleton, breadths[-1], 0)
+        *bodies, own = _bodies(_in_input(np.concatenate([others, person[None]]), crop, cover), cover)
+        for body in bodies:
+            _draw(covered, body, skeleton)
+        _draw(covered, own, skeleton, 0)
     if foreground is not None:
         covered |= foreground.in_crop(crop.view)
     if not covered.any():
         return crop
     image = crop.input.copy()
-    colour = np.full(image.shape, np.round(cv2.mean(image)[:3]), np.uint8)
+    colour = cv2.rectangle(np.empty_like(image), (0, 0), image.shape[1::-1], np.round(cv2.mean(image)[:3]), cv2.FILLED)
     return replace(crop, input=cv2.copyTo(colour, covered, image))
 
 
@@ -262,33 +261,41 @@ def _sure(people: np.ndarray, least: float) -> np.ndarray:
     return np.where((people[..., 2] >= least)[..., None], people, people.dtype.type(np.nan))
 
 
-def _breadths(poses: np.ndarray, cover: CoverConstants, factor: float = 1.0) -> List[int]:
-    """Return the breadth of the limbs of people, (P, K, 3) [px], for each [px]."""
-    return [max(round(cover.breadth * factor * size), 1) for size in np.sqrt(area(poses)).tolist()]
+class _Body(NamedTuple):
+    """A body to be drawn: places of its joints, (K, 2) int32 [px], which are there, (K,), and breadth of limbs [px]."""
+
+    places: np.ndarray
+    there: np.ndarray
+    breadth: int
+
+
+def _bodies(poses: np.ndarray, cover: CoverConstants, factor: float = 1.0) -> List[_Body]:
+    """Return the bodies of poses, (P, K, 3) [px], with limbs broader by a factor."""
+    # OpenCV draws with 16 bits: joints that are farther away are beyond the image
+    with np.errstate(invalid='ignore'):
+        there = np.abs(poses[..., :2]).max(axis=2) < np.iinfo(np.int16).max
+    places = np.round(np.where(there[..., None], poses[..., :2], 0.0)).astype(np.int32)
+    breadths = [max(round(cover.breadth * factor * size), 1) for size in np.sqrt(area(poses)).tolist()]
+    return [_Body(*body) for body in zip(places, there, breadths)]
 
 
 @functools.lru_cache(maxsize=16)
-def _body_parts(skeleton: SkeletonModel) -> Tuple[np.ndarray, List[int], List[int]]:
+def _body_parts(skeleton: SkeletonModel) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the joints of limbs, (L, 2), of the trunk, in their order round it, and of the head."""
     index = skeleton.index
-    limbs = np.array([(index[start], index[end]) for start, end in skeleton.drawn_limbs]).reshape(-1, 2)
-    trunk, head = ([index[joint] for joint in part if joint in index] for part in (_TRUNK, _HEAD))
+    limbs = np.array([(index[start], index[end]) for start, end in skeleton.drawn_limbs], np.int64).reshape(-1, 2)
+    trunk, head = (np.array([index[joint] for joint in part if joint in index], np.int64) for part in (_TRUNK, _HEAD))
     return limbs, trunk, head
 
 
-def _draw_body(mask: np.ndarray, pose: np.ndarray, skeleton: SkeletonModel, breadth: int, value: int = 1) -> None:
-    """Give the pixels of a body, (K, 3) [px], with limbs of a breadth [px], a value in a mask, (H, W) uint8."""
-    limbs, trunk, head = _body_parts(skeleton)
-    # OpenCV draws with 16 bits: joints that are farther away are beyond the image
-    with np.errstate(invalid='ignore'):
-        there = np.abs(pose[:, :2]).max(axis=1) < np.iinfo(np.int16).max
-    place = np.round(np.where(there[:, None], pose[:, :2], 0.0)).astype(np.int32)
-    cv2.polylines(mask, list(place[limbs[there[limbs].all(axis=1)]]), False, value, breadth)
-    trunk = [joint for joint in trunk if there[joint]]
+def _draw(mask: np.ndarray, body: _Body, skeleton: SkeletonModel, value: int = 1) -> None:
+    """Give the pixels of a body a value in a mask, (H, W) uint8."""
+    (places, there, breadth), (limbs, trunk, head) = body, _body_parts(skeleton)
+    cv2.polylines(mask, list(places[limbs[there[limbs].all(axis=1)]]), False, value, breadth)
+    trunk, head = trunk[there[trunk]], head[there[head]]
     if len(trunk) > 1:
-        cv2.fillConvexPoly(mask, cv2.convexHull(place[trunk]), value)
-        cv2.polylines(mask, [place[trunk]], True, value, breadth)
-    head = [joint for joint in head if there[joint]]
-    if head:
-        x, y = place[head].mean(axis=0)
-        cv2.circle(mask, (int(x), int(y)), breadth, value, cv2.FILLED)
+        cv2.fillConvexPoly(mask, cv2.convexHull(places[trunk]), value)
+        cv2.polylines(mask, [places[trunk]], True, value, breadth)
+    if len(head):
+        middle = places[head].sum(axis=0) / len(head)
+        cv2.circle(mask, (int(middle[0]), int(middle[1])), breadth, value, cv2.FILLED)
