@@ -48,7 +48,8 @@ def test_a_centred_image_has_its_padding_on_both_sides(size, offset):
     np.testing.assert_allclose(plan.to_image(plan.to_net([[3, 7]])), [[3, 7]])
 
 
-@pytest.mark.parametrize('size', [(641, 479), (959, 541), (201, 117)], ids=['smaller', 'odd', 'enlarged'])
+@pytest.mark.parametrize('size', [(641, 479), (959, 541), (201, 117), (1968, 1107), (1921, 1081)],
+                         ids=['smaller', 'odd', 'enlarged', 'a third', 'less than half'])
 @pytest.mark.parametrize('place', [0.12, 0.5, 0.88], ids=['left', 'centre', 'right'])
 def test_a_spot_lands_where_the_transform_says(size, place):
     """The picture and the coordinates go through the same transform, to a twentieth of a network pixel."""
@@ -62,6 +63,14 @@ def test_a_spot_lands_where_the_transform_says(size, place):
     v, u = np.mgrid[:seen.shape[0], :seen.shape[1]]
     measured = np.array([(u * seen).sum(), (v * seen).sum()]) / seen.sum()
     np.testing.assert_allclose(measured, plan.to_net(spot), atol=0.05)
+
+
+@pytest.mark.parametrize('size', [(1312, 736), (1920, 1080), (1921, 1081)], ids=['half', 'even', 'odd'])
+def test_what_is_finer_than_the_pixels_of_a_network_is_averaged(size):
+    v, u = np.mgrid[:size[1], :size[0]]
+    board = np.repeat(((u + v) % 2 * 200).astype(np.uint8)[..., None], 3, axis=2)
+    seen = fit_image(size, 656, 368, STRIDE).apply(board)
+    np.testing.assert_allclose(seen, 100.0, atol=15)
 
 
 @pytest.mark.parametrize('image_size, scaled', [

@@ -58,7 +58,7 @@ def prepare_crops(image: CrowdImage, persons: np.ndarray, refinement: CropRefine
     """
     bgr, people, skeleton = image
     size, recipe = (bgr.shape[1], bgr.shape[0]), refinement.model.input
-    squares = _crop_squares(persons, refinement.margin, size, constants)
+    squares = _crop_squares(persons, refinement, size, constants)
     if not refinement.centred:
         squares = np.concatenate([np.maximum(squares[:, :2], 0), np.minimum(squares[:, 2:], size)], axis=1)
     crops = []
@@ -169,15 +169,20 @@ def _reach(people: np.ndarray, squares: np.ndarray) -> np.ndarray:
     return ((high + border >= squares[:, None, :2]) & (low - border <= squares[:, None, 2:])).all(axis=2)
 
 
-def _crop_squares(people: np.ndarray, margin: float, size: Tuple[int, int], constants: CropConstants) -> np.ndarray:
-    """Return left, top, right, bottom of the squares around people, (P, 4) int64 [px]; centres lie in the image."""
+def _crop_squares(people: np.ndarray, refinement: CropRefinement, size: Tuple[int, int], constants: CropConstants
+                  ) -> np.ndarray:
+    """Return left, top, right, bottom of the squares around people, (P, 4) int64 [px]; centres lie in the image.
+
+    Squares that are halved or more have sides that are multiples of a whole factor, by which that is fast.
+    """
     sure = people[..., 2] >= COVER.sure_joint
     sure |= (sure.sum(axis=1) < 2)[:, None]
     xy = np.where(sure[..., None], people[..., :2], np.nan)
     low, high = np.fmin.reduce(xy, axis=1), np.fmax.reduce(xy, axis=1)
     most = np.sqrt(constants.most_area * size[0] * size[1])
     longer = (high - low).max(axis=1, keepdims=True).astype(np.float64)
-    half = np.maximum(np.minimum(margin * longer, most), constants.least_side) / 2
+    half = np.maximum(np.minimum(refinement.margin * longer, most), constants.least_side) / 2
     middle = np.minimum(np.maximum((low + high) / 2, 0), np.subtract(size, 1))
-    corner = np.floor(middle - half).astype(np.int64)
-    return np.concatenate([corner, corner + np.ceil(2 * half).astype(np.int64) + 1], axis=1)
+    corner, side = np.floor(middle - half).astype(np.int64), np.ceil(2 * half).astype(np.int64) + 1
+    side += -side % np.maximum(side // refinement.side, 1)
+    return np.concatenate([corner, corner + side], axis=1)
