@@ -35,7 +35,7 @@ IN_DETECTION = {**SHARED['detection'], **SHARED['following']}
 NOT_SHOWN = tuple(f'{path}.' for path in (
     'camera_fit', 'camera_limits', 'plausibility', 'landmarks', 'extra_joints', 'joint_frames', 'track.memory'))
 
-FAR, NEVER = 1e6, 1e6
+FAR = 1e6
 
 # Of the estimator.
 METHOD = (
