@@ -11,6 +11,7 @@ from skeleton_extract_3d.lift.constants import (
     LandmarkConstants,
     MeasuringConstants,
     OccluderConstants,
+    RegistrationConstants,
     TrunkConstants,
     WindowConstants,
 )
@@ -38,6 +39,7 @@ class MethodConstants:
     occluders: OccluderConstants = field(default_factory=OccluderConstants)
     head: HeadConstants = field(default_factory=HeadConstants)
     inference: InferenceConstants = field(default_factory=InferenceConstants)
+    registration: RegistrationConstants = field(default_factory=RegistrationConstants)
     landmarks: LandmarkConstants = field(default_factory=LandmarkConstants)
     measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
     sizes: SizeConstants = field(default_factory=SizeConstants)

@@ -23,7 +23,7 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.appearance import Clothes, observe_clothes
 from skeleton_extract_3d.track.completion import complete
 from skeleton_extract_3d.track.correction import correct
-from skeleton_extract_3d.track.expectation import expect
+from skeleton_extract_3d.track.expectation import expect, registered, seen_bodies
 from skeleton_extract_3d.track.floor_contact import stand
 from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.memory import Memory
@@ -164,8 +164,13 @@ class PeopleEstimator:
         if whole is not observed.people_2d:
             observed = observe(whole, frame.image_size, view.points, camera, method)
             clothes = observe_clothes(observed, view.points, bgr, method)
+        found = registered(observed, row, expected, memory, view, method)
+        if found.people is not observed.people_2d:
+            observed = observe(found.people, frame.image_size, view.points, camera, method)
+            row, observed = found.row, replace(observed, error=found.error)
+            clothes = observe_clothes(observed, view.points, bgr, method)
         clock.lap('identity')
-        return _Identified(memory, view, expected, row, observed, clothes, clock.laps)
+        return _Identified(found.memory, view, expected, row, observed, clothes, clock.laps)
 
     def _placed(self, found: '_Identified') -> Tuple[Memory, Estimate]:
         """Return the memory after a frame and its people, lifted and with their tracks corrected."""
@@ -192,7 +197,8 @@ class PeopleEstimator:
         output = report(people, seen, hidden, view.stamp, settings, method.track.correction)
         output = in_skeleton(output, people.observed, view, method)
         memory = replace(memory, tracks=seen.tracks.joined(lost).joined(misplaced).in_order(),
-                         gone=without(memory.gone, seen.tracks))
+                         gone=without(memory.gone, seen.tracks),
+                         seen=seen_bodies(memory, seen, people, view, method))
         clock.lap('complete')
         people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
         return memory, Estimate(output, people_2d, {**found.laps, **clock.laps})

@@ -44,7 +44,8 @@ def update(estimator, frame, stamp, people=None, depth=None, colours=True):
 
 def checked(people_2d, estimate):
     """Return an estimate after a look at what holds for all."""
-    people, count = estimate.people, len(kept_rows(people_2d, estimate))
+    people, count = estimate.people, len(estimate.people_2d)
+    assert len(kept_rows(people_2d, estimate)) == estimate.people_2d.looked.sum()
     np.testing.assert_array_equal(estimate.people_2d.ids, people.ids[:count])
     assert (people.ids >= 0).all() and len(set(people.ids.tolist())) == len(people), f'ids are {people.ids}'
     answered = people.status != MISSING
@@ -57,9 +58,12 @@ def checked(people_2d, estimate):
 
 
 def kept_rows(people_2d, estimate):
-    """Return which of the detected people the estimate is about: some are left out, the others keep their order."""
+    """Return which of the detected people the estimate is about: some are left out, the others keep their order.
+
+    People whom the detector overlooks, and the points show, come after them.
+    """
     equal = [[np.allclose(one, other, rtol=0, atol=0, equal_nan=True) for other in people_2d.keypoints]
-             for one in estimate.people_2d.keypoints]
+             for one in estimate.people_2d.keypoints[estimate.people_2d.looked]]
     rows = [row.index(True) for row in equal]
     assert rows == sorted(set(rows)), 'each person once, in the order of the detector'
     assert len(rows) <= len(estimate.people)

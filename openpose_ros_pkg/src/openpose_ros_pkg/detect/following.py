@@ -96,10 +96,12 @@ class PersonMemory:
     detected: float  # stamp of that frame [s]
     error: float  # distance from the expected place then, see `disagreement`
     opinions: Mapping[int, Opinion]  # the last one of each source, by its number
+    missed: bool = False  # whether sources looked since then, in vain
 
     def told(self, person: 'FollowedPerson', stamp: float) -> 'PersonMemory':
         """Return the memory with the opinions on the person of a frame."""
-        return replace(self, opinions={**self.opinions, **person.opinions_at(stamp)})
+        return replace(self, opinions={**self.opinions, **person.opinions_at(stamp)},
+                       missed=(self.missed or bool(person.opinions)) and not person.found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +146,8 @@ class FollowedPerson:
 
     @property
     def urgency(self) -> float:
-        """Rank among the people who wait for a crop; lost ones come last."""
-        if self.memory is None or not self.recent:
+        """Rank among the people who wait for a crop; those who were looked for in vain come last."""
+        if self.memory is None or self.memory.missed:
             return 0.0
         return self.unseen * (self.constants.base_error + self.memory.error)
 

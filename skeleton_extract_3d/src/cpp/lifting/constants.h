@@ -154,6 +154,16 @@ struct Constants : Step
     double most_frames = get("most_frames");
   } sizes{ get<py::object>("sizes") };
 
+  struct Registration : Step
+  {
+    std::size_t most_points = get<std::size_t>("most_points");
+    int iterations = get<int>("iterations"), rigid_iterations = get<int>("rigid_iterations");
+    double thickness = get("thickness"), agreement = get("agreement");
+    double reach = get("reach"), rigid_reach = get("rigid_reach");
+    double surface_error = get("surface_error"), edge_error = get("edge_error"), bone_error = get("bone_error");
+    double outlier = get("outlier"), independent = get("independent");
+  } registration{ get<py::object>("registration") };
+
   struct CameraFit : Step
   {
     std::size_t least_points = get<std::size_t>("least_points");

@@ -13,6 +13,10 @@ namespace skeleton_extract_3d
 /** Rays, scores, known and samples of ObservedPeople. */
 using SeenArrays = std::tuple<Doubles, Doubles, Flags, Doubles>;
 using FilterArrays = std::array<Doubles, 5>;
+/** Depths (h, w) [m], not positive or not finite where missing, and the affine map (2, 3) from column, row, 1 to x and y of the ray. */
+using DepthGrid = std::tuple<Floats, Doubles>;
+/** Points (N, 3) [m], normals (N, 3) and parts (N,) of registration.cpp. */
+using SurfaceArrays = std::tuple<Doubles, Doubles, Integers>;
 
 // surfaces.cpp
 /**
@@ -57,6 +61,18 @@ py::tuple withFrame(const Constants& method, const std::array<Doubles, 4>& sizes
                     const Flags& good);
 py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, const Doubles& covariance,
                                    const Doubles& lengths, const Doubles& spreads, const Flags& usable);
+// registration.cpp
+/** Points on a body, SurfaceArrays; usable: (10,) parts, others: (Q, 13, 3) bodies, radii: (13,) [m]. */
+py::tuple sampleSurface(const Constants& method, const DepthGrid& depths, const Doubles& places, const Flags& usable,
+                        const Doubles& others, const Doubles& radii);
+/**
+ * Places (13, 3) [m], their covariances (13, 3, 3) and the shares of the points in view that fit, and of all points
+ * that are in view; both 0: no solution. before: places when the surface was sampled; expected: places now, and their
+ * covariances.
+ */
+py::tuple registerSurface(const Constants& method, const DepthGrid& depths, const SurfaceArrays& surface,
+                          const Doubles& before, const std::tuple<Doubles, Doubles>& expected, const Doubles& others,
+                          const Doubles& radii);
 // camera.cpp
 std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const Doubles& points, const Integers& pixels);
 // completion.cpp

@@ -162,6 +162,38 @@ class MeasuringConstants:
 
 
 @dataclass(frozen=True)
+class RegistrationConstants:
+    """Registration of tracked bodies with the points of a frame."""
+
+    spacing: float = constant(0.012, 'Distance of the points that are read: a wrist is five of them broad.', unit='m')
+    margin: float = constant(0.35, 'Points are read as far around the joints: hands, feet, and how far people get.',
+                             unit='m')
+    least_radius: float = constant(0.04, 'Least radius of a part; of others, the depth of the joints under the skin.',
+                                   unit='m', source='chosen')
+    thickness: float = constant(1.3, 'Points within this many radii of a part are on it.', unit='radii')
+    most_points: int = constant(30, 'Points of a part, twice as many of the trunk: more tell no more.')
+    least_points: int = constant(20, 'A body with fewer points is not registered.', source='chosen')
+    agreement: float = constant(0.10, 'Maximum distance along the ray between a point and its surface; a nearer '
+                                      'surface hides it.', unit='m')
+    reach: float = constant(0.12, 'Distance within which a point beside the body looks for it.', unit='m')
+    rigid_reach: float = constant(0.25, 'The same while the body moves as a whole.', unit='m')
+    rigid_iterations: int = constant(2, 'First iterations, in which the body moves as a whole.')
+    iterations: int = constant(6, 'Iterations in all; the last one gives covariances alone.')
+    surface_error: float = constant(0.015, 'Error of a point from its surface: clothes, noise.', unit='m')
+    edge_error: float = constant(0.03, 'Error of a point beside the body from it.', unit='m')
+    bone_error: float = constant(0.01, 'Error of the length of a bone; of the neck twice as much.', unit='m')
+    outlier: float = constant(0.03, 'Distance from the surface at which a point counts a quarter (Geman-McClure).',
+                              unit='m')
+    independent: float = constant(8.0, 'Independent points of a part, as neighbours err together; half as many beside '
+                                       'the body, twice as many of the trunk.')
+    least_fit: float = constant(0.5, 'Least share of the points in view that are on a surface: else the registration '
+                                     'is dropped.')
+    least_in_view: float = constant(0.3, 'Least share of the points that are in view.')
+    most_error: float = constant(0.05, 'Joints with a greater error per axis are not placed by registration.', unit='m')
+    longest: float = constant(0.6, 'People are registered for this long after a network saw them.', unit='s')
+
+
+@dataclass(frozen=True)
 class LandmarkConstants:
     """Points of hands and faces in space."""
 

@@ -37,7 +37,8 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     radius = np.minimum(np.maximum(windows.half_side * focal / adult_depth, least), most)
     samples = surfaces.window_depths(points, uv, radius, windows)
     evidence = method.compiled.root_evidence(samples, scores, None)
-    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence, focal)
+    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence,
+                          np.zeros(known.shape), focal)
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

@@ -25,6 +25,7 @@ class ObservedPeople:
         samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
         trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone.
+        error: (P, 18) float64 standard deviation of the keypoints across the view, beyond that of a network's [m].
         focal: focal length [px], mean of both axes.
     """
 
@@ -38,6 +39,7 @@ class ObservedPeople:
     samples: np.ndarray
     adult_depth: np.ndarray
     trunk_evidence: np.ndarray
+    error: np.ndarray
     focal: float
 
     def __len__(self) -> int:

@@ -31,6 +31,12 @@ class PointGrid(ABC):
         """Return z where columns (N,) and rows (M,) of the grid cross, (M, N); see `depths`."""
         return depth_in_metres(self._z[rows][:, columns], self._unit)  # whole rows first: three times as fast
 
+    def patch(self, low: np.ndarray, high: np.ndarray, step: int) -> np.ndarray:
+        """Return z at every `step`-th pixel from one (u, v) to before another, (h, w) float32 [m]; not positive or not
+        finite where it is missing.
+        """
+        return self._z[low[1]:high[1]:step, low[0]:high[0]:step].astype(np.float32) * np.float32(self._unit)
+
     def window(self, u: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
         """Return the points around pixels (M,), (M, size * size, 3) float64 [m]; NaN if missing or outside."""
         offsets = np.arange(size) - size // 2

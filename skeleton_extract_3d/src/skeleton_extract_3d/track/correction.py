@@ -70,6 +70,7 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
     across = (constants.across + constants.across_by_score * (1 - np.minimum(observed.scores, 1.0)) ** 2
               + np.where(lifted.measured, 0.0, method.inference.keypoint_error))
+    across = np.hypot(across, observed.error)
     along = np.where(lifted.measured, constants.along, np.maximum(lifted.sigma, constants.along))
     covariance = along_rays(observed.rays, across, np.maximum(along, people.size_error(method.body.stature_spread)))
     xyz = lifted.xyz

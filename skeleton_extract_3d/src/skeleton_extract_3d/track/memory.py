@@ -1,6 +1,6 @@
 """The state of an estimator between frames."""
 from dataclasses import dataclass, field, replace
-from typing import Optional, Tuple
+from typing import Mapping, Optional, Tuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.agreement import Agreement
+from skeleton_extract_3d.lift.registration import SeenBodies, Surface
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
 from skeleton_extract_3d.points.transform import Transform
@@ -32,6 +33,8 @@ class Memory:
         agreement: of people with the depth.
         gone: tracks that ended and may be reidentified, at their last predicted place.
         waiting: since when a new person waits for an id without a break [s]; None: no person does.
+        seen: the bodies of the newest frame; None before the first.
+        surfaces: of the tracks that no network saw in it, by their ids.
     """
 
     tracks: Tracks = field(default_factory=Tracks.none)
@@ -42,6 +45,8 @@ class Memory:
     agreement: Agreement = field(default_factory=Agreement)
     gone: Tracks = field(default_factory=Tracks.none)
     waiting: Optional[float] = None
+    seen: Optional[SeenBodies] = None
+    surfaces: Mapping[int, Surface] = field(default_factory=dict)
 
     def with_points(self, frame: Frame, summary: PointSummary, method: MethodConstants = METHOD) -> 'Memory':
         """Return the memory with the stillness of the points of a frame."""

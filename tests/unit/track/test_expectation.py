@@ -1,0 +1,79 @@
+"""People whom no network saw in a frame are where the points have them, for a short time."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from estimating import new_estimator, update
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
+from synthetic_scene import VISIBLE, Person, Room, pinhole, render, standing
+
+CAMERA, RATE, LOOKS = pinhole(480, 270), 16.0, 6
+NO_PEOPLE = People2D.empty(COCO_18)
+LONGEST = METHOD.registration.longest
+
+
+def frame_at(x=None):
+    people = [] if x is None else [Person(1, x, 2.5, standing(25))]
+    return render(CAMERA, people, Room())
+
+
+def stopping(number):
+    """Return x of a person who walks to the side, and stands still from the last look on [m]."""
+    return -0.5 + 1.2 * min(number, LOOKS - 1) / RATE
+
+
+def followed(number):
+    """Return the estimator after some looks, and its estimate."""
+    estimator = new_estimator()
+    for i in range(number):
+        frame = frame_at(stopping(i))
+        estimate = update(estimator, frame, 1 + i / RATE, frame.people)
+    return estimator, estimate
+
+
+def error(people, frame):
+    """Return the root mean square error of the visible joints of the one person [m]."""
+    apart = np.linalg.norm(people.xyz[0] - frame.xyz[0], axis=1)[frame.vis[0] == VISIBLE]
+    return np.sqrt((apart ** 2).mean())
+
+
+def extrapolated(estimator, stamp):
+    return replace(estimator.expected(stamp, (CAMERA.width, CAMERA.height)), looked=np.zeros(1, bool))
+
+
+@pytest.mark.parametrize('reported', [True, False], ids=['extrapolated', 'not reported'])
+def test_the_points_tell_that_a_person_stopped(reported):
+    estimator, before = followed(LOOKS)
+    frame = frame_at(stopping(LOOKS))
+    for i in range(4):
+        stamp = 1 + (LOOKS + i) / RATE
+        found = update(estimator, frame, stamp, extrapolated(estimator, stamp) if reported else NO_PEOPLE)
+        assert found.people_2d.ids.tolist() == before.people_2d.ids.tolist() and not found.people_2d.looked.any()
+        assert error(found.people, frame) < 0.04  # extrapolation alone: 80 mm per frame
+    inside = found.people_2d.present[0] & (frame.vis[0] == VISIBLE)
+    assert np.linalg.norm(found.people_2d.xy[0] - frame.people.xy[0], axis=1)[inside].max() < 0.06 / 2.5 * 270
+
+
+def test_a_person_whom_networks_see_is_where_they_see_it():
+    estimator, _ = followed(LOOKS)
+    frame = frame_at(stopping(LOOKS))
+    moved = frame.people.keypoints + np.array([3.0, 0.0, 0.0], np.float32)
+    found = update(estimator, frame, 1 + LOOKS / RATE, replace(frame.people, keypoints=moved))
+    np.testing.assert_array_equal(found.people_2d.keypoints, moved)
+
+
+def test_a_person_who_is_gone_is_not_found_by_the_points():
+    estimator, _ = followed(LOOKS)
+    found = update(estimator, frame_at(), 1 + LOOKS / RATE, NO_PEOPLE)
+    assert len(found.people_2d) == 0
+
+
+def test_without_a_look_a_person_is_found_for_a_short_time():
+    estimator, _ = followed(LOOKS)
+    frame, last = frame_at(stopping(LOOKS)), LOOKS - 1
+    frames = range(LOOKS, LOOKS + int(LONGEST * RATE) + 2)
+    there = [len(update(estimator, frame, 1 + i / RATE, NO_PEOPLE).people_2d) for i in frames]
+    assert there == [int((i - last) / RATE <= LONGEST) for i in frames]
