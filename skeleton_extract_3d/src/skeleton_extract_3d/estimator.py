@@ -167,7 +167,7 @@ class PeopleEstimator:
         found = registered(observed, row, expected, memory, view, method)
         if found.people is not observed.people_2d:
             observed = observe(found.people, frame.image_size, view.points, camera, method)
-            row, observed = found.row, replace(observed, error=found.error)
+            row, observed = found.row, replace(observed, error=found.error, unseen=found.unseen)
             clothes = observe_clothes(observed, view.points, bgr, method)
         clock.lap('identity')
         return _Identified(found.memory, view, expected, row, observed, clothes, clock.laps)
@@ -178,6 +178,7 @@ class PeopleEstimator:
         before, occlusion = found.memory.tracks, settings.occlusion
         expectation = expect(found.expected, found.row, method)
         lifted = self._lifting.lift(found.observed, view.points, expectation)
+        lifted = lifted._replace(measured=lifted.measured & ~found.observed.unseen)
         clock.lap('lift')
         memory, tracks, people = self._reidentification.welcome(
             found.memory, found.expected, Observations(found.row, found.observed, found.clothes, lifted), view.stamp)

@@ -42,7 +42,7 @@ def surface_of(frame, row=0):
     """Return the surface of a person in a frame; ids are rows."""
     count = len(frame.xyz)
     seen = SeenBodies(DepthImage(frame.depth, CAMERA), CAMERA, None, 10.0, np.arange(count), np.ones(count, bool),
-                      places_in(frame), radii_of(np.full(count, 1.75)), visible_in(frame), np.ones((count, 18)))
+                      places_in(frame), radii_of(np.full(count, 1.75)), frame.vis == VISIBLE, np.ones((count, 18)))
     return surfaces_of(seen, np.array([row]))[row]
 
 

@@ -8,6 +8,7 @@ from estimating import new_estimator, update
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.people import MEASURED
 from synthetic_scene import VISIBLE, Person, Room, pinhole, render, standing
 
 CAMERA, RATE, LOOKS = pinhole(480, 270), 16.0, 6
@@ -53,6 +54,8 @@ def test_the_points_tell_that_a_person_stopped(reported):
         found = update(estimator, frame, stamp, extrapolated(estimator, stamp) if reported else NO_PEOPLE)
         assert found.people_2d.ids.tolist() == before.people_2d.ids.tolist() and not found.people_2d.looked.any()
         assert error(found.people, frame) < 0.04  # extrapolation alone: 80 mm per frame
+    hidden = before.people.status[0] != MEASURED
+    assert not (found.people.status[0, hidden] == MEASURED).any()
     inside = found.people_2d.present[0] & (frame.vis[0] == VISIBLE)
     assert np.linalg.norm(found.people_2d.xy[0] - frame.people.xy[0], axis=1)[inside].max() < 0.06 / 2.5 * 270
 

@@ -38,7 +38,7 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     samples = surfaces.window_depths(points, uv, radius, windows)
     evidence = method.compiled.root_evidence(samples, scores, None)
     return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence,
-                          np.zeros(known.shape), focal)
+                          np.zeros(known.shape), np.zeros(known.shape, bool), focal)
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

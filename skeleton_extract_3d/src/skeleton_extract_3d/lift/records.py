@@ -26,6 +26,7 @@ class ObservedPeople:
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
         trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone.
         error: (P, 18) float64 standard deviation of the keypoints across the view, beyond that of a network's [m].
+        unseen: (P, 18) bool, joints that are not measured, whatever surface is there.
         focal: focal length [px], mean of both axes.
     """
 
@@ -40,6 +41,7 @@ class ObservedPeople:
     adult_depth: np.ndarray
     trunk_evidence: np.ndarray
     error: np.ndarray
+    unseen: np.ndarray
     focal: float
 
     def __len__(self) -> int:

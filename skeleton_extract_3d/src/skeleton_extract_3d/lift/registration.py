@@ -38,7 +38,7 @@ class SeenBodies(NamedTuple):
         looked: (T,) bool, bodies that a network saw.
         places: (T, 13, 3) [m].
         radii: (T, 13) of the bodies at their places [m].
-        measured: (T, 13) bool, places whose surface was seen.
+        measured: (T, 18) bool, joints whose surface was seen.
         scores: (T, 18) of the keypoints.
     """
 
@@ -61,6 +61,7 @@ class Surface(NamedTuple):
         samples: points (N, 3) [m], normals (N, 3), and parts of the body (N,).
         places: (13, 3) [m].
         radii: (13,) of the body at its places [m].
+        measured: (18,) bool, joints whose surface was seen.
         scores: (18,) of the keypoints.
         stamp: of the frame [s].
         pose: of the camera, see `Frame.tracking_from_points`.
@@ -69,6 +70,7 @@ class Surface(NamedTuple):
     samples: Tuple[np.ndarray, np.ndarray, np.ndarray]
     places: np.ndarray
     radii: np.ndarray
+    measured: np.ndarray
     scores: np.ndarray
     stamp: float
     pose: Optional[Transform]
@@ -120,14 +122,14 @@ def surfaces_of(seen: SeenBodies, ids: np.ndarray, method: MethodConstants = MET
     rows = np.flatnonzero(seen.looked & np.isin(seen.ids, ids))
     if not len(rows):
         return {}
-    usable = np.column_stack([seen.measured[:, _LIMBS].all(axis=2), seen.measured[:, :4].sum(axis=1) >= 2,
-                              seen.measured[:, -1]])
+    limbs, trunk = seen.measured[:, CHAINS[_LIMBS]].all(axis=2), seen.measured[:, CHAINS[:4]].sum(axis=1) >= 2
+    usable = np.column_stack([limbs, trunk, seen.measured[:, HEAD].any(axis=1)])
     others, surfaces = neighbours(seen.places), {}
     for row, grid in zip(rows.tolist(), grids_of(seen.points, seen.camera, seen.places[rows], method)):
         if grid is not None:
             samples = method.compiled.sample_surface(grid, seen.places[row], usable[row], others[row], seen.radii[row])
-            surfaces[int(seen.ids[row])] = Surface(samples, seen.places[row], seen.radii[row], seen.scores[row],
-                                                   seen.stamp, seen.pose)
+            surfaces[int(seen.ids[row])] = Surface(samples, seen.places[row], seen.radii[row], seen.measured[row],
+                                                   seen.scores[row], seen.stamp, seen.pose)
     return surfaces
 
 

@@ -36,12 +36,14 @@ class Registered(NamedTuple):
         row: (P,) rows of their tracks, -1: none.
         error: (P, 18) standard deviations of keypoints across the view by registration, 0 where a network saw the
             person [m].
+        unseen: (P, 18) bool, joints of these people that were hidden when a network saw them last.
         memory: with the surfaces of the tracks that no network saw.
     """
 
     people: People2D
     row: np.ndarray
     error: np.ndarray
+    unseen: np.ndarray
     memory: Memory
 
 
@@ -77,6 +79,7 @@ def registered(observed: ObservedPeople, row: np.ndarray, expected: Tracks, memo
         expected: the tracks, predicted to the frame.
     """
     people, errors = observed.people_2d, np.zeros((len(observed), len(JOINTS)))
+    unseen = np.zeros(errors.shape, bool)
     person, track = _waiting(people, row, expected)
     memory = replace(memory, surfaces=_surfaces(expected.ids[track], memory, method))
     known = np.array([number in memory.surfaces for number in expected.ids[track].tolist()], bool)
@@ -84,16 +87,17 @@ def registered(observed: ObservedPeople, row: np.ndarray, expected: Tracks, memo
     found = _found(observed, expected, track, memory, view, method) if known.any() else []
     there = np.array([one is not None for one in found], bool)
     if not there.any():
-        return Registered(people, row, errors, memory)
+        return Registered(people, row, errors, unseen, memory)
     keypoints, error = (np.array(values) for values in zip(*(one for one in found if one is not None)))
     old, person, track = person[there] >= 0, person[there], track[there]
     values = people.keypoints.copy()
-    values[person[old]], errors[person[old]] = keypoints[old], error[old]
+    hidden = np.array([~memory.surfaces[number].measured for number in expected.ids[track].tolist()])
+    values[person[old]], errors[person[old]], unseen[person[old]] = keypoints[old], error[old], hidden[old]
     more, count = keypoints[~old], int((~old).sum())
     scores = more[..., 2].sum(axis=1) / np.maximum((more[..., 2] > 0).sum(axis=1), 1)
     others = People2D(people.skeleton, more, scores, np.full(count, -1), np.zeros(count, bool))
     return Registered(replace(people, keypoints=values).joined(others), np.append(row, track[~old]),
-                      np.concatenate([errors, error[~old]]), memory)
+                      np.concatenate([errors, error[~old]]), np.concatenate([unseen, hidden[~old]]), memory)
 
 
 def _waiting(people: People2D, row: np.ndarray, expected: Tracks) -> Tuple[np.ndarray, np.ndarray]:
@@ -153,4 +157,4 @@ def seen_bodies(memory: Memory, seen: Completion, people: Observations, view: Fr
     return SeenBodies(
         view.points, view.camera, memory.tracking_from_points, view.stamp, tracks.ids, people.observed.people_2d.looked,
         places_of(tracks.joints.position, tracks.has), radii_of(tracks.sizes.stature, method),
-        np.column_stack([measured[:, CHAINS], measured[:, HEAD].any(axis=1)]), people.observed.scores)
+        measured, people.observed.scores)
