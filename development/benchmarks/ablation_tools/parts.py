@@ -43,6 +43,7 @@ METHOD = (
     Variant('surfaces spread over candidates', {'costs.kernel_shares': (1.0,)}),
     Variant('low scores make hidden likelier', {'costs.hidden_slope': 0.0}),
     Variant('covered by the own body', {'costs.hidden_covered': 1.0}),
+    Variant('registration between crops', {'registration.least_fit': 2.0}),
     Variant('surfaces of other people', {'occluders.others_reach': 0.0}),
     Variant('arms stand out from the trunk', {'occluders.stands_out': -FAR}),
     Variant('far side of the body', {'occluders.turned_away': 2.0}),
