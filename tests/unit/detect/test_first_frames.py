@@ -76,6 +76,17 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
         assert_same(found, full.detect(image, view))
 
 
+def test_the_first_image_of_a_stream_is_searched_by_one_network_alone():
+    networks = balanced([LEFT, RIGHT])
+    stream = make_stream(networks)
+    prepared = stream.prepare(ImageFrame('camera', BEGIN, IMAGE, interval=np.inf))
+    with stream.lock:
+        computed = stream.compute(prepared)
+    assert len(stream.finish(computed)) == 2
+    searched = [len(networks.networks[name].inputs) > 0 for name in ('mobilenet_thin', 'movenet_multipose')]
+    assert sorted(searched) == [False, True]
+
+
 @pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.5), (80, 0.3)])
 def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
     """Full searches take 0.25, 1.0 and 2.5 s, the last longer than tracks are kept."""

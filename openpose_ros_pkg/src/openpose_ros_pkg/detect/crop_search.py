@@ -117,7 +117,7 @@ class SearchPlan:
     def parts(self, size: Tuple[int, int]) -> Tuple[Part, ...]:
         """Return the parts of an image of (width, height) [px].
 
-        Each pass is cut into as many strips as make one short enough; what takes least comes first.
+        Each pass is cut into as many strips as make one short enough; the pass that takes least comes first.
         """
         width, height = size
         most = min(self.schedule.most_strips, width) if self.rate > 0 else 1
@@ -128,7 +128,8 @@ class SearchPlan:
                     for count in counts]
             parts += next((cut for cut in cuts
                            if self._of_part(self.first_pace, cut[0], height) <= self.schedule.strip_time), cuts[-1])
-        return tuple(sorted(parts, key=lambda part: self._of_part(self.first_pace, part, height)))
+        return tuple(sorted(parts, key=lambda part: self._of_part(self.first_pace, part, height)
+                            / (part.right - part.left)))
 
     def _of_part(self, pace: Pace, part: Part, height: int) -> float:
         one = self.setup.recipe.passes[part.number]

@@ -94,14 +94,13 @@ class PersonMemory:
 
     scores: np.ndarray  # (K,) of the joints at the last detection
     detected: float  # stamp of that frame [s]
-    error: float  # distance from the expected place then, see `disagreement`
+    error: float  # distance from the expected place in the last crop, see `disagreement`; 0: not found in it
     opinions: Mapping[int, Opinion]  # the last one of each source, by its number
-    missed: bool = False  # whether sources looked since then, in vain
+    looked: float  # stamp of the last crop, in which the person may not have been found [s]
 
     def told(self, person: 'FollowedPerson', stamp: float) -> 'PersonMemory':
         """Return the memory with the opinions on the person of a frame."""
-        return replace(self, opinions={**self.opinions, **person.opinions_at(stamp)},
-                       missed=(self.missed or bool(person.opinions)) and not person.found)
+        return replace(self, opinions={**self.opinions, **person.opinions_at(stamp)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +108,10 @@ class FollowedPerson:
     """A person in a frame: tracked, or new."""
 
     expected: np.ndarray  # (K, 3) x, y [px], score, predicted by the track; of a new person, where the search found it
+    number: int = -1  # id of the track; -1: new
     memory: Optional[PersonMemory] = None  # of the track; None: new
     unseen: float = 0.0  # time since the last detection [s]
+    unlooked: float = 0.0  # time since the last crop [s]
     crop: Optional[np.ndarray] = None  # (K, 3) pose on a crop; None: none
     error: float = 0.0  # distance of that pose from the expected one, see `disagreement`; 0 without a crop
     # of this frame, by the number of the source; None: the source did not find the person
@@ -146,10 +147,8 @@ class FollowedPerson:
 
     @property
     def urgency(self) -> float:
-        """Rank among the people who wait for a crop; those who were looked for in vain come last."""
-        if self.memory is None or self.memory.missed:
-            return 0.0
-        return self.unseen * (self.constants.base_error + self.memory.error)
+        """Rank among the people who wait for a crop."""
+        return 0.0 if self.memory is None else self.unlooked * (self.constants.base_error + self.memory.error)
 
     @property
     def reference(self) -> np.ndarray:
@@ -177,8 +176,8 @@ class FollowedPerson:
         if self.memory is not None and not self.found:
             return self.memory.told(self, stamp)
         if self.memory is None:  # how the person moves is not known yet
-            return PersonMemory(keypoints[:, 2], stamp, self.constants.agreement, self.opinions_at(stamp))
-        return PersonMemory(keypoints[:, 2], stamp, self.error, self.memory.opinions).told(self, stamp)
+            return PersonMemory(keypoints[:, 2], stamp, self.constants.agreement, self.opinions_at(stamp), stamp)
+        return PersonMemory(keypoints[:, 2], stamp, self.error, self.memory.opinions, stamp).told(self, stamp)
 
     def opinions_at(self, stamp: float) -> Dict[int, Opinion]:
         """Return what is to be remembered of the opinions of this frame."""
@@ -214,9 +213,14 @@ class Following:
                 there = np.isfinite(xy).all(axis=1)
                 scores = np.where(there, np.maximum(memory.scores, self.constants.least_score), 0.0)
                 pose = np.concatenate([xy, scores[:, None]], axis=1).astype(np.float32)
-                people.append(FollowedPerson(pose, memory, max(stamp - memory.detected, 0.0),
-                                             constants=self.constants))
+                people.append(FollowedPerson(pose, number, memory, max(stamp - memory.detected, 0.0),
+                                             max(stamp - memory.looked, 0.0), constants=self.constants))
         return people if in_space is None else _expected_in_space(people, in_space, self.constants)
+
+    def looked_for(self, persons: Sequence[FollowedPerson], stamp: float) -> 'Following':
+        """Return this after crops of people, whether they were found or not."""
+        return replace(self, memories={**self.memories, **{
+            person.number: replace(self.memories[person.number], looked=stamp, error=0.0) for person in persons}})
 
     def updated(self, people: People2D, persons: Sequence[FollowedPerson], stamp: float, ids: PersonIds,
                 given: Collection[int] = ()) -> Tuple['Following', People2D]:

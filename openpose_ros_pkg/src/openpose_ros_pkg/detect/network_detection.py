@@ -316,7 +316,8 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     accepted, kept = accepted_people(_voted(reported, recipe, frame.stamp), setup.acceptance, size)
     found = [reported[i] for i in kept]
     accepted = replace(accepted, looked=np.array([person.found for person in found], bool))
-    following, accepted = memory.following.updated(accepted, found, frame.stamp, ids)
+    following = memory.following.looked_for([person for person in people if person.opinions], frame.stamp)
+    following, accepted = following.updated(accepted, found, frame.stamp, ids)
     memory = replace(memory, following=following, schedule=memory.schedule.lost(person.box for person in lost),
                      budget=memory.budget.after_crops(cost * crops), people=len(found))
     followed = Followed(prepared, found, accepted, any(person.recent for person in lost))
@@ -374,15 +375,17 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
 def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _Searched:
     """Search parts of an image, the most urgent first, as far as the budget goes.
 
-    Another image, or one that will come before the end of the next part, ends it, unless that has waited too long.
+    Another image, or one that will come before the end of the next part, ends it, unless that has waited too long. The
+    first image is searched by the pass that takes least, whatever the budget.
     """
     image, plan = followed.prepared.image, followed.prepared.plan
     stamp, setup = followed.prepared.frame.stamp, plan.setup
     state = _Searched(list(followed.persons), memory.schedule, memory.budget)
     may_wait = stamp - memory.schedule.newest < plan.schedule.patience
+    at_first = memory.schedule.parts[0].number if not memory.schedule.searched else None
     for part in memory.schedule.due(stamp, memory.budget.rate > 0 or followed.lost):
         cost = memory.budget.costs.parts[part]
-        if not state.budget.affords(cost) or (may_wait and wanted(cost)):
+        if not (state.budget.affords(cost) or part.number == at_first) or (may_wait and wanted(cost)):
             break
         found = search_part(setup, image.bgr, part)
         persons, new = assign(found.found, state.persons, setup)
