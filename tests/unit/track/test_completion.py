@@ -79,6 +79,18 @@ def test_a_raised_arm_is_remembered_and_sinks():
     assert heights[-1] < -0.35, 'it hangs, three seconds later'
 
 
+def test_a_hidden_upper_body_stays_with_hips_that_stop():
+    """It was on its way when it was hidden; the hips show that the person stands now."""
+    trusted = only('left_hip', 'right_hip', 'left_knee', 'right_knee', 'left_ankle', 'right_ankle')
+    one = tracks(person(), velocity=(1.0, 0, 0))
+    for i in range(1, 11):
+        still = np.where(trusted[..., None], 0.0, one.joints.velocity)
+        place = np.where(trusted[..., None], person(), one.joints.position)
+        one = replace(one, joints=one.joints._replace(velocity=still, position=place)).predicted(DT, SmoothingParams())
+        one, *_ = completed(one, trusted, stamp=i * DT)
+    assert off(one, person()).max() < 0.1
+
+
 def test_a_hidden_joint_moves_along_with_its_parent():
     one, trusted = tracks(person(), velocity=(0.8, 0, 0)), ~only('left_wrist')
     velocity = one.joints.velocity.copy()

@@ -42,6 +42,13 @@ public:
     return at(position + 3 * joint);
   }
 
+  /** Let a joint that is not placed move with a velocity [m/s], not as it did. */
+  void moveWith(const Direction& speed, Index joint, double elapsed)
+  {
+    store(place(joint) + (speed - at(velocity + 3 * joint)) * elapsed, position + 3 * joint);
+    store(speed, velocity + 3 * joint);
+  }
+
   /** Place a joint that is not yet, where it had a place before or its rest is possible. */
   void fill(const Constants& method, const Times& times, Index joint, const std::optional<Direction>& rest,
             std::optional<Index> parent)
@@ -51,27 +58,41 @@ public:
       return;
     }
     const Constants::Completion& s = method.completion;
-    Direction there = place(joint), speed = at(velocity + 3 * joint);
     if (parent)
     {
-      const Direction with = at(velocity + 3 * *parent);
-      there = there + (with - speed) * times.elapsed;
-      speed = with;
+      moveWith(at(velocity + 3 * *parent), joint, times.elapsed);
     }
     if (rest)
     {
       const double share = 1 - std::exp(-times.elapsed / s.rest_time);
-      there = had[joint] ? there + (*rest - there) * share : *rest;
+      store(had[joint] ? place(joint) + (*rest - place(joint)) * share : *rest, position + 3 * joint);
     }
     const double most = s.rest_sigmas[joint];
     const double own = had[joint] ? std::min(s.sigma_at_once + s.sigma_growth * unseen[joint], most) : most;
     const double of_parent = parent ? sigma[*parent] : s.rest_sigmas[method.joints.neck];
     sigma[joint] = std::sqrt(own * own + of_parent * of_parent);
-    store(there, position + 3 * joint);
-    store(speed, velocity + 3 * joint);
     placed[joint] = true;
   }
 };
+
+/** Return how the placed joints of the trunk move, mean [m/s]; nothing without any. */
+std::optional<Direction> motionOfTrunk(const Constants& method, const PlacedJoints& pose)
+{
+  Direction total{ 0.0, 0.0, 0.0 };
+  int count = 0;
+  for (const std::vector<Index>& pair : { method.joints.shoulders, method.joints.hips })
+  {
+    for (const Index joint : pair)
+    {
+      if (pose.placed[joint])
+      {
+        total = total + at(pose.velocity + 3 * joint);
+        ++count;
+      }
+    }
+  }
+  return count > 0 ? std::make_optional(total * (1.0 / count)) : std::nullopt;
+}
 
 /** Return the middle of a pair of joints, by both or one of them; nothing without any. */
 std::optional<Direction> middleOf(const PlacedJoints& pose, const std::vector<Index>& pair, const Direction& half,
@@ -138,6 +159,11 @@ void completePerson(const Constants& method, const Times& times, const Trunk& tr
   const Direction half_hips = trunk.left * (trunk.scale * body.hip_width / 2);
   const Direction half_shoulders = trunk.left * (trunk.scale * body.shoulder_width / 2);
   const std::optional<Direction> of_hips = middleOf(pose, joints.hips, half_hips, false);
+  const std::optional<Direction> motion = motionOfTrunk(method, pose);
+  if (motion && !pose.placed[neck])
+  {
+    pose.moveWith(*motion, neck, times.elapsed);
+  }
   pose.fill(method, times, neck, neckOf(method, pose, trunk), std::nullopt);
   const bool has_neck = pose.placed[neck];
   const Direction under_neck = pose.place(neck) + trunk.down * (trunk.scale * body.trunk_length);
