@@ -1,6 +1,6 @@
 """People in an image: the one type that passes between detector, tracker, painter and converters."""
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import List, NamedTuple, Tuple
 
 import numpy as np
@@ -127,3 +127,10 @@ class People2D:
     def present(self) -> np.ndarray:
         """(P, K) bool: which joints were detected."""
         return self.keypoints[..., 2] > 0
+
+
+@dataclass(frozen=True)
+class ExpectedPeople(People2D):
+    """People whom tracks in space expect in an image; scores are 1."""
+
+    depths: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (P,) of their trunks [m]

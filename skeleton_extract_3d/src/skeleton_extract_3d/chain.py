@@ -18,7 +18,7 @@ import numpy as np
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame, Wanted, never_wanted
 from openpose_ros_pkg.detect.tracking import PerCamera
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.people import FIRST_ID, People2D
+from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_points
 from skeleton_extract_3d.frame import Frame
@@ -194,7 +194,7 @@ class PeopleChain:
         lifted = lift_landmarks(found, frame.grid, frame.image_size, estimate.people)
         return replace(result, landmarks=Landmarks(with_hidden(found, lifted), lifted))
 
-    def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
+    def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[ExpectedPeople]:
         """Return where the people tracked in space will be in an image of a size (width, height) [px]; None: none yet.
 
         Does not block: returns the prediction from the last estimated frame.

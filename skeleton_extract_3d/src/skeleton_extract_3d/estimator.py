@@ -5,7 +5,7 @@ from typing import Dict, Iterator, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.people import FIRST_ID, People2D
+from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.constants import METHOD, MethodConstants
@@ -99,7 +99,7 @@ class PeopleEstimator:
         self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion, self._method)
         self._reidentification = Reidentification(settings.identity, self._ids, self._method)
 
-    def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
+    def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[ExpectedPeople]:
         """Return where the tracked people will be in an image; see `Memory.expected`."""
         return self._memory.expected(stamp, image_size, self._settings)
 

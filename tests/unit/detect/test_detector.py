@@ -14,6 +14,7 @@ from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import ExpectedPeople
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order, person_at
 
@@ -130,6 +131,24 @@ def test_the_wanted_number_of_people_is_refined():
         unit = together(people, look_closer=wanted)
         unit.detect(chart(*SIZE))
         assert len(unit._networks.networks['movenet_thunder'].inputs) == min(wanted, 6)
+
+
+def test_a_tracked_person_in_the_skeleton_of_another_one_is_found():
+    """Networks with the full image put the legs of one person to the head of the other; crops show each."""
+    here, there = person_at(300, 100, 300), person_at(350, 100, 300)
+    legs = np.array([joint.split('_')[-1] in ('hip', 'knee', 'ankle') for joint in COCO_18.joints])
+    mixed = np.where(legs[:, np.newaxis], there, here)
+    unit = Detector(settings(), Together(
+        mobilenet_thin=PafNetwork([mixed], SIZE), movenet_multipose=MovenetNetwork([mixed], SIZE),
+        movenet_thunder=ThunderNetwork([here, there], SIZE)))
+    tracked = np.insert(np.array([here, there]), 2, 1.0, axis=2)
+    for people in ([here, there], [here]):
+        tracks = ExpectedPeople(COCO_18, tracked[:len(people)], np.ones(len(people)), np.arange(len(people)),
+                                depths=np.full(len(people), 2.0))
+        found = unit.finish(unit.compute(unit.prepare(chart(*SIZE)), tracks))
+        assert len(found) == len(people)
+        if len(people) == 2:
+            np.testing.assert_allclose(in_order(found), people, atol=1.5)
 
 
 def test_joints_need_a_score():

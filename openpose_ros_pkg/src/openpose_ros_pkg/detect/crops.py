@@ -6,12 +6,21 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others, foregrounds, vote_behind
+from openpose_ros_pkg.detect.following import FOLLOWING, disagreement
+from openpose_ros_pkg.detect.joint_assignment import Tracked, share_out
+from openpose_ros_pkg.detect.occlusion_masks import (
+    COVER,
+    LAYERS,
+    Foreground,
+    cover_others,
+    foregrounds,
+    median_depths,
+    vote_behind,
+)
 from openpose_ros_pkg.detect.recipes import CropRefinement
 from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, PreparedView, View
 from openpose_ros_pkg.ensemble import (
     ENSEMBLE,
-    EnsembleConstants,
     Opinions,
     most_alike,
     person_scores,
@@ -22,7 +31,7 @@ from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.people import ExpectedPeople, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -105,34 +114,71 @@ class Candidates(NamedTuple):
         return Poses(self.keypoints, person_scores(self.keypoints))
 
 
-def refine(frame: PreparedImage, people: Candidates, ensemble: EnsembleConstants = ENSEMBLE
+def refine(frame: PreparedImage, people: Candidates, expected: Optional[ExpectedPeople] = None
            ) -> Tuple[Candidates, float]:
     """Vote again on the surest people with crops of them; doubtful ones seldom become people by it.
+
+    Tracked people who are missing are looked for on crops too, see `joint_assignment`.
+
+    Args:
+        expected: by tracks in space; None: no such tracks.
 
     Returns:
         The people with the opinions on crops, and the time that the networks took [s].
     """
-    bgr, setup, recipe, skeleton = frame.bgr, frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
-    joint_sigmas, scores = sigmas(skeleton), person_scores(people.keypoints)
+    setup, recipe, skeleton = frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
+    size, scores = (frame.bgr.shape[1], frame.bgr.shape[0]), person_scores(people.keypoints)
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
     refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
-    shown = people.keypoints[refined]
-    in_front = foregrounds(shown, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))
-    crops = [prepare_crops(CrowdImage(bgr, shown, skeleton), shown, one, in_front) for one in recipe.refinements]
+    tracked = Tracked.within(expected, skeleton, size)
+    shared = share_out([people.opinions[i] for i in refined], [people.keypoints[i] for i in refined], tracked)
+    shown = np.array(shared.poses, np.float32).reshape(-1, len(skeleton.joints), 3)
+    in_front = foregrounds(shown, skeleton, frame.depth, size)
+    found, seconds = _crop_opinions(frame, shown, in_front)
+    opinions, keypoints = list(people.opinions), list(people.keypoints)
+    for row, (of_person, on_crops, foreground) in enumerate(zip(shared.opinions, found, in_front)):
+        if row < len(refined):
+            opinions[refined[row]] = {**of_person, **on_crops}
+            keypoints[refined[row]] = vote_behind(opinions[refined[row]], foreground, recipe)
+            continue
+        track = shared.missing[row - len(refined)]
+        on_crops = {number: pose for number, pose in on_crops.items()
+                    if _is_there(pose, tracked.poses[track], tracked.depths[track], frame)}
+        if on_crops:
+            opinions.append({**of_person, **on_crops})
+            keypoints.append(vote_behind(opinions[-1], foreground, recipe))
+    return Candidates(opinions, np.array(keypoints, np.float32).reshape(-1, len(skeleton.joints), 3)), seconds
+
+
+def _crop_opinions(frame: PreparedImage, people: np.ndarray, in_front: Sequence[Optional[Foreground]]
+                   ) -> Tuple[List[Opinions], float]:
+    """Return the opinions on crops of people, (P, K, 3), by person, and the time that the networks took [s]."""
+    setup, recipe, skeleton = frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
+    crops = [prepare_crops(CrowdImage(frame.bgr, people, skeleton), people, one, in_front)
+             for one in recipe.refinements]
     begin = time.perf_counter()
     computed = [compute_crops(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
-    opinions: List[Opinions] = [dict(known) for known in people.opinions]
+    opinions: List[Opinions] = [{} for _ in people]
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
-        for i, crop in zip(refined, views):
+        for i, crop in enumerate(views):
             found = decode_crop(crop, one.model, setup.direct, skeleton).keypoints
-            pose = most_alike(found, people.keypoints[i], shown, joint_sigmas, ensemble)
+            pose = most_alike(found, people[i], people, sigmas(skeleton))
             if pose is not None:
                 opinions[i][number] = pose
-    keypoints = people.keypoints.copy()
-    for i, foreground in zip(refined, in_front):
-        keypoints[i] = vote_behind(opinions[i], foreground, recipe)
-    return people._replace(opinions=opinions, keypoints=keypoints), seconds
+    return opinions, seconds
+
+
+def _is_there(pose: np.ndarray, expected: np.ndarray, depth: float, frame: PreparedImage) -> bool:
+    """Return whether a pose on a crop, (K, 3), is of a person who is expected, and some joints are at the depth."""
+    if pose[:, 2].mean() < COVER.sure_joint or disagreement(pose, expected) > FOLLOWING.agreement:
+        return False
+    sure = pose[:, 2] >= COVER.sure_joint
+    if frame.depth is not None:
+        surfaces = median_depths(frame.depth, pose[:, :2], (frame.bgr.shape[1], frame.bgr.shape[0]))
+        with np.errstate(invalid='ignore'):
+            sure &= np.abs(surfaces - depth) < LAYERS.reach
+    return bool(sure.sum() >= frame.setup.acceptance.person_joints)
 
 
 def quarter_turns(people: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:

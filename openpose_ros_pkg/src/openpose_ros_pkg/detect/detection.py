@@ -6,7 +6,7 @@ from typing import Any, Callable, Hashable, Optional, Protocol, Tuple
 import numpy as np
 
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
@@ -67,7 +67,7 @@ class Detection(Protocol):
             BadInputError: not such an image, or an empty one.
         """
 
-    def compute(self, prepared: Any, expected: Optional[People2D] = None) -> Any:
+    def compute(self, prepared: Any, expected: Optional[ExpectedPeople] = None) -> Any:
         """Find the people who are expected, with `lock` held; all people where none is.
 
         Args:
@@ -107,7 +107,7 @@ class IndependentDetection:
     def prepare(self, frame: ImageFrame) -> Search:
         return frame, self._search(frame)
 
-    def compute(self, prepared: Search, expected: Optional[People2D] = None) -> Tuple[ImageFrame, People2D]:
+    def compute(self, prepared: Search, expected: Optional[ExpectedPeople] = None) -> Tuple[ImageFrame, People2D]:
         frame, result = prepared
         return frame, result()
 

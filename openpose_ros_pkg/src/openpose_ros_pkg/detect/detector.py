@@ -19,7 +19,7 @@ from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import People2D, Poses
+from openpose_ros_pkg.people import ExpectedPeople, People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
@@ -204,10 +204,13 @@ class Detector:
     def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedImage:
         return prepare_frame(bgr, self._setup, depth=depth)
 
-    def compute(self, frame: PreparedImage) -> ComputedImage:
+    def compute(self, frame: PreparedImage, expected: Optional[ExpectedPeople] = None) -> ComputedImage:
         """Compute the networks for a prepared image, and find the people, with `lock` held.
 
         Crop refinement needs the people of the full image, so decoding lies between the networks.
+
+        Args:
+            expected: by tracks in space; None: no such tracks.
         """
         setup, recipe, size = frame.setup, frame.setup.recipe, (frame.bgr.shape[1], frame.bgr.shape[0])
         prepared = frame.views or _views(frame.bgr, recipe)
@@ -220,7 +223,7 @@ class Detector:
         if recipe.is_ensemble:
             people = _voted(found, recipe)
             if recipe.refinements:
-                people, crop_seconds = refine(frame, people)
+                people, crop_seconds = refine(frame, people, expected)
                 seconds += crop_seconds
             opinions = people.opinions
             poses = people.poses

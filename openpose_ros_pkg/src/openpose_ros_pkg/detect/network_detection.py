@@ -24,7 +24,7 @@ from openpose_ros_pkg.detect.tracking import (
 )
 from openpose_ros_pkg.detect.views import PreparedImage, Setup
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
-from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
+from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
@@ -192,7 +192,7 @@ class NetworkDetection:
             for part in by_size.values():
                 self._learn(search_part(plan.setup, blank, part).runs)
 
-    def detect(self, frame: ImageFrame, expected: Optional[People2D] = None) -> People2D:
+    def detect(self, frame: ImageFrame, expected: Optional[ExpectedPeople] = None) -> People2D:
         """Do `prepare`, `compute`, `search` and `finish`."""
         prepared = self.prepare(frame)
         with self.lock:
@@ -205,10 +205,10 @@ class NetworkDetection:
         follows = plan.follows and frame.follow and frame.stamp > 0
         return PreparedDetection(frame, prepare_frame(frame.bgr, plan.setup, not follows, frame.depth), plan)
 
-    def compute(self, prepared: PreparedDetection, expected: Optional[People2D] = None) -> ComputedDetection:
+    def compute(self, prepared: PreparedDetection, expected: Optional[ExpectedPeople] = None) -> ComputedDetection:
         plan, frame, begin = prepared.plan, prepared.frame, time.perf_counter()
         if prepared.image.views:
-            computed = self.detector.compute(prepared.image)
+            computed = self.detector.compute(prepared.image, expected)
             height, width = frame.bgr.shape[:2]
             foreseen = plan.costs(plan.parts((width, height)), height, 0).search if plan.pace.fixed else 0.0
             with self._tracking_lock:

@@ -108,7 +108,7 @@ def foregrounds(people: np.ndarray, skeleton: SkeletonModel, depth: Optional[Dep
     for mask, body in zip(masks, _bodies(poses, cover, layers.breadth)):
         _draw(mask, body, skeleton)
     xy = people[..., :2].reshape(-1, 2)
-    samples = _median_depths(depth, xy, image_size).reshape(people.shape[:2])
+    samples = median_depths(depth, xy, image_size).reshape(people.shape[:2])
     sure = np.isfinite(samples) & (people[..., 2] >= cover.sure_joint)
     weights = (np.where(sure, people[..., 2], 0.0) * _joint_weights(skeleton, layers)).astype(people.dtype)
     on_bodies = _at(masks, xy, image_size).reshape(len(people), *samples.shape) > 0
@@ -163,7 +163,7 @@ def _joint_weights(skeleton: SkeletonModel, layers: LayerConstants) -> np.ndarra
     return np.array([layers.limb_weight if joint.split('_')[-1] in _OUTER else 1.0 for joint in skeleton.joints])
 
 
-def _median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:
+def median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:
     """Return the median depth of the 3 x 3 cells round positions, (N, 2) [px of the image], (N,) [m]; NaN: unknown."""
     x, y = (_cells(values, axis, depth.depth, image_size) for axis, values in enumerate(np.nan_to_num(xy).T))
     steps = np.array([-1, 0, 1])

@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import ExpectedPeople
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import Frame, FrameView
@@ -88,7 +88,8 @@ class Memory:
         gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
         return tracks.select(recent), gone.select(stamp - gone.last_seen <= params.return_timeout)
 
-    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings) -> Optional[People2D]:
+    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings
+                 ) -> Optional[ExpectedPeople]:
         """Return the tracks as people expected in or outside an image of a width and height [px]; scores are 1.
 
         Tracks move with constant velocity since the newest frame. None after a gap that ends all tracks, when the clock
@@ -105,4 +106,5 @@ class Memory:
         uv = camera.project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
         there = tracks.has & np.isfinite(uv).all(axis=2)
         keypoints = np.concatenate([np.where(there[..., None], uv, np.nan), there[..., None]], axis=2)
-        return People2D(COCO_18, keypoints, np.ones(len(tracks)), tracks.ids)
+        depths = (tracks.root.position + max(elapsed, 0.0) * tracks.root.velocity)[:, 0, 2]
+        return ExpectedPeople(COCO_18, keypoints, np.ones(len(tracks)), tracks.ids, depths=depths)
