@@ -87,7 +87,7 @@ def exact_people(folder: Path) -> List[People2D]:
 
 def known_people(people: Sequence[People2D], tracking: TrackingParams) -> IndependentDetection:
     """Return a detection that knows the people of each frame; `source` of a frame is its number."""
-    return IndependentDetection(COCO_18, lambda frame: lambda: people[frame.source], tracking)
+    return IndependentDetection(COCO_18, lambda frame: lambda expected: people[frame.source], tracking)
 
 
 class CountedNetwork:

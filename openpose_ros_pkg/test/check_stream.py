@@ -152,7 +152,7 @@ class StreamTest(unittest.TestCase):
             return [stages for stages in found if stages['added'].count > 0]
         stages = await_true(report, 'a report')[0]
         self.assertEqual(list(stages), ['decode_message', 'preprocess', 'wait_for_network', 'network', 'decode',
-                                        'landmarks', 'publish', 'total', 'added', 'draw'])
+                                        'landmarks', 'publish', 'total', 'added', 'search', 'draw'])
         self.assertEqual(stages['draw'].count, 0)
         for name in ('decode_message', 'preprocess', 'network', 'decode', 'publish', 'total', 'added'):
             self.assertGreater(stages[name].count, 0, name)

@@ -85,19 +85,21 @@ class Detection(Protocol):
         """Return the people of a computed image, with ids that they keep in the images of a camera."""
 
 
-Search = Tuple[ImageFrame, Callable[[], People2D]]
-"""An image that is being searched, and what waits for its people and returns them."""
+Search = Tuple[ImageFrame, Callable[[Optional[ExpectedPeople]], People2D]]
+"""An image, and what returns its people, given those whom tracks in space expect in it."""
 
 
 class IndependentDetection:
-    """A `Detection` for images that are searched without history, several at a time and in any order.
+    """A `Detection` that searches each image in full; several at a time, where `search` begins that.
 
     Args:
-        search: begins to search an image; what it returns waits for the people, whose ids do not count.
+        search: called when an image is prepared; what it returns is called when its turn comes, with the people whom
+            tracks in space expect in the image, and returns the people, whose ids do not count.
         tracking: limits of tracking in the image.
     """
 
-    def __init__(self, skeleton: SkeletonModel, search: Callable[[ImageFrame], Callable[[], People2D]],
+    def __init__(self, skeleton: SkeletonModel,
+                 search: Callable[[ImageFrame], Callable[[Optional[ExpectedPeople]], People2D]],
                  tracking: TrackingParams) -> None:
         self.skeleton, self._search = skeleton, search
         self.lock = FairLock()
@@ -109,7 +111,7 @@ class IndependentDetection:
 
     def compute(self, prepared: Search, expected: Optional[ExpectedPeople] = None) -> Tuple[ImageFrame, People2D]:
         frame, result = prepared
-        return frame, result()
+        return frame, result(expected)
 
     def search(self, computed: Tuple[ImageFrame, People2D], wanted: Wanted = never_wanted) -> None:
         """Do nothing: no person is expected."""

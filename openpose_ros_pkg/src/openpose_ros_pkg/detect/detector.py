@@ -190,15 +190,19 @@ class Detector:
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                     compute_crops(people * [crop], networks[refinement.model.name])
 
-    def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> People2D:
+    def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None, expected: Optional[ExpectedPeople] = None
+               ) -> People2D:
         """Return the people in an image, (H, W, 3) uint8 BGR, the surest first, without ids; no joint lies beyond it.
+
+        Args:
+            expected: by tracks in space; None: no such tracks.
 
         Raises:
             BadInputError: not such an image, or an empty one.
         """
         prepared = self.prepare(bgr, depth=depth)
         with self.lock:
-            computed = self.compute(prepared)
+            computed = self.compute(prepared, expected)
         return self.finish(computed)
 
     def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedImage:

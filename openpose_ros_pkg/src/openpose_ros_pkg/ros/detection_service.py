@@ -21,7 +21,7 @@ from openpose_ros_pkg.output.frame_writer import REFUSE, FrameWriter
 from openpose_ros_pkg.output.keypoint_scale import scale_keypoints
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher, sibling_camera_info
 from openpose_ros_pkg.ros.demand import Demand
@@ -167,7 +167,7 @@ class DetectionService:
         """See `Detection`; `source` of the frame is a message with the header of the image."""
         return self._prepare(frame, time.monotonic())
 
-    def compute(self, prepared: _Step[PreparedDetection], expected: Optional[People2D] = None
+    def compute(self, prepared: _Step[PreparedDetection], expected: Optional[ExpectedPeople] = None
                 ) -> _Step[ComputedDetection]:
         begin = time.monotonic()
         found = self._detection.compute(prepared.state, expected)

@@ -4,7 +4,7 @@ from typing import List, Optional
 from openpose_ros_msgs.msg import PersonDetection
 
 from openpose_ros_pkg.detect.detection import ImageFrame, Wanted, never_wanted
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.ros.client.service_client import Call, DetectionClient
 from openpose_ros_pkg.ros.convert import people_from_messages
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -25,7 +25,7 @@ class ServiceDetection:
     def prepare(self, frame: ImageFrame) -> Call:
         return self._client.begin(frame.source)
 
-    def compute(self, prepared: Call, expected: Optional[People2D] = None) -> List[PersonDetection]:
+    def compute(self, prepared: Call, expected: Optional[ExpectedPeople] = None) -> List[PersonDetection]:
         return self._client.result(prepared)
 
     def search(self, computed: List[PersonDetection], wanted: Wanted = never_wanted) -> None:

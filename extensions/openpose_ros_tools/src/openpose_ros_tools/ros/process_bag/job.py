@@ -80,7 +80,7 @@ class BagJob:
     csv_layout: str = 'original'
     compression: str = 'none'  # of the bag, one of COMPRESSIONS
     mcap: bool = False  # whether the output is a file for Foxglove and ROS 2
-    jobs: int = 1  # number of detector processes; 1: none beside this one
+    jobs: int = 1  # number of detector processes; 1: none beside this one; 0: as many as change no result
     threads: int = 0  # of each detector where the parameters leave it open; 0: one per core
     create: Callable[[DetectorSettings], Detector] = create_detector  # makes a detector of the parameters
     run: str = ''  # identifier of what its unfinished outputs are part of, see `PartFiles`

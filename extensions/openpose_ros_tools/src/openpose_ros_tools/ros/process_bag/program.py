@@ -3,7 +3,7 @@
 The results are those of the nodes, on the same topics: openpose_ros/skeleton_3d/... where the bag has points (a cloud,
 or depth images and camera info), openpose_ros/... where it has images alone. Each result has the time of recording of
 its frame, and the stamp of its image or cloud; header.seq is the number of the frame. The outputs appear when all is
-done, and do not depend on --jobs, --workers or threads: the same bag and parameters give the same table to the byte.
+done, and do not depend on --workers or threads: the same bag and parameters give the same table to the byte.
 
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --csv walk.csv
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --jobs 4 --copy all
@@ -68,10 +68,6 @@ from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
 
 _log = logging.getLogger(__name__)
-
-# One process per core is faster than one network with threads on all cores. Beyond 8, reading the bag, lifting and
-# writing, which one process does, are the bottleneck.
-_MOST_JOBS = 8
 
 
 def main(arguments: Optional[Sequence[str]] = None,
@@ -218,9 +214,10 @@ def _parser() -> argparse.ArgumentParser:
                             'overrides it')
     group = parser.add_argument_group('machines')
     group.add_argument('--jobs', type=whole_number(1), metavar='N',
-                       help='processes that detect people in the images of one bag and share the cores (default: '
-                            f'one for each core, at most {_MOST_JOBS}). 1: this process alone, which takes the least '
-                            'memory and starts soonest')
+                       help='processes that detect people in the images of one bag and share the cores (default: 1 '
+                            'where there are points, else one for each core, at most 8). 1: this process alone, which takes '
+                            'the least memory and starts soonest. More, with points: images are searched before the '
+                            'tracks in space are known, so that people who touch are told apart less well')
     group.add_argument('--workers', type=whole_number(1), default=os.cpu_count() or 1, metavar='N',
                        help='number of bags that are processed at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS',
@@ -244,7 +241,7 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     jobs = 1
     if not several and not options.scheduler:
         on_processor = values.get('device', 'cpu') == 'cpu'
-        jobs = options.jobs or (min(os.cpu_count() or 1, _MOST_JOBS) if on_processor else 1)
+        jobs = options.jobs or (0 if on_processor else 1)
     # workers share the cores of this machine; those of a cluster have as many threads as its owner started
     threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
     topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)

@@ -1,20 +1,23 @@
 """From a bag to its results: each frame once, in order."""
 import itertools
 import logging
+import os
 from collections import deque
 from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Tuple, Union
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import genpy
 import rosbag
 
-from openpose_ros_pkg.detect.detection import Detection, IndependentDetection
+from openpose_ros_pkg.detect.detection import Detection, ImageFrame, IndependentDetection
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
+from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
@@ -40,6 +43,9 @@ _log = logging.getLogger(__name__)
 # Number of frames that are read before they are needed, and bytes of copied messages that wait for earlier frames.
 _AHEAD = 3
 _MOST_COPIED = 256 << 20
+# One process per core is faster than one network with threads on all cores. Beyond 8, reading the bag and writing,
+# which one process does, are the bottleneck.
+_MOST_JOBS = 8
 _Event = Union[RecordedFrame, BadInputError, StampedMessage]
 
 
@@ -59,7 +65,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     made = finished_record(job) or job.made_from()
     with ExitStack() as stack:
         view = open_camera(job, settings, stack)
-        networks = Networks(job, settings, stack)
+        networks = Networks(job, settings, view.topics.in_space, stack)
         parts = stack.enter_context(PartFiles(job.run))
         json = None if job.json is None else parts.folder(job.json, json_names(job))
         csv = None if job.csv is None else parts.file(job.csv)
@@ -107,6 +113,8 @@ class Networks:
     Args:
         job: of one of the cameras.
         settings: of all.
+        in_space: whether there are points: then tracks in space tell where people are expected, unless several
+            processes search ahead.
         stack: ends the processes.
 
     Attributes:
@@ -115,25 +123,38 @@ class Networks:
             the history of a camera tells where to look.
     """
 
-    def __init__(self, job: BagJob, settings: BagSettings, stack: ExitStack) -> None:
+    def __init__(self, job: BagJob, settings: BagSettings, in_space: bool, stack: ExitStack) -> None:
         self.settings = settings
         params = with_threads(settings.detector, job.threads)
         self._landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
         self._make: Callable[[], Detection]
+        jobs, skeleton = job.jobs or (1 if in_space else _most_jobs()), recipe_of(params.detector).skeleton
         if settings.following.wanted(params.detector):
             self.capacity = 0
             self._make = partial(NetworkDetection, job.create(params), settings.tracking, settings.following)
+        elif in_space and jobs == 1:
+            self.capacity, detect = 0, job.create(params).detect
+            self._make = partial(IndependentDetection, skeleton,
+                                 lambda image: partial(detect, image.bgr, image.depth), settings.tracking)
         else:
-            pool = stack.enter_context(DetectorPool(job.jobs, params, job.create))
+            pool = stack.enter_context(DetectorPool(jobs, params, job.create))
             self.capacity = pool.capacity
-            self._make = partial(IndependentDetection, pool.skeleton,
-                                 lambda image: pool.submit(image.bgr, image.depth).result, settings.tracking)
+            self._make = partial(IndependentDetection, skeleton, partial(_search_ahead, pool), settings.tracking)
 
     def chain(self) -> PeopleChain:
         """Return the chain of a camera that has no history yet."""
         return PeopleChain(self._make(), self.settings.estimator, self._landmarks)
+
+
+def _most_jobs() -> int:
+    return min(os.cpu_count() or 1, _MOST_JOBS)
+
+
+def _search_ahead(pool: DetectorPool, image: ImageFrame) -> Callable[[Optional[ExpectedPeople]], People2D]:
+    result = pool.submit(image.bgr, image.depth).result
+    return lambda expected: result()
 
 
 def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
