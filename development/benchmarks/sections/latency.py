@@ -37,8 +37,8 @@ def measure(options: Options) -> Section:
     return Section('The launched chain, mode balanced, with depth images of 960 x 540 from a camera driver, '
                    '`target_rate` that of the camera: people are followed. Latency: from the stamp of the camera to '
                    f'the arrival of the 3D message in a subscriber, {SECONDS:.0f} s a row. The people are those of the '
-                   'sequence of the demo, cut out and pasted. With five people and more, runs of one row differ up to '
-                   'twofold: the chain has two states (development/notes/trials.md).', named,
+                   'sequence of the demo, cut out and pasted, and walk forth and back: where they turn at once, tracks '
+                   'are lost.', named,
                    [Table('', rows), Table('A person who comes into view beside two who are followed '
                                            '(`./run bench newcomer`)', newcomers)], [picture])
 

@@ -215,9 +215,9 @@ def _parser() -> argparse.ArgumentParser:
     group = parser.add_argument_group('machines')
     group.add_argument('--jobs', type=whole_number(1), metavar='N',
                        help='processes that detect people in the images of one bag and share the cores (default: 1 '
-                            'where there are points, else one for each core, at most 8). 1: this process alone, which takes '
-                            'the least memory and starts soonest. More, with points: images are searched before the '
-                            'tracks in space are known, so that people who touch are told apart less well')
+                            'where there are points, else one for each core, at most 8). 1: this process alone, which '
+                            'takes the least memory and starts soonest. More, with points: images are searched before '
+                            'the tracks in space are known, so that people who touch are told apart less well')
     group.add_argument('--workers', type=whole_number(1), default=os.cpu_count() or 1, metavar='N',
                        help='number of bags that are processed at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS',
