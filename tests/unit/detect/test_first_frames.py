@@ -76,10 +76,11 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
         assert_same(found, full.detect(image, view))
 
 
-def test_the_first_image_of_a_stream_is_searched_by_one_network_alone():
+@pytest.mark.parametrize('interval', [np.inf, 0.9], ids=['first', 'after a gap'])
+def test_the_first_image_of_a_stream_is_searched_by_one_network_alone(interval):
     networks = balanced([LEFT, RIGHT])
     stream = make_stream(networks)
-    prepared = stream.prepare(ImageFrame('camera', BEGIN, IMAGE, interval=np.inf))
+    prepared = stream.prepare(ImageFrame('camera', BEGIN, IMAGE, interval=interval))
     with stream.lock:
         computed = stream.compute(prepared)
     assert len(stream.finish(computed)) == 2

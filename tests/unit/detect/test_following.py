@@ -179,11 +179,12 @@ def test_an_image_that_waits_ends_the_search_at_the_next_part_but_does_not_put_i
     assert (waits >= SCHEDULE.patience - 0.001).all() and waits.max() <= SCHEDULE.patience + 0.04
 
 
-def test_the_first_image_of_a_stream_shows_all_people_and_the_next_ones_take_a_crop_or_a_part():
+@pytest.mark.parametrize('interval', [np.inf, 0.9], ids=['first', 'after a gap'])
+def test_the_first_image_of_a_stream_shows_all_people_and_the_next_ones_take_a_crop_or_a_part(interval):
     scene = Scene(CROWD, pace={name: 20 * seconds for name, seconds in PACE.items()}, target_rate=RATE)
     taken, counts = [], []
     for i in range(50):
-        (found, *_, first), search = scene.answered(1.0 + i / RATE, interval=1 / RATE if i else np.inf)
+        (found, *_, first), search = scene.answered(1.0 + i / RATE, interval=1 / RATE if i else interval)
         taken.append(20 * (first + search(wanted=lambda seconds: True)[3]))
         counts.append(len(found))
     assert min(counts) == len(CROWD)

@@ -103,7 +103,7 @@ class CameraMemory:
         # a client that asks seldom gives time, also where a full search takes most of it
         gives_time = not anew and (not busy or (late and interval - worked > 1 / plan.rate))
         costs = plan.costs(begun.schedule.parts, height, begun.people)
-        known = between if in_stream or gives_time else 0.0
+        known = between if gives_time or (in_stream and not anew) else 0.0
         return replace(begun, budget=begun.budget.begun(known, costs, beside)), anew and not in_stream
 
 
