@@ -29,10 +29,10 @@ def assert_same(found, expected):
     np.testing.assert_array_equal(found.scores, expected.scores)
 
 
-def make_stream(networks, **params):
+def make_stream(networks, pace=None, **params):
     detector = Detector(build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0, **params}), networks,
                         FOLLOWING)
-    return NetworkDetection(detector, TrackingParams(), FOLLOWING, SLOW)
+    return NetworkDetection(detector, TrackingParams(), FOLLOWING, pace or SLOW)
 
 
 def slower(factor):
@@ -79,7 +79,7 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
 @pytest.mark.parametrize('interval', [np.inf, 0.9], ids=['first', 'after a gap'])
 def test_the_first_image_of_a_stream_is_searched_by_one_network_alone(interval):
     networks = balanced([LEFT, RIGHT])
-    stream = make_stream(networks)
+    stream = make_stream(networks, slower(3))
     prepared = stream.prepare(ImageFrame('camera', BEGIN, IMAGE, interval=interval))
     with stream.lock:
         computed = stream.compute(prepared)
