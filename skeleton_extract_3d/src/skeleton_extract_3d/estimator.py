@@ -43,7 +43,8 @@ class Estimate:
 
     Attributes:
         people: in the frame of the points: first those of `people_2d`, in the same order, then hidden tracks.
-        people_2d: the detections, with the ids of `people`; without those that the points do not confirm.
+        people_2d: the detections and the people found by registration, with the ids of `people`; without those that the
+            points do not confirm.
         timing: seconds by stage, see `STAGES`.
         unplaced: other people in the image, without ids, where there is no depth that could confirm them.
         points: summary of the points.

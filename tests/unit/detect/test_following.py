@@ -207,6 +207,9 @@ def test_the_search_of_an_image_that_is_no_longer_the_newest_is_left_out():
     _, search = scene.answered(0.1 * PERIOD)
     scene.answered(0.1 * PERIOD + 0.1)
     assert search()[1] == 0
+    _, search = scene.answered(0.1 * PERIOD + 0.2)
+    scene.answered(-5.0)  # the recording begins again
+    assert search()[1] == 0
 
 
 CROWD = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]

@@ -47,3 +47,18 @@ def test_a_thread_that_wants_the_networks_interrupts():
     with lock:
         assert ended.is_set()
     later.stop()
+
+
+def test_a_search_that_waits_for_the_networks_ends_no_other_one():
+    lock, calls = FairLock(), []
+    later = LaterSearch(lambda item, wanted: calls.append(item), lock, print)
+    with lock:
+        later.submit('camera', 'image')
+        wait_for(lambda: len(lock._waiting) == 1)
+        assert not lock.wanted
+        other = threading.Thread(target=lambda: (lock.acquire(), lock.release()))
+        other.start()
+        wait_for(lambda: lock.wanted)
+    other.join(TIMEOUT)
+    wait_for(lambda: calls == ['image'])
+    later.stop()

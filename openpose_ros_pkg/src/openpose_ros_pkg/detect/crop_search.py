@@ -85,7 +85,6 @@ class SearchPlan:
     # when the plan was made: the parts of a size stay, as a network is compiled for each size of a part
     first_pace: Pace
     schedule: ScheduleConstants = SCHEDULE
-    expected_people: int = RATE.expected_people
     most_heads: int = HEADS.most
 
     @classmethod
@@ -101,8 +100,7 @@ class SearchPlan:
             seconds = seconds_per_pixel(setup.recipe, setup.networks, detector.threads,
                                         strips(rate.image_size[0], schedule.most_strips)[0], rate)
         pace = Pace({model: (one,) * _PACE_RUNS for model, one in seconds.items()}, fixed is not None)
-        return cls(setup, follows, params.target_rate, following.search_period, pace, pace, schedule,
-                   rate.expected_people)
+        return cls(setup, follows, params.target_rate, following.search_period, pace, pace, schedule)
 
     @property
     def of_person(self) -> float:
@@ -178,7 +176,7 @@ def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequenc
         found = [decode_crop(view, one.model, setup.direct, skeleton).keypoints for view in views]
         for i, person in zip(chosen, with_crops([result[i] for i in chosen], number, found)):
             result[i] = person
-        if len(views) > 1:  # one alone takes more than one of several, which are computed side by side
+        if len(views) > 1:  # a single crop takes longer than each of several, which are computed side by side
             runs.append(_run(one.model.name, views, time.perf_counter() - begin))
     return Look(result, seconds, tuple(runs))
 

@@ -122,7 +122,7 @@ class NetworkDetection:
 
     With following, `compute` lets networks see crops of the people expected in an image. `search` goes on with the rest
     of it, for people of the next images: it is cut into parts, one pass over one strip each, which are spread over the
-    images as the time allows. Where no person is found on a crop, `compute` searches at once. Without history (first
+    images as the time allows. Where no person is to be reported, `compute` searches at once. Without history (first
     image, gap, stamps that jump back, stamp 0) it searches the image in full, but for a stream: there the first images
     are searched as the time allows, too. Each size of the images of a camera has
     its own memory; where a camera changes to a new size of the same aspect, ids stay.
@@ -226,7 +226,8 @@ class NetworkDetection:
             else:
                 in_space = None if expected is None else keypoints_in(expected.keypoints, expected.skeleton,
                                                                       plan.setup.recipe.skeleton)
-                answer = _follow(prepared, memory, in_space, ids)
+                wanted = never_wanted if frame.interval is None else lambda seconds: self.lock.wanted
+                answer = _follow(prepared, memory, in_space, ids, wanted)
                 foreseen = answer.memory.budget.spent
             taken = foreseen if plan.pace.fixed else time.perf_counter() - begin
             self._full += taken if in_full else 0.0
@@ -240,8 +241,8 @@ class NetworkDetection:
             return
         with self._tracking_lock:
             key, memory = self._remembered(frame)
-            if memory.stamp > frame.stamp:
-                return  # of a newer image
+            if memory.stamp != frame.stamp:
+                return  # of a newer image, of another run of the clock, or of a camera that was forgotten
             answer = _search(followed, memory, self._ids.of(frame.camera), wanted)
             spent = answer.memory.budget.spent - memory.budget.spent
             taken = spent if followed.prepared.plan.pace.fixed else time.perf_counter() - begin
@@ -298,12 +299,13 @@ def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: Cam
     return _Answer(people, memory, computed.network_seconds)
 
 
-def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optional[np.ndarray], ids: PersonIds
-            ) -> _Answer:
+def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optional[np.ndarray], ids: PersonIds,
+            wanted: Wanted) -> _Answer:
     """Return the people of an image who are found on crops where they are expected; if there are none, search at once.
 
     Args:
         in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
+        wanted: whether other cameras need the networks.
     """
     frame, image, plan, setup = prepared.frame, prepared.image, prepared.plan, prepared.plan.setup
     recipe, cost, size = setup.recipe, plan.of_person, (frame.bgr.shape[1], frame.bgr.shape[0])
@@ -323,7 +325,7 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     followed = Followed(prepared, found, accepted, any(person.recent for person in lost))
     if found:
         return _Answer(accepted, memory, looked.seconds, looked.runs, followed)
-    answer = _search(followed, memory, ids)
+    answer = _search(followed, memory, ids, wanted)
     return answer._replace(seconds=looked.seconds + answer.seconds, runs=looked.runs + answer.runs)
 
 
@@ -337,8 +339,7 @@ class _Searched(NamedTuple):
     runs: Tuple[Run, ...] = ()
 
 
-def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
-            wanted: Wanted = never_wanted) -> _Answer:
+def _search(followed: Followed, memory: CameraMemory, ids: PersonIds, wanted: Wanted) -> _Answer:
     """Search parts of an image after the crops; return the people who are found besides.
 
     They are confirmed on crops, and expected in the next image. What the search tells of the others takes part in the
@@ -346,13 +347,15 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds,
     """
     prepared, plan, setup = followed.prepared, followed.prepared.plan, followed.prepared.plan.setup
     frame, image, known = prepared.frame, prepared.image, followed.people
-    size = (frame.bgr.shape[1], frame.bgr.shape[0])
+    size, nothing = (frame.bgr.shape[1], frame.bgr.shape[0]), People2D.empty(setup.recipe.skeleton)
+    if _may_wait(memory, frame.stamp) and wanted(min(memory.budget.costs.parts.values(), default=0.0)):
+        return _Answer(nothing, memory, 0.0)
     grey = small_grey(frame.bgr, plan.schedule)
     columns = changed_columns(grey, memory.grey, size, [person.box for person in followed.persons], plan.schedule)
     memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
     searched = _search_parts(followed, memory, wanted)
     if searched.schedule is memory.schedule:
-        return _Answer(People2D.empty(setup.recipe.skeleton), memory, 0.0)
+        return _Answer(nothing, memory, 0.0)
     persons, budget, seconds = without_shared_crops(searched.persons, setup.recipe), searched.budget, searched.seconds
     new = [person for person in persons[len(known):] if person.found]
     poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(_voted(new, setup.recipe, frame.stamp))
@@ -381,7 +384,7 @@ def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _
     image, plan = followed.prepared.image, followed.prepared.plan
     stamp, setup = followed.prepared.frame.stamp, plan.setup
     state = _Searched(list(followed.persons), memory.schedule, memory.budget)
-    may_wait = stamp - memory.schedule.newest < plan.schedule.patience
+    may_wait = _may_wait(memory, stamp)
     at_first = memory.schedule.parts[0].number if not memory.schedule.searched else None
     for part in memory.schedule.due(stamp, memory.budget.rate > 0 or followed.lost):
         cost = memory.budget.costs.parts[part]
@@ -396,6 +399,11 @@ def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _
                           state.seconds + found.seconds + looked.seconds, state.runs + found.runs + looked.runs)
         may_wait = True
     return state
+
+
+def _may_wait(memory: CameraMemory, stamp: float) -> bool:
+    """Return whether the search can be put off at a time [s]."""
+    return stamp - memory.schedule.newest < memory.schedule.constants.patience
 
 
 def _voted(persons: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> Poses:

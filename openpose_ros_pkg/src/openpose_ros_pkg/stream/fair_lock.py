@@ -1,7 +1,7 @@
 """A lock that threads get in the order in which they asked for it."""
 import threading
 from collections import deque
-from typing import Deque
+from typing import Callable, Deque, Tuple
 
 
 class FairLock:
@@ -14,22 +14,28 @@ class FairLock:
     def __init__(self) -> None:
         self._mutex = threading.Lock()
         self._held = False
-        self._waiting: Deque[threading.Event] = deque()
+        self._waiting: Deque[Tuple[threading.Event, Callable[[], bool]]] = deque()
 
-    def acquire(self) -> None:
-        """Wait for the lock, behind all that wait already."""
+    def acquire(self, urgent: Callable[[], bool] = lambda: True) -> None:
+        """Wait for the lock, behind all that wait already.
+
+        Args:
+            urgent: whether this thread is one for which `wanted` is true, asked while it waits.
+        """
         with self._mutex:
             if not self._held:
                 self._held = True
                 return
             turn = threading.Event()
-            self._waiting.append(turn)
+            self._waiting.append((turn, urgent))
         turn.wait()
 
     @property
     def wanted(self) -> bool:
-        """Whether another thread waits for it."""
-        return bool(self._waiting)
+        """Whether another thread waits for it that is urgent."""
+        with self._mutex:
+            waiting = [urgent for _, urgent in self._waiting]
+        return any(urgent() for urgent in waiting)
 
     def release(self) -> None:
         """Hand the lock to the thread that has waited longest.
@@ -41,7 +47,7 @@ class FairLock:
             if not self._held:
                 raise RuntimeError('release of a lock that is not held')
             if self._waiting:
-                self._waiting.popleft().set()
+                self._waiting.popleft()[0].set()
             else:
                 self._held = False
 

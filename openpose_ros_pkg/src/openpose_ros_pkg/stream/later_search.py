@@ -39,8 +39,13 @@ class LaterSearch(Generic[Computed]):
             self._worker.condition.wait_for(lambda: self._worker.stopped or self._waiting)
             if self._worker.stopped:
                 return False
-        with self._lock:
+        self._lock.acquire(urgent=lambda: False)
+        try:
             with self._worker.condition:
+                if self._worker.stopped:
+                    return False
                 computed = self._waiting.pop(next(iter(self._waiting)))
             self._search(computed, lambda seconds: self._worker.stopped or self._lock.wanted)
+        finally:
+            self._lock.release()
         return True

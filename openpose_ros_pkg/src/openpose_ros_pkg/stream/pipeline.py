@@ -42,11 +42,12 @@ class PipelineStages(Generic[Item, Prepared, Computed, Finished]):
     # called with the pipeline's lock held and the newest item, once that is finished or another one comes; the second
     # argument tells whether the lock is wanted for another item within a time [s]
     search: Optional[Callable[[Computed, Callable[[float], bool]], object]] = None
-    follow_up: Callable[[Finished], object] = lambda finished: None  # what the search need not wait for
+    # called with what `finish` returned; the search does not wait for it, the next `finish` does
+    follow_up: Callable[[Finished], object] = lambda finished: None
 
 
 class Pipeline(Generic[Item, Prepared, Computed, Finished]):
-    """Prepares the newest item and finishes the last one while the one between is computed, then searches what is left.
+    """Prepares the newest item and finishes the last one while the one between is computed; in idle time it searches.
 
     Of the items that wait for a stage, only the newest is kept. Preparing begins only when computing is expected to end
     soon: the next item that is computed is the newest, and no item is prepared to be replaced. Results come in the
@@ -106,10 +107,12 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
         begin = time.monotonic()
         try:
             prepared = self._stages.prepare(item)
-        finally:
+        except Exception:
             with self._changed:
                 self._preparing = False
+            raise
         with self._changed:
+            self._preparing = False
             self._prepare_seconds.append(time.monotonic() - begin)
             self.replaced += len(self._prepared)
             self._prepared.append(prepared)
@@ -121,29 +124,35 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
             self._changed.wait_for(lambda: self._worker.stopped or self._may_compute() or self._may_search())
             if self._worker.stopped:
                 return False
-        with self._lock:
+        self._lock.acquire(self._may_compute)
+        try:
             self._search()
             if not self._may_compute():
                 return True
-            # Taken only now: a newer item may have come while the lock was held elsewhere.
-            begin = time.monotonic()
-            with self._changed:
-                prepared = self._prepared.popleft()
-                self._prepare_from = (begin + self._expected_seconds() - max(self._prepare_seconds) - self._lead
-                                      - self._constants.margin)
-                self._changed.notify_all()
-            try:
-                computed = self._stages.compute(prepared)
-            finally:
-                with self._changed:
-                    self._compute_seconds.append(time.monotonic() - begin)
-                    self._prepare_from = begin
-                    self._changed.notify_all()
+            computed = self._compute()
+        finally:
+            self._lock.release()
         with self._changed:
             self._computed.append(computed)
             self._unsearched = computed
             self._changed.notify_all()
         return True
+
+    def _compute(self) -> Computed:
+        # Taken only now: a newer item may have come while the lock was held elsewhere.
+        begin = time.monotonic()
+        with self._changed:
+            prepared = self._prepared.popleft()
+            self._prepare_from = (begin + self._expected_seconds() - max(self._prepare_seconds) - self._lead
+                                  - self._constants.margin)
+            self._changed.notify_all()
+        try:
+            return self._stages.compute(prepared)
+        finally:
+            with self._changed:
+                self._compute_seconds.append(time.monotonic() - begin)
+                self._prepare_from = begin
+                self._changed.notify_all()
 
     def _search(self) -> None:
         with self._changed:
@@ -158,10 +167,12 @@ class Pipeline(Generic[Item, Prepared, Computed, Finished]):
                 return False
             computed = self._computed.popleft()
             self._changed.notify_all()
-        finished = self._stages.finish(computed)
-        with self._changed:
-            self._finished = computed
-            self._changed.notify_all()
+        try:
+            finished = self._stages.finish(computed)
+        finally:
+            with self._changed:
+                self._finished = computed
+                self._changed.notify_all()
         self._stages.follow_up(finished)
         return True
 

@@ -2,7 +2,7 @@
 
 The points on the body in the last frame in which a network saw it are moved onto the points of this one, by
 Gauss-Newton steps from where the track expects it; see docs/method.md#registration-between-crops and registration.cpp.
-A body are the thirteen places of `depth_inference`: corners of the trunk, elbows and knees, wrists and ankles, head.
+A body is thirteen places of `depth_inference`: corners of the trunk, elbows and knees, wrists and ankles, head.
 """
 from typing import Dict, List, NamedTuple, Optional, Tuple
 

@@ -14,6 +14,8 @@ from openpose_ros_pkg.stream.fair_lock import FairLock
 class ServiceDetection:
     """A `Detection` that sends each image to openpose_ros_msgs/GetPersons; the service gets neither depth nor tracks.
 
+    Messages do not tell who was extrapolated in the image: `People2D.looked` is true for all.
+
     `ImageFrame.source` is the sensor_msgs/Image that is sent. The next image is on its way while one is computed.
     `compute` raises ServiceCallError, see `DetectionClient`.
     """
