@@ -4,7 +4,7 @@
 A camera driver plays a sequence in which two people walk and a third one appears as a whole, for 45 frames each time,
 in another place, and is gone again for about as long: people of the shipped sequence, cut out and pasted. Measured is
 the time from the stamp of the first image that shows the third person to the arrival of the first message that has a
-person there, within 0.4 m by the median of the joints. People too many: published beyond those who are there.
+person there, within 0.4 m by the median of the joints. People too many: published beyond the true number.
 
     ./run bench newcomer --rates 15 30 --passes 3 mode:=balanced
 """
@@ -25,7 +25,7 @@ from results.machine import Unit
 from scoring.people import OUTSIDE, Found, nearest, pair
 from session import Session
 
-# Frame in which a person appears, and who: the one that is never hidden, and places where nobody covers the copy.
+# Frame in which a person appears, and which: one that is never hidden, at places where no other person covers the copy.
 NEWCOMERS: Sequence[Tuple[int, Copy]] = (
     (50, (1, 52, -1.9, 1.3)), (148, (1, 14, 1.5, 0.7)), (240, (1, 14, -1.7, 0.9)), (338, (1, 20, 1.8, 2.2)),
     (430, (1, 25, -2.2, 1.6)), (528, (1, 76, 1.3, 0.7)))

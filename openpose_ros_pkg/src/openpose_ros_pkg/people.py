@@ -131,6 +131,6 @@ class People2D:
 
 @dataclass(frozen=True)
 class ExpectedPeople(People2D):
-    """People whom tracks in space expect in an image; scores are 1."""
+    """People that tracks in space expect in an image; scores are 1."""
 
     depths: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (P,) of their trunks [m]

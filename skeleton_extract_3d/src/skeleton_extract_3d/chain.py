@@ -161,9 +161,9 @@ class PeopleChain:
             expected = self.expected(frame.camera, frame.image_time, frame.image_size)
         return ComputedFrame(frame, self.detection.compute(prepared.image, expected))
 
-    def search(self, computed: ComputedFrame, wanted: Wanted = never_wanted) -> None:
+    def search(self, computed: ComputedFrame, wanted: Wanted = never_wanted) -> bool:
         """Look for other people in the newest computed frame, for the next one; see `Detection.search`."""
-        self.detection.search(computed.found, wanted)
+        return self.detection.search(computed.found, wanted)
 
     def finish(self, computed: ComputedFrame) -> Result:
         """Return the people in the image, with track ids."""

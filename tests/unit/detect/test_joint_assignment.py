@@ -63,6 +63,17 @@ def test_the_legs_of_another_person_go_to_that_person():
     np.testing.assert_allclose(shared.poses[1][:, :2], there[:, :2])
 
 
+def test_a_missing_person_gets_keypoints_of_both_neighbours():
+    left, there, right = person(220), person(300), person(380)
+    head = np.arange(18) < 2
+    poses = [np.where(LEGS[:, None], there, left), np.where(head[:, None], there, right)]
+    shared = share_out([{0: pose} for pose in poses], poses, tracked(left, there, right))
+    assert shared.missing.tolist() == [1]
+    gained = shared.opinions[2][0]
+    np.testing.assert_array_equal(np.isfinite(gained[:, 0]), LEGS | head)
+    np.testing.assert_allclose(gained[LEGS | head], there[LEGS | head])
+
+
 def test_a_keypoint_near_its_own_place_stays_though_another_person_is_nearer():
     here, there = person(300), person(304)
     pose = person(303)

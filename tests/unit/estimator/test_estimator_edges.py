@@ -60,7 +60,7 @@ def checked(people_2d, estimate):
 def kept_rows(people_2d, estimate):
     """Return which of the detected people the estimate is about: some are left out, the others keep their order.
 
-    People whom the detector overlooks, and the points show, come after them.
+    People that the detector overlooks and registration finds come after them.
     """
     equal = [[np.allclose(one, other, rtol=0, atol=0, equal_nan=True) for other in people_2d.keypoints]
              for one in estimate.people_2d.keypoints[estimate.people_2d.looked]]

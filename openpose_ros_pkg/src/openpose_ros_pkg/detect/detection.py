@@ -74,11 +74,14 @@ class Detection(Protocol):
             expected: where tracks in space expect people in the image, with their ids there; None: no such tracks.
         """
 
-    def search(self, computed: Any, wanted: Wanted = never_wanted) -> None:
+    def search(self, computed: Any, wanted: Wanted = never_wanted) -> bool:
         """Look for other people in the newest computed image, who are then expected in the next one, with `lock` held.
 
         Args:
             wanted: whether another image needs the networks within a time, which puts the search off.
+
+        Returns:
+            Whether a part of the image was searched.
         """
 
     def finish(self, computed: Any) -> People2D:
@@ -86,14 +89,14 @@ class Detection(Protocol):
 
 
 Search = Tuple[ImageFrame, Callable[[Optional[ExpectedPeople]], People2D]]
-"""An image, and what returns its people, given those whom tracks in space expect in it."""
+"""An image, and what returns its people, given the people that tracks in space expect in it."""
 
 
 class IndependentDetection:
     """A `Detection` that searches each image in full; several at a time, where `search` begins that.
 
     Args:
-        search: called when an image is prepared; what it returns is called when its turn comes, with the people whom
+        search: called when an image is prepared; what it returns is called when its turn comes, with the people that
             tracks in space expect in the image, and returns the people, whose ids do not count.
         tracking: limits of tracking in the image.
     """
@@ -113,8 +116,9 @@ class IndependentDetection:
         frame, result = prepared
         return frame, result(expected)
 
-    def search(self, computed: Tuple[ImageFrame, People2D], wanted: Wanted = never_wanted) -> None:
+    def search(self, computed: Tuple[ImageFrame, People2D], wanted: Wanted = never_wanted) -> bool:
         """Do nothing: no person is expected."""
+        return False
 
     def finish(self, computed: Tuple[ImageFrame, People2D]) -> People2D:
         frame, people = computed

@@ -203,8 +203,8 @@ def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, 
     with np.errstate(invalid='ignore'):
         nearer = (view.depth < head.depth - LAYERS.reach).astype(np.uint8)
     pixels = cv2.dilate(nearer, np.ones((3, 3), np.uint8)) > 0
-    nobody = np.zeros((0, len(one.model.skeleton.joints), 3))
-    return cover_others(crop, nobody, nobody, one.model.skeleton, Foreground(np.zeros(0, bool), pixels, size))
+    no_people = np.zeros((0, len(one.model.skeleton.joints), 3))
+    return cover_others(crop, no_people, no_people, one.model.skeleton, Foreground(np.zeros(0, bool), pixels, size))
 
 
 def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthView, xy: np.ndarray,

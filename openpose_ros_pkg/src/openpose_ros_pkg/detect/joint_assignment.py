@@ -1,7 +1,7 @@
 """Joint assignment: the keypoints of people who touch are shared out among the people who are tracked there.
 
 Networks make one skeleton of two people who touch: the head of one, the legs of the other. Where a track in space
-expects a person whom they do not report, that person competes with those reported for each of their keypoints.
+expects a person that they do not report, that person competes with those reported for each of their keypoints.
 """
 from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Sequence, Tuple
@@ -38,7 +38,7 @@ class Tracked(NamedTuple):
     @classmethod
     def within(cls, expected: Optional[ExpectedPeople], skeleton: SkeletonModel, image_size: Tuple[int, int]
                ) -> 'Tracked':
-        """Return the expected people most of whose joints are in an image of (width, height) [px]."""
+        """Return the expected people with most of their joints in an image of (width, height) [px]."""
         if expected is None:
             return cls(np.zeros((0, len(skeleton.joints), 3), np.float32), np.zeros(0))
         poses = keypoints_in(expected.keypoints, expected.skeleton, skeleton)
@@ -97,8 +97,8 @@ class Shared(NamedTuple):
 def share_out(opinions: Sequence[Opinions], poses: Sequence[np.ndarray], tracked: Tracked) -> Shared:
     """Share the keypoints of reported people out among them and the tracked people who are missing.
 
-    A keypoint goes to a missing person who is expected nearer to it than its own person. Who lost a keypoint has the
-    joint where it is expected.
+    A keypoint goes to a missing person who is expected nearer to it than its own person. A person who
+    loses a keypoint gets the expected place of that joint; one who would lose all keeps them.
 
     Args:
         opinions, poses: of the people who are reported; poses (K, 3).
@@ -117,7 +117,9 @@ def share_out(opinions: Sequence[Opinions], poses: Sequence[np.ndarray], tracked
             winners = competition.winners(opinion, tracks[i])
             own[number] = _only(opinion, winners < 0)
             for winner in np.unique(winners[winners >= 0]):
-                given[winner].setdefault(number, _only(opinion, winners == winner))
+                won = winners == winner
+                before = given[winner].get(number, _only(opinion, won))
+                given[winner][number] = np.where(won[:, None], opinion, before)
         with_keypoints = {number: opinion for number, opinion in own.items() if np.isfinite(opinion[:, 0]).any()}
         kept[i] = with_keypoints or opinions[i]
     return Shared(kept + given, places + list(tracked.poses[missing]), missing)

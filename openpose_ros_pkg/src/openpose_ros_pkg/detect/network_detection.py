@@ -235,19 +235,20 @@ class NetworkDetection:
             self._learn(answer.runs)
         return ComputedDetection(frame, answer.seconds, answer.people, answer.followed)
 
-    def search(self, computed: ComputedDetection, wanted: Wanted = never_wanted) -> None:
+    def search(self, computed: ComputedDetection, wanted: Wanted = never_wanted) -> bool:
         followed, frame, begin = computed.followed, computed.frame, time.perf_counter()
         if followed is None:
-            return
+            return False
         with self._tracking_lock:
             key, memory = self._remembered(frame)
             if memory.stamp != frame.stamp:
-                return  # of a newer image, of another run of the clock, or of a camera that was forgotten
+                return False  # of a newer image, of another run of the clock, or of a camera that was forgotten
             answer = _search(followed, memory, self._ids.of(frame.camera), wanted)
             spent = answer.memory.budget.spent - memory.budget.spent
             taken = spent if followed.prepared.plan.pace.fixed else time.perf_counter() - begin
             self._memories.put(key, replace(answer.memory, taken=memory.taken + taken))
             self._learn(answer.runs)
+        return bool(answer.runs)
 
     def finish(self, computed: ComputedDetection) -> People2D:
         if isinstance(computed.found, People2D):

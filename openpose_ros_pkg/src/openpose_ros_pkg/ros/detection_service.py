@@ -174,10 +174,12 @@ class DetectionService:
         return _Step(prepared.frame, found, prepared.received, time.monotonic() - begin,
                      begin - prepared.received - prepared.busy, found.network_seconds)
 
-    def search(self, computed: _Step[ComputedDetection], wanted: Wanted = never_wanted) -> None:
+    def search(self, computed: _Step[ComputedDetection], wanted: Wanted = never_wanted) -> bool:
         begin = time.monotonic()
-        self._detection.search(computed.state, wanted)
-        self._timing.add('search', time.monotonic() - begin)
+        searched = self._detection.search(computed.state, wanted)
+        if searched:
+            self._timing.add('search', time.monotonic() - begin)
+        return searched
 
     def finish(self, computed: _Step[ComputedDetection]) -> People2D:
         """Publish and save the people of an image as the parameters say, and return them; see `Detection`."""

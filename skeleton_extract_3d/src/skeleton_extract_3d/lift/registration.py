@@ -1,4 +1,4 @@
-"""Registration of bodies: where a person whom no network saw in a frame is, by the points alone.
+"""Registration of bodies: where a person is in a frame without a crop, by the points alone.
 
 The points on the body in the last frame in which a network saw it are moved onto the points of this one, by
 Gauss-Newton steps from where the track expects it; see docs/method.md#registration-between-crops and registration.cpp.

@@ -222,8 +222,8 @@ class Extractor:
 
     def _search(self, step: _Step[ComputedFrame], wanted: Wanted) -> None:
         begin = time.monotonic()
-        self._chain.search(step.state, wanted)
-        self._timing.add('search', time.monotonic() - begin)
+        if self._chain.search(step.state, wanted):
+            self._timing.add('search', time.monotonic() - begin)
 
     def _add(self, published: Tuple[Result, _Pair]) -> None:
         """Publish what takes longer: hands and faces, and the annotated image."""

@@ -30,8 +30,9 @@ class ServiceDetection:
     def compute(self, prepared: Call, expected: Optional[ExpectedPeople] = None) -> List[PersonDetection]:
         return self._client.result(prepared)
 
-    def search(self, computed: List[PersonDetection], wanted: Wanted = never_wanted) -> None:
+    def search(self, computed: List[PersonDetection], wanted: Wanted = never_wanted) -> bool:
         """Do nothing: the service searches once it has answered."""
+        return False
 
     def finish(self, computed: List[PersonDetection]) -> People2D:
         """See `Detection`; ids are those of the service."""

@@ -1,4 +1,4 @@
-"""People whom no network saw in a frame are where the points have them, for a short time."""
+"""Tracks without a crop are registered with the points of a frame, for a short time."""
 from dataclasses import replace
 
 import numpy as np
