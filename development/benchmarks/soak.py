@@ -261,7 +261,7 @@ class Soak:
                           'one_process:=false', f'target_rate:={TWO.rate}', *arguments]),
             start('floor', ['roslaunch', 'openpose_ros_nodelets', 'floor.launch',
                             f'points:={ONE.results("input_pointcloud")}']),
-            start('record', ['roslaunch', 'skeleton_extract_3d', 'record.launch', f'folder:={self._folder / "bags"}',
+            start('record', ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',
                              f'topics:={" ".join(RECORDED)}'])]
 
     def _start_camera(self, chain: Chain) -> None:

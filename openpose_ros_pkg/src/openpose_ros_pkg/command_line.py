@@ -22,7 +22,7 @@ DONE, SOME_FAILED, REFUSED, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
 # A second interrupt within this time is ignored; a later one ends the program at once [s].
 _CLEANING_UP = 3.0
 _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
-             'openpose_ros_signals', 'openpose_ros_bridges')
+             'openpose_ros_signals', 'openpose_ros_bridges', 'openpose_ros_bringup')
 
 
 def run_command(name: str, work: Callable[[], int]) -> int:

@@ -19,7 +19,7 @@ def kill_recorder(rig: Any) -> None:
     """Record results at 30 Hz, kill the recorder, mend the bag: what was recorded up to the last second is there."""
     import rosbag
     with tempfile.TemporaryDirectory() as folder:
-        launch = rig.session.start('record', ['roslaunch', 'skeleton_extract_3d', 'record.launch', f'folder:={folder}',
+        launch = rig.session.start('record', ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={folder}',
                                               f'topics:={TOPIC}'])
         try:
             publish_and_kill(rig.chain('cloud/people').result_of_good_frame())

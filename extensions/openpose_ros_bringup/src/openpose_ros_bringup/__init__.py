@@ -1,0 +1,1 @@
+"""What starts the chain: cameras' drivers, the view, and checks of what runs."""
