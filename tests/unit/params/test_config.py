@@ -8,6 +8,7 @@ import openpose_ros_pkg.params.nodes
 import openpose_ros_signals.node_params
 import skeleton_extract_3d.node_params
 from development import PACKAGES
+from openpose_ros_pkg.camera_presets import presets_file
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.parameters import build, describe, flat_values, parameter_fields, to_yaml
 
@@ -38,7 +39,7 @@ def test_every_file_in_config_belongs_to_a_node():
     there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion',
                                         'openpose_ros_signals', 'openpose_ros_bridges')
              for path in (PACKAGES[package] / 'config').iterdir()}
-    assert there == {path for path, _ in FILES}
+    assert there == {path for path, _ in FILES} | {presets_file()}
 
 
 def test_parameters_that_detection_and_lifting_share_mean_the_same():

@@ -1,0 +1,247 @@
+"""Cameras by name: topics, frames and formats of their drivers, and which camera the published topics are."""
+import dataclasses
+import difflib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.structured_text import yaml_value
+
+AUTO = 'auto'
+"""Name that stands for the camera that the published topics are."""
+IMAGE, COMPRESSED, CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2'
+CAMERA_INFO = 'sensor_msgs/CameraInfo'
+# Topics that each source of points needs, and the values of keys with a choice.
+_NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_info')}
+_CHOICES = {'points_source': tuple(_NEEDED), 'image_transport': ('raw', 'compressed'),
+            'depth_transport': ('raw', 'compressedDepth')}
+
+
+@dataclass(frozen=True)
+class CameraPreset:
+    """A camera as its driver publishes it; config/cameras.yaml explains the fields."""
+
+    name: str
+    image: str
+    title: str = ''
+    ns: str = ''
+    points: str = ''
+    depth: str = ''
+    camera_info: str = ''
+    points_source: str = ''
+    image_transport: str = 'raw'
+    depth_transport: str = 'raw'
+    rectified: bool = False
+    frame: str = ''
+    image_encoding: str = ''
+    depth_encoding: str = ''
+    size: Tuple[int, ...] = ()
+    package: str = ''
+    launch_file: str = ''
+    node: str = ''
+    arguments: str = ''
+    source: str = ''
+    unconfirmed: str = ''
+
+    @property
+    def dimensions(self) -> int:
+        """2 for a camera without depth, else 3."""
+        return 3 if self.points_source else 2
+
+    @property
+    def driver_line(self) -> str:
+        """The line that starts the driver so that it publishes these topics; empty: not known."""
+        if not self.package:
+            return ''
+        if self.node:
+            return f'rosrun {self.package} {self.node}'
+        return ' '.join(['roslaunch', self.package, self.launch_file, *self.arguments.split()])
+
+    def topic(self, role: str, ns: Optional[str] = None) -> str:
+        """Return the absolute topic of a role: image, points, depth or camera_info; empty where there is none.
+
+        Args:
+            ns: namespace in place of the preset's.
+        """
+        namespace, relative = (self.ns if ns is None else ns).strip('/'), getattr(self, role)
+        return '/'.join(('', namespace, relative) if namespace else ('', relative)) if relative else ''
+
+    def inputs(self, dimensions: int = 3, ns: Optional[str] = None) -> Dict[str, str]:
+        """Return the topics that are read of the camera, transports included, and their types; the image is first."""
+        compressed = self.image_transport != 'raw'
+        topics = {self.topic('image', ns) + (f'/{self.image_transport}' if compressed else ''):
+                  COMPRESSED if compressed else IMAGE}
+        if dimensions == 3 and self.points_source == 'point_cloud':
+            topics[self.topic('points', ns)] = CLOUD
+        elif dimensions == 3 and self.points_source == 'depth_image':
+            compressed = self.depth_transport != 'raw'
+            topics[self.topic('depth', ns) + (f'/{self.depth_transport}' if compressed else '')] = (
+                COMPRESSED if compressed else IMAGE)
+            topics[self.topic('camera_info', ns)] = CAMERA_INFO
+        return topics
+
+
+Presets = Mapping[str, CameraPreset]
+
+
+def presets_file() -> Path:
+    """Return the table of cameras, in the sources or where the package is installed."""
+    here = Path(__file__).resolve()
+    folders = (here.parents[2], here.parents[4] / 'share' / 'openpose_ros_pkg')
+    return next((file for file in (folder / 'config' / 'cameras.yaml' for folder in folders) if file.exists()),
+                folders[-1] / 'config' / 'cameras.yaml')
+
+
+def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]:
+    """Return the cameras of a file by name; None: of the table.
+
+    Raises:
+        ParameterError: the file can not be read or is not of the table's form.
+    """
+    path = Path(path or presets_file()).expanduser()
+    try:
+        value = yaml_value(path.read_text())
+    except (OSError, ValueError) as error:
+        raise ParameterError(f"parameter 'camera': {path} can not be read: {error}", 'camera') from error
+    if not isinstance(value, dict) or not value:
+        raise ParameterError(f"parameter 'camera': {path} is no table of cameras, as config/cameras.yaml is", 'camera')
+    return {str(name): _preset(path, str(name), entry) for name, entry in value.items()}
+
+
+def find_preset(name: str, presets: Optional[Presets] = None) -> CameraPreset:
+    """Return a camera by its name or by a YAML file with one camera.
+
+    Raises:
+        ParameterError: there is no such camera, or the file is not of the table's form.
+    """
+    if name.endswith(('.yaml', '.yml')):
+        cameras = read_presets(name)
+        if len(cameras) != 1:
+            raise ParameterError(f"parameter 'camera': {name} holds {', '.join(cameras)}, expected one camera",
+                                 'camera')
+        return next(iter(cameras.values()))
+    presets = read_presets() if presets is None else presets
+    if name not in presets:
+        near = ''.join(f" (did you mean '{other}'?)" for other in difflib.get_close_matches(name, presets, n=1))
+        raise ParameterError(f"parameter 'camera' = {name!r} is not allowed{near}: one of {', '.join(presets)}, "
+                             f'{AUTO}, or a YAML file with one camera', 'camera')
+    return presets[name]
+
+
+class SeenCamera(NamedTuple):
+    """A camera of which the image topic is published.
+
+    Attributes:
+        missing: topics that are read of it but not published, or published with another type.
+    """
+
+    preset: CameraPreset
+    ns: str
+    dimensions: int
+    missing: Tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Return what it is, and what is missing, in words."""
+        image = next(iter(self.preset.inputs(ns=self.ns)))
+        text = f'{self.preset.name} ({image})'
+        if not self.missing:
+            return text
+        line = f' ({self.preset.driver_line})' if self.preset.driver_line else ''
+        return f'{text} without {", ".join(self.missing)}{line}'
+
+
+class CameraChoice(NamedTuple):
+    """The camera that was chosen of the published topics, and what else there is.
+
+    Attributes:
+        chosen: None where no camera has all of its topics.
+        others: cameras, the chosen one left out; with topics missing only where no other camera has their image.
+        images: image topics that belong to no camera of the table.
+    """
+
+    chosen: Optional[SeenCamera]
+    others: Tuple[SeenCamera, ...]
+    images: Tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Return what was seen besides the chosen camera, in words."""
+        parts = [str(other) for other in self.others]
+        if self.images:
+            parts.append(f'images on {", ".join(self.images)}')
+        return '; '.join(parts) or 'nothing else'
+
+
+def choose_camera(published: Mapping[str, str], dimensions: int = 3, presets: Optional[Presets] = None) -> CameraChoice:
+    """Return the camera that published topics are.
+
+    A camera with depth is found in any namespace, one without only in its own, as many nodes have an `image_raw`. One
+    in the namespace of the table comes first, then the order of the table counts.
+
+    Args:
+        published: types of the published topics by name.
+        dimensions: 2: the image is enough.
+    """
+    cameras = read_presets() if presets is None else presets
+    seen = [camera for preset in cameras.values() if preset.dimensions >= dimensions
+            for camera in _seen(preset, published, dimensions)]
+    seen.sort(key=lambda camera: (len(camera.missing) > 0, camera.ns != camera.preset.ns))  # stable: the table's order
+    by_topics: Dict[Tuple[str, ...], SeenCamera] = {}
+    taken: List[str] = []
+    for camera in seen:
+        topics = tuple(camera.preset.inputs(dimensions, camera.ns))
+        if not camera.missing or topics[0] not in taken:
+            by_topics.setdefault(topics, camera)
+        if not camera.missing:
+            taken.append(topics[0])
+    found = list(by_topics.values())
+    chosen = found[0] if found and not found[0].missing else None
+    known = {camera.preset.topic(role, camera.ns) for camera in seen for role in ('image', 'depth')}
+    images = tuple(sorted(topic for topic, kind in published.items()
+                          if kind == IMAGE and topic not in known and '/openpose_ros/' not in topic))
+    return CameraChoice(chosen, tuple(found[1:] if chosen else found), images)
+
+
+def _seen(preset: CameraPreset, published: Mapping[str, str], dimensions: int) -> Iterable[SeenCamera]:
+    """Yield a camera in each namespace in which its image is published."""
+    ending, kind = next(iter(preset.inputs(ns='').items()))
+    for topic in sorted(topic for topic, its_kind in published.items() if its_kind == kind and topic.endswith(ending)):
+        ns = topic[:-len(ending)].strip('/')
+        if preset.points_source or ns == preset.ns:
+            yield SeenCamera(preset, ns, dimensions, tuple(
+                name for name, its_kind in preset.inputs(dimensions, ns).items() if published.get(name) != its_kind))
+
+
+def _preset(path: Path, name: str, entry: Any) -> CameraPreset:
+    """Return a camera of a file; ParameterError: it is not as the table's are."""
+    fields = {field.name: field.type for field in dataclasses.fields(CameraPreset) if field.name != 'name'}
+    if not isinstance(entry, dict):
+        raise _wrong(path, name, f'expected keys of {", ".join(fields)}')
+    for key, value in entry.items():
+        if key not in fields:
+            near = ''.join(f" (did you mean '{other}'?)" for other in difflib.get_close_matches(str(key), fields, n=1))
+            raise _wrong(path, name, f'unknown key {key}{near}; allowed: {", ".join(fields)}')
+        _check_value(path, name, key, value)
+    source = entry.get('points_source', '')
+    for key in ('image', *_NEEDED[source]):
+        if not entry.get(key):
+            raise _wrong(path, name, f'points_source = {source!r} needs {key}')
+    return CameraPreset(**{**entry, 'name': name, 'size': tuple(entry.get('size', ()))})
+
+
+def _check_value(path: Path, name: str, key: str, value: Any) -> None:
+    """Raise ParameterError for a value that the key does not take."""
+    if key == 'size':
+        if not (isinstance(value, list) and len(value) == 2
+                and all(isinstance(side, int) and side > 0 for side in value)):
+            raise _wrong(path, name, f'size = {value!r}, expected width and height [px]')
+        return
+    kind = bool if key == 'rectified' else str
+    if not isinstance(value, kind):
+        raise _wrong(path, name, f'{key} = {value!r}, expected a {kind.__name__}')
+    if value not in _CHOICES.get(key, (value,)):
+        raise _wrong(path, name, f'{key} = {value!r}, expected one of {", ".join(map(repr, _CHOICES[key]))}')
+
+
+def _wrong(path: Path, name: str, text: str) -> ParameterError:
+    return ParameterError(f"parameter 'camera': {path}: {name}: {text}", 'camera')

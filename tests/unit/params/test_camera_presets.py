@@ -1,0 +1,145 @@
+"""Cameras by name: the shipped table, files of users, and the camera that published topics are."""
+import pytest
+
+from openpose_ros_pkg.camera_presets import (
+    CAMERA_INFO,
+    CLOUD,
+    COMPRESSED,
+    IMAGE,
+    choose_camera,
+    find_preset,
+    read_presets,
+)
+from openpose_ros_pkg.errors import ParameterError
+
+PRESETS = read_presets()
+CAMERAS = [name for name, preset in PRESETS.items() if not preset.node]
+
+
+def test_table_has_the_usual_cameras():
+    assert list(PRESETS) == ['realsense', 'kinect2', 'azure_kinect', 'oakd', 'zed', 'orbbec', 'xtion', 'usb_cam',
+                             'files', 'sequence']
+
+
+@pytest.mark.parametrize('name', CAMERAS)
+def test_entries_of_the_table_are_complete(name):
+    preset = PRESETS[name]
+    assert preset.title and preset.frame and preset.image_encoding and preset.camera_info and preset.source
+    assert len(preset.size) == 2
+    assert preset.driver_line.split()[:3] == ['roslaunch', preset.package, preset.launch_file]
+    assert bool(preset.depth_encoding) == (preset.dimensions == 3)
+
+
+def test_original_topics_are_those_of_kinect2():
+    assert PRESETS['kinect2'].inputs() == {'/kinect2/qhd/image_color': IMAGE, '/kinect2/qhd/points': CLOUD}
+
+
+def test_namespace_takes_the_place_of_the_presets():
+    assert list(PRESETS['realsense'].inputs(ns='/left/')) == [
+        '/left/color/image_raw', '/left/aligned_depth_to_color/image_raw', '/left/aligned_depth_to_color/camera_info']
+    assert PRESETS['azure_kinect'].topic('image') == '/rgb/image_raw'
+    assert PRESETS['azure_kinect'].topic('image', 'k4a') == '/k4a/rgb/image_raw'
+    assert PRESETS['realsense'].topic('points') == ''
+
+
+def test_two_dimensions_need_the_image_alone():
+    assert PRESETS['realsense'].inputs(2) == {'/camera/color/image_raw': IMAGE}
+    assert PRESETS['usb_cam'].inputs() == {'/usb_cam/image_raw': IMAGE}
+
+
+@pytest.mark.parametrize('name, text', [
+    ('realsens', "did you mean 'realsense'"), ('kinect', 'one of realsense, kinect2'), ('', 'auto, or a YAML file')])
+def test_unknown_name_is_refused_with_the_list(name, text):
+    with pytest.raises(ParameterError, match=text):
+        find_preset(name)
+
+
+def test_file_of_a_user(tmp_path):
+    file = tmp_path / 'my_camera.yaml'
+    file.write_text('mine: {ns: lab, image: rgb, points_source: depth_image, depth: depth, camera_info: info,\n'
+                    '       image_transport: compressed, depth_transport: compressedDepth}')
+    preset = find_preset(str(file))
+    assert preset.name == 'mine' and preset.driver_line == ''
+    assert preset.inputs() == {'/lab/rgb/compressed': COMPRESSED, '/lab/depth/compressedDepth': COMPRESSED,
+                               '/lab/info': CAMERA_INFO}
+
+
+@pytest.mark.parametrize('text, error', [
+    ('', 'is no table of cameras'),
+    ('[1', 'can not be read'),
+    ('mine: 3', 'expected keys of image, title'),
+    ('mine: {imgae: a}', r"unknown key imgae \(did you mean 'image'\?\); allowed: image, title"),
+    ('mine: {name: a}', 'unknown key name'),
+    ('mine: {ns: a}', 'needs image'),
+    ('mine: {image: a, points_source: point_cloud}', "'point_cloud' needs points"),
+    ('mine: {image: a, points_source: depth_image, depth: d}', "'depth_image' needs camera_info"),
+    ('mine: {image: a, points_source: cloud}', "expected one of '', 'point_cloud', 'depth_image'"),
+    ('mine: {image: a, rectified: 1}', 'rectified = 1, expected a bool'),
+    ('mine: {image: 5}', 'image = 5, expected a str'),
+    ('mine: {image: a, size: [640]}', 'expected width and height'),
+    ('a: {image: a}\nb: {image: b}', 'holds a, b, expected one camera')])
+def test_wrong_file_is_refused(text, error, tmp_path):
+    file = tmp_path / 'mine.yaml'
+    file.write_text(text)
+    with pytest.raises(ParameterError, match=error):
+        find_preset(str(file))
+
+
+def test_missing_file_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match='can not be read'):
+        find_preset(str(tmp_path / 'nothing.yaml'))
+
+
+def test_nothing_is_chosen_of_nothing():
+    choice = choose_camera({'/rosout': 'rosgraph_msgs/Log'})
+    assert choice.chosen is None and str(choice) == 'nothing else'
+
+
+@pytest.mark.parametrize('name', CAMERAS)
+def test_each_camera_is_recognised_by_its_topics(name):
+    preset = PRESETS[name]
+    choice = choose_camera(preset.inputs(), preset.dimensions)
+    assert choice.chosen.preset.name == name and choice.chosen.ns == preset.ns
+    assert choice.others == () and choice.images == ()
+
+
+def test_camera_in_another_namespace_is_recognised():
+    chosen = choose_camera(PRESETS['zed'].inputs(ns='zed2i')).chosen
+    assert chosen.preset.name == 'zed' and chosen.ns == 'zed2i'
+
+
+def test_two_cameras_first_of_the_table_is_chosen_and_the_other_named():
+    topics = {**PRESETS['oakd'].inputs(), **PRESETS['realsense'].inputs(), '/cv_camera/image_raw': IMAGE}
+    choice = choose_camera(topics)
+    assert choice.chosen.preset.name == 'realsense'
+    assert [other.preset.name for other in choice.others] == ['oakd']
+    assert str(choice) == 'oakd (/oak/rgb/image_rect); images on /cv_camera/image_raw'
+
+
+def test_two_cameras_of_a_kind_that_of_the_usual_namespace_is_chosen():
+    topics = {**PRESETS['realsense'].inputs(ns='a'), **PRESETS['realsense'].inputs()}
+    choice = choose_camera(topics)
+    assert choice.chosen.ns == 'camera' and [other.ns for other in choice.others] == ['a']
+
+
+def test_camera_without_aligned_depth_is_not_chosen_and_its_line_named():
+    topics = {'/camera/color/image_raw': IMAGE, '/camera/depth/image_rect_raw': IMAGE}
+    choice = choose_camera(topics)
+    assert choice.chosen is None
+    assert 'realsense (/camera/color/image_raw) without /camera/aligned_depth_to_color/image_raw' in str(choice)
+    assert 'align_depth:=true' in str(choice)
+    assert choose_camera(topics, 2).chosen.preset.name == 'realsense'
+
+
+def test_topic_of_another_type_is_missing():
+    topics = {**PRESETS['kinect2'].inputs(), '/kinect2/qhd/points': 'sensor_msgs/LaserScan'}
+    assert choose_camera(topics).chosen is None
+
+
+def test_results_of_this_project_are_no_cameras():
+    assert choose_camera({'/openpose_ros/skeleton_3d/input_rgb': IMAGE}, 2) == (None, (), ())
+
+
+def test_image_in_another_namespace_is_no_webcam():
+    choice = choose_camera({'/camera/depth/image_raw': IMAGE}, 2)
+    assert choice.chosen is None and choice.images == ('/camera/depth/image_raw',)
