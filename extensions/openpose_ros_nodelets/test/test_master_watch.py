@@ -54,7 +54,8 @@ def test_nodes_end_with_their_master(start, tmp_path):
     # roslaunch would start these again, without their parameters
     resting = {f'{name}_respawned': start(f'{name}_respawned', 'rosrun', *program, *source[:3 * (name == 'camera')],
                                           OPENPOSE_ROS_RESPAWNS='1') for name, program in NODES.items()}
-    names = {f'/{name}' for name in (*ended, *resting)}
+    at_once = start('at_once', 'rosrun', *NODES['camera'], *source, OPENPOSE_ROS_RESPAWNS='1')
+    names = {f'/{name}' for name in (*ended, *resting, 'at_once')}
     await_true(lambda: names <= registered(), 'all nodes')
 
     master.terminate()
@@ -64,6 +65,9 @@ def test_nodes_end_with_their_master(start, tmp_path):
     assert all(node.poll() is None for node in (*ended.values(), *resting.values()))
 
     start('roscore_again', 'roscore')
+    await_true(lambda: WHY in (tmp_path / 'at_once.txt').read_text(), WHY)
+    at_once.terminate()  # before the node rests
+    assert at_once.wait(30) == 0
     assert [node.wait(30) for node in ended.values()] == [1, 1]
     await_true(lambda: all(WHY in (tmp_path / f'{name}.txt').read_text() for name in (*ended, *resting)), WHY)
     await_true(lambda: registered() is not None and not names & registered(), 'no node is registered')

@@ -24,6 +24,7 @@ RESPAWNS = 'OPENPOSE_ROS_RESPAWNS'
 # Last parts of the names of topics and services of rospy, dynamic_reconfigure and diagnostics.
 _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'parameter_descriptions',
                   'parameter_updates', 'set_parameters')
+_END = threading.Event()  # set: a signal has come that ends this process
 
 
 def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
@@ -103,6 +104,7 @@ def _end_on_signals(is_serving: threading.Event) -> None:
     """
     def end() -> None:
         rospy.signal_shutdown('signal')
+        _END.set()
         if not is_serving.is_set():
             os._exit(0)
 
@@ -121,8 +123,9 @@ def _rest() -> NoReturn:
 
 
 def _wait() -> NoReturn:
-    while True:
-        signal.pause()
+    """Wait for a signal, which may have come already: `signal.pause` would wait for another one then."""
+    _END.wait()
+    os._exit(0)
 
 
 def _read_arguments(name: str, kind: Type[Settings]) -> Tuple[Dict[str, Any], List[str]]:
