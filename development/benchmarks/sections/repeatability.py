@@ -111,7 +111,7 @@ def first_frames(sequence: Path, folder: Path, frames: int) -> Path:
 
 def compute(bag: Path, table: Path, way: Way, prefix: Sequence[str] = ()) -> None:
     """Make the table of people of a recording, in a process of its own; `prefix`: of its command."""
-    settings = ['--csv', str(table), '--csv-layout', 'extended', '--set', 'compiled_cache=off']
+    settings = ['--csv', str(table), '--set', 'compiled_cache=off']
     environment = {**os.environ, **way.environment, 'PYTHONPATH': os.pathsep.join(sys.path)}
     program = [*prefix, sys.executable, str(PROGRAM)]
     subprocess.run([*program, str(bag), '-o', str(table.with_suffix('.bag')), *settings, '--jobs', '1', *way.arguments],

@@ -39,6 +39,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
+from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
 
 NAMESPACE = '/openpose_ros/skeleton_3d'
@@ -260,6 +261,13 @@ def test_two_runs_give_the_same_bytes_whatever_the_number_of_processes(run, reco
         assert run(recording, '--csv', tables[-1], output=tmp_path / f'{number}.bag', jobs=jobs) == 0
     assert len({table.read_bytes() for table in tables}) == 1
     assert len(tables[0].read_text().splitlines()) > 2 * (FRAMES - EMPTY)
+
+
+def test_the_table_says_what_is_measured_unless_the_originals_columns_are_asked_for(run, recording, tmp_path):
+    for layout, options in (('extended', ()), ('original', ('--csv-layout', 'original'))):
+        table = tmp_path / f'{layout}.csv'
+        assert run(recording, '--csv', table, *options, '--overwrite') == 0
+        assert table.read_text().splitlines()[0].split(',') == columns(layout, 3)
 
 
 def test_a_bag_that_is_done_is_skipped_until_something_changes(run, recording, tmp_path, out, capsys):

@@ -116,7 +116,7 @@ def errors_of(found, first=0):
 
 
 def test_fused_people_are_where_they_truly_are(run, room, out, tmp_path, capsys):
-    assert run(room, '--csv', tmp_path / 'a.csv', '--csv-layout', 'extended', '--markers') == 0
+    assert run(room, '--csv', tmp_path / 'a.csv', '--markers') == 0
     found = fused(out)
     assert len(found) == FRAMES
     assert np.median(errors_of(found)) < MEDIAN_ERROR['depth']

@@ -77,7 +77,7 @@ class BagJob:
     markers: bool = False  # whether markers are written
     signals: bool = False  # whether postures, gestures and falls are written
     # see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
-    csv_layout: str = 'original'
+    csv_layout: str = 'extended'
     compression: str = 'none'  # of the bag, one of COMPRESSIONS
     mcap: bool = False  # whether the output is a file for Foxglove and ROS 2
     jobs: int = 1  # number of detector processes; 1: none beside this one; 0: as many as change no result

@@ -189,8 +189,8 @@ def _parser() -> argparse.ArgumentParser:
     group = parser.add_argument_group('results')
     group.add_argument('--csv', type=Path, metavar='FILE', help='also as a table: people in space, or in the image '
                                                                 'where the bag has no points')
-    group.add_argument('--csv-layout', choices=LAYOUTS, default='original',
-                       help='columns as keypoints_to_csv has them (default: %(default)s)')
+    group.add_argument('--csv-layout', choices=LAYOUTS, default=BagJob.csv_layout,
+                       help='columns, as keypoints_to_csv has them (default: %(default)s: with status and sigma)')
     group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
     group.add_argument('--signals', action='store_true', help='also postures, gestures, pointing and falls of '

@@ -1,0 +1,111 @@
+"""Bags with messages of the original project: rosbag migrates them, and then they are read as those of the nodes."""
+import math
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import genpy
+import genpy.dynamic
+import numpy as np
+import pytest
+import rosbag
+from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d
+
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
+from skeleton_extract_3d.people import MEASURED, MISSING
+
+PACKAGE = Path(__file__).resolve().parents[3] / 'openpose_ros_msgs'
+RULES = PACKAGE / 'migration_rules/original.bmr'
+# The definitions of MiguelARD/openpose_ros-1, openpose_ros_msgs/msg at 3c484cd, and their checksums.
+PARTS = MESSAGE_JOINTS[:19]
+FIELDS = {2: 'uint32 x\nuint32 y\nfloat32 confidence\n', 3: 'float32 x\nfloat32 y\nfloat32 z\nfloat32 confidence\n'}
+MD5SUMS = {2: 'd01c2d124a49b2cef7015366ea4e0099', 3: 'd0a8af45cfc195d0d86994e1fdd9377d'}
+TOPICS = {2: '/openpose_ros/detected_poses_keypoints', 3: '/openpose_ros/skeleton_3d/detected_poses_keypoints_3d'}
+START = genpy.Time(1_500_000_000)
+
+
+def original(dimensions):
+    """Return the class of a person of the original."""
+    suffix = '_3d' if dimensions == 3 else ''
+    parts = ''.join(f'BodypartDetection{suffix} {part}\n' for part in PARTS)
+    kind = f'openpose_ros_msgs/PersonDetection{suffix}'
+    found = genpy.dynamic.generate_dynamic(
+        kind, f'uint32 num_people_detected\nuint32 person_ID\n{parts}{"=" * 80}\n'
+        f'MSG: openpose_ros_msgs/BodypartDetection{suffix}\n{FIELDS[dimensions]}')[kind]
+    assert found._md5sum == MD5SUMS[dimensions]
+    return found
+
+
+@pytest.fixture
+def old(tmp_path):
+    """Return a bag of two frames with two people: noses and necks, a chest that its network lacks."""
+    path = tmp_path / 'old.bag'
+    with rosbag.Bag(str(path), 'w') as bag:
+        for frame in range(2):
+            for person in range(2):
+                time = START + genpy.Duration(frame, 1000 * person)
+                flat = original(2)(num_people_detected=2, person_ID=person)
+                flat.nose.x, flat.nose.y, flat.nose.confidence = 320 + frame, 42, 0.5
+                flat.chest.confidence = math.nan
+                bag.write(TOPICS[2], flat, time)
+                solid = original(3)(num_people_detected=2, person_ID=person)
+                solid.nose.x, solid.nose.y, solid.nose.z, solid.nose.confidence = 0.5, -1.25, 2 + person, 0.5
+                for part in PARTS[1:]:
+                    place = getattr(solid, part)
+                    place.x = place.y = place.z = math.nan
+                solid.neck.confidence, solid.chest.confidence = 0.75, math.nan
+                bag.write(TOPICS[3], solid, time)
+    return path
+
+
+def rosbag_says(*arguments):
+    done = subprocess.run(['rosbag', *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=120, check=False)
+    return done.returncode, done.stdout
+
+
+def test_a_bag_of_the_original_is_migrated_and_read(old, tmp_path):
+    new = tmp_path / 'new.bag'
+    text = rosbag_says('check', old, '--noplugins', RULES)[1]
+    assert text.count(' From: ') == 2 and 'All rules defined. ' in text, text
+    assert 'All rules defined' not in rosbag_says('check', old, '--noplugins')[1]
+    assert rosbag_says('fix', '--noplugins', old, new, RULES)[0] == 0
+    with rosbag.Bag(str(new)) as bag:
+        found = [(topic, message, time) for topic, message, time in bag.read_messages()]
+    assert {(topic, message._md5sum) for topic, message, _ in found} == {
+        (TOPICS[2], PersonDetection._md5sum), (TOPICS[3], PersonDetection_3d._md5sum)}
+    assert sorted({time.to_nsec() - START.to_nsec() for _, _, time in found}) == [0, 1000, 10 ** 9, 10 ** 9 + 1000]
+    flat, solid = (read_keypoint_bag(new, TOPICS[dimensions]) for dimensions in (2, 3))
+    assert solid.ids.tolist() == flat.ids.tolist() == [0, 1, 0, 1]
+    assert (solid.stamps - START.to_nsec()).tolist() == [0, 0, 10 ** 9, 10 ** 9]
+    np.testing.assert_array_equal(flat.positions[:, 0], [[320, 42]] * 2 + [[321, 42]] * 2)
+    np.testing.assert_array_equal(solid.positions[:, 0], [[0.5, -1.25, 2], [0.5, -1.25, 3]] * 2)
+    for table in (flat, solid):
+        assert table.status[:, 0].tolist() == [MEASURED] * 4 and (table.status[:, 1:] == MISSING).all()
+        assert np.isnan(table.positions[:, 1:]).all()
+    assert solid.confidence[:, :2].tolist() == [[0.5, 0.75]] * 4 and (solid.confidence[:, 2:] == 0).all()
+    assert (solid.positions == read_keypoint_bag(old, TOPICS[3]).positions)[:, 0].all()
+    part = found[-1][1].mid_hip
+    assert (part.status, part.confidence) == (MISSING, 0) and math.isnan(part.x) and math.isnan(part.sigma)
+
+
+def test_rosbag_finds_the_rules_by_the_manifest(monkeypatch):
+    """Where rosdep is installed, as in noetic; elsewhere rospkg knows no dependencies, and the file has to be named."""
+    rosdep = types.ModuleType('rosdep2.rospack')
+    rosdep.init_rospack_interface = lambda: True
+    rosdep.is_view_empty = rosdep.is_system_dependency = lambda *_: False
+    rosdep.is_ros_package = lambda *_: True
+    monkeypatch.setitem(sys.modules, 'rosdep2', types.ModuleType('rosdep2'))
+    monkeypatch.setitem(sys.modules, 'rosdep2.rospack', rosdep)
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(PACKAGE))
+    import rosbag.migration
+    import rospkg.manifest
+    monkeypatch.setattr(rospkg.manifest, '_static_rosdep_view', None)
+    migrator = rosbag.migration.MessageMigrator()
+    for dimensions, kind in ((2, PersonDetection), (3, PersonDetection_3d)):
+        target = migrator.find_target(original(dimensions))
+        assert target._md5sum == kind._md5sum
+        path = migrator.find_path(original(dimensions), target)
+        assert path and all(node.rule.valid for node in path)
