@@ -13,11 +13,11 @@ from pathlib import Path
 from subprocess import run
 from typing import List, Optional, Sequence, TextIO
 
-from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
+from development import CONDA, LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
 from development.locks import FOCAL_REQUIREMENTS, REQUIREMENTS, TEST_REQUIREMENTS, lock_of
 from development.systems import needed_packages, this_system
 from development.terminal import die, output_of, say, step, succeeds
-from development.workspace import BUILD_STAMP, DEVEL_SETUP, environment_of
+from development.workspace import BUILD_STAMP, DEVEL, EXTENDED, environment_of, extend, underlays
 
 BAD_IN_PATHS = r'[\s\'"\\;$:]'
 APT = ('env', 'DEBIAN_FRONTEND=noninteractive', 'apt-get', '--yes', '--no-install-recommends',
@@ -63,11 +63,15 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
     parser.add_argument('--without-openvino', dest='openvino', action='store_const', const='without')
     parser.add_argument('--with-openvino', dest='openvino', action='store_const', const='with')
     parser.add_argument('--no-build', dest='build', action='store_false')
+    parser.add_argument('--extend', nargs='*', metavar='WORKSPACE')
     options = parser.parse_args(arguments)
     started = time.monotonic()
     _check_place()
+    if options.extend is not None:
+        extend(options.extend)
+    _check_system()
     with _lock():
-        say(f'Setting up {ROOT}')
+        say(f'Setting up {ROOT}' + ''.join(f', on {path}' for path in underlays()))
         _set_up_system_packages()
         _set_up_venv(options.openvino)
         if test_tools:
@@ -79,19 +83,23 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
             _set_up_build()
         else:
             say('[4/4] Build: left to you')
-    say(f'Ready after {time.monotonic() - started:.0f} s.')
+    say(f'Ready after {time.monotonic() - started:.0f} s.'
+        + (f' In a terminal of your own: source {DEVEL}/setup.bash' if options.build else ''))
 
 
 def _check_place() -> None:
-    try:
-        this_system()
-    except (OSError, ValueError) as error:
-        die(str(error))
     if re.search(BAD_IN_PATHS, str(ROOT)):
         die(f'ROS can not work in a folder with such a name; move the checkout: {ROOT}')
     if not all(os.access(str(folder), os.W_OK) for folder in (ROOT, LOGS) if folder.exists()):
         die(f'{os.environ.get("USER", "this user")} may not write in {ROOT}')
     LOGS.mkdir(exist_ok=True)
+
+
+def _check_system() -> None:
+    try:
+        this_system()
+    except (OSError, ValueError) as error:
+        die(str(error))
 
 
 def _lock() -> TextIO:
@@ -112,6 +120,8 @@ def _set_up_system_packages() -> None:
     if not missing:
         say('[1/4] System packages: all there')
         return
+    if CONDA is not None:
+        die(f'{CONDA} lacks {", ".join(missing)}; add them: conda env update --file {ROOT / "environment.yml"}')
     step(f'[1/4] System packages: installing {len(missing)} and what these need', 'packages',
          'check the network and the sources of apt (on Ubuntu universe is needed, on 20.04 that of ROS noetic too)',
          _install, missing, _as_root(missing))
@@ -121,8 +131,12 @@ def _set_up_system_packages() -> None:
 
 
 def _missing_packages() -> List[str]:
-    shown = output_of('dpkg-query', '--show', '--showformat', '${db:Status-Abbrev}${Package}\n')
-    return sorted(needed_packages(this_system()) - {line[3:] for line in shown.splitlines() if line[1:3] == 'i '})
+    if CONDA is not None:
+        installed = {path.stem.rsplit('-', 2)[0] for path in CONDA.glob('conda-meta/*.json')}
+    else:
+        shown = output_of('dpkg-query', '--show', '--showformat', '${db:Status-Abbrev}${Package}\n')
+        installed = {line[3:] for line in shown.splitlines() if line[1:3] == 'i '}
+    return sorted(needed_packages(this_system()) - installed)
 
 
 def _as_root(packages: Sequence[str]) -> List[str]:
@@ -254,7 +268,7 @@ def _weights_command(*arguments: str) -> List[str]:
 def _set_up_build() -> None:
     """Build from scratch, which takes a minute: so it heals what an interrupted build or another build tool left."""
     wanted = _fingerprint()
-    if _read(BUILD_STAMP) == wanted and DEVEL_SETUP.is_file():
+    if _read(BUILD_STAMP) == wanted and (DEVEL / 'setup.bash').is_file():
         say('[4/4] Build: up to date')
         return
     for folder in ('build', 'devel'):
@@ -262,13 +276,15 @@ def _set_up_build() -> None:
     step('[4/4] Build: catkin_make', 'build',
          'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', partial(
              run, ['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
-             env=environment_of(this_system().ros_setup)))
+             env=environment_of([*underlays(), *filter(None, [this_system().ros])])))
     BUILD_STAMP.write_text(wanted)
 
 
 def _fingerprint() -> str:
     sums = hashlib.sha256(f'{ROOT} {output_of(PYTHON, "--version")}'.encode())
-    sums.update(output_of('dpkg-query', '--show', 'catkin', 'ros-noetic-catkin').encode())
+    sums.update(f'{this_system().ros} {_read(EXTENDED)}'.encode())
+    if CONDA is None:
+        sums.update(output_of('dpkg-query', '--show', 'catkin', 'ros-noetic-catkin', 'ros-one-catkin').encode())
     files = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*')) if path.is_file()]
     for path in [ROOT / 'CMakeLists.txt', *files]:
         is_read = path.name in BUILT_NAMES or path.suffix in BUILT_SUFFIXES or path.parent.name == 'env-hooks'

@@ -4,8 +4,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from development.systems import this_system
+
 ROOT = Path(__file__).parents[2]
-NOETIC = Path('/opt/ros/noetic/setup.bash')
+ROS = this_system().ros
 SETTINGS = f'-DPYTHON_EXECUTABLE=/usr/bin/python3 -Dopenpose_ros_pkg_VENV={ROOT}/.venv'
 TIMEOUT = 900.0  # [s] several times what the slowest build takes
 NOT_SOURCE = shutil.ignore_patterns('.git', '.venv*', 'build', 'devel', 'install', 'logs', '.catkin_*', 'demo_output',
@@ -14,8 +16,8 @@ NOT_SOURCE = shutil.ignore_patterns('.git', '.venv*', 'build', 'devel', 'install
 
 def shell(script, folder, environment):
     """Run a bash script and return its output; it has to succeed."""
-    if NOETIC.is_file():
-        script = f'source {NOETIC}\n{script}'
+    if ROS is not None:
+        script = f'source {ROS}/setup.bash\n{script}'
     done = subprocess.run(['bash', '-e', '-o', 'pipefail', '-c', script], cwd=str(folder), env=environment,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           timeout=TIMEOUT, check=False)

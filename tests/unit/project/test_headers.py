@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from development.generated import with_joints
+from development.systems import this_system
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, SKELETONS
 from skeleton_extract_3d.points.constants import CameraFitConstants
 
@@ -52,7 +53,7 @@ def test_a_program_reads_them(tmp_path):
         pytest.skip('the messages are not built')
     (tmp_path / 'print.cpp').write_text(PRINT)
     subprocess.run(['g++', '-std=c++11', f'-I{ROOT}/devel/include', f'-I{JOINTS_H_PATH.parents[1]}',
-                    *(f'-I{path}' for path in ('/opt/ros/noetic/include', '/usr/include')),
+                    f'-I{this_system().ros or "/usr"}/include',
                     str(tmp_path / 'print.cpp'), '-o', str(tmp_path / 'print')], check=True)
     lines = subprocess.run([str(tmp_path / 'print')], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
     assert lines[:27] == [f'{name} 1' for name in FIELDS]

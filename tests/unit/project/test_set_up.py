@@ -1,7 +1,7 @@
-"""What set-up deletes and leaves alone."""
+"""What set-up deletes, leaves alone and remembers."""
 import pytest
 
-from development import set_up
+from development import set_up, workspace
 
 
 def test_environment_of_the_user_is_left_alone(tmp_path):
@@ -17,3 +17,24 @@ def test_environment_of_the_user_is_left_alone(tmp_path):
     link.symlink_to(environment)
     with pytest.raises(SystemExit, match='link was not made by'):
         set_up.check_own(link)
+
+
+def test_workspaces_to_extend_are_remembered(tmp_path, monkeypatch):
+    monkeypatch.setattr(workspace, 'EXTENDED', tmp_path / 'extended')
+    for name in ('one/devel', 'two'):
+        (tmp_path / name).mkdir(parents=True)
+        for file in ('.catkin', 'setup.bash'):
+            (tmp_path / name / file).touch()
+    one, two = tmp_path / 'one/devel', tmp_path / 'two'
+    monkeypatch.setenv('SOURCED_WORKSPACES', f'{tmp_path}:{two}:/opt/nowhere:')
+    assert workspace.underlays() == [two], 'of the sourced folders, those that are workspaces'
+    workspace.extend([str(one.parent), str(two)])
+    assert workspace.underlays() == [one, two]
+    with pytest.raises(SystemExit, match=r'/one/none has no setup\.bash of catkin'):
+        workspace.extend([str(one), str(tmp_path / 'one/none')])
+    assert workspace.underlays() == [one, two], 'as before'
+    (one / '.catkin').unlink()
+    with pytest.raises(SystemExit, match=r'/one/devel, of \./run setup --extend, is not there; to forget it: '):
+        workspace.underlays()
+    workspace.extend([])
+    assert workspace.underlays() == [two]
