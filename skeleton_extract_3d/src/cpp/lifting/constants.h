@@ -66,7 +66,7 @@ struct Constants : Step
 
   struct Joints : Step
   {
-    std::vector<Index> head = indices("HEAD", JOINTS), swap = indices("SWAP", JOINTS);
+    std::vector<Index> head = indices("HEAD", JOINTS);
     std::vector<Index> shoulders = indices("SHOULDERS", JOINTS), hips = indices("HIPS", JOINTS);
     std::vector<Index> roots = indices("ROOTS", JOINTS), middles = indices("MIDDLES", JOINTS);
     std::vector<Index> ends = indices("ENDS", JOINTS);

@@ -24,7 +24,5 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
       .def("register_surface", &registerSurface)
       .def("fit_pinhole", &fitPinhole)
       .def("complete", &complete)
-      .def("lower_median", &lowerMedian)
-      .def("in_one_place", &inOnePlace)
       .def("correct", &correct);
 }

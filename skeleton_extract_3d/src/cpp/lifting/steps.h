@@ -85,15 +85,6 @@ std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const D
 py::tuple complete(const Constants& method, const std::tuple<Doubles, Doubles, Doubles, Flags>& joints,
                    const std::tuple<Flags, Doubles>& before, const std::tuple<Doubles, Doubles, Doubles>& trunks,
                    double elapsed, double timeout);
-// median.cpp
-/** Lower medians of the finite ones of (..., N) values, (...); NaN where there is none. */
-py::array_t<double> lowerMedian(const Constants& method, const Doubles& values);
-/**
- * Which people fill the same space, (P, P): of the joints (P, 18, 3) that both have placed, (P, 18), at least
- * `least_joints`, the median distance is below `reach` [m]; left and right may be exchanged.
- */
-py::array_t<bool> inOnePlace(const Constants& method, const Doubles& xyz, const Flags& placed, int least_joints,
-                             double reach);
 // joint_filter.cpp
 py::tuple correct(const Constants& method, const FilterArrays& state, const Doubles& measured, const Doubles& covariance,
                   const Flags& mask);

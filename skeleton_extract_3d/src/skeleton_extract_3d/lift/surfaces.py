@@ -49,8 +49,10 @@ def depths_at(points: PointGrid, uv: np.ndarray) -> np.ndarray:
 
 
 def lower_median(values: np.ndarray) -> np.ndarray:
-    """Return the lower median of the finite ones of (..., N) values, (...); NaN where there is none; compiled."""
-    return METHOD.compiled.lower_median(values)
+    """Return the lower median of the finite ones of (..., N) values, (...); NaN where there is none."""
+    ordered = np.sort(np.where(np.isfinite(values), values, np.nan), axis=-1)  # NaN last
+    middle = (np.isfinite(ordered).sum(axis=-1, keepdims=True) - 1) // 2
+    return np.take_along_axis(ordered, middle, axis=-1)[..., 0]
 
 
 def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD) -> np.ndarray:

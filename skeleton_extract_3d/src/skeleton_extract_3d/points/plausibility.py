@@ -39,7 +39,7 @@ def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plaus
             'no depth', f'{100 * share:.2g} % of the points are valid, the others are '
                         f'{points.missing_values(columns, rows)}: is the depth camera covered, or is this another '
                         'topic?'))
-    depth, (least, most) = float(METHOD.compiled.lower_median(distances)), constants.depths
+    depth, (least, most) = float(np.median(distances)), constants.depths
     doubt = None
     if not least <= depth <= most:
         said, unit = (f'up to {most:g}', 'millimetres') if depth > most else (f'at least {least:g}', 'metres')

@@ -4,32 +4,37 @@ from typing import Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import JOINTS, TRUNK
+from skeleton_extract_3d.body.body import JOINTS, SWAP, TRUNK
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.constants import OneBodyConstants, TrackConstants
 from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 _OF_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
+_SIDES = np.array([np.arange(len(JOINTS)), SWAP])  # the joints as they are, and with left and right exchanged
 
 
 def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: float) -> np.ndarray:
-    """Return which people fill the same space, (P, P) bool: most joints are near; left and right may be exchanged;
-    compiled (median.cpp).
+    """Return which people fill the same space, (P, P) bool: most joints are near; left and right may be exchanged.
 
     Args:
         placed: (P, 18) bool, joints that count; both must have `least_joints`.
         reach: greatest median distance in one place [m].
     """
-    return METHOD.compiled.in_one_place(xyz, placed, least_joints, reach)
+    off = xyz[:, None, None] - xyz[:, _SIDES]
+    common = placed[:, None, None] & placed[:, _SIDES]
+    distance = np.where(common, np.sqrt(np.einsum('...i,...i', off, off)), np.nan)
+    return ((common.sum(axis=3) >= least_joints) & (lower_median(distance) < reach)).any(axis=2)
 
 
 def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
     """Return which people are halves of one person, (P, P) bool: few joints in common, and the trunk in one place."""
-    common = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2)
-    return (common < constants.one_body.least_joints) & in_one_place(
-        seen.tracks.joints.position, seen.placed & _OF_TRUNK, constants.one_body.least_joints,
-        constants.identity.same_place)
+    few = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2) < constants.one_body.least_joints
+    if not few.any():
+        return few
+    return few & in_one_place(seen.tracks.joints.position, seen.placed & _OF_TRUNK, constants.one_body.least_joints,
+                              constants.identity.same_place)
 
 
 def separate(seen: Completion, people: Observations, stamp: float, constants: TrackConstants = METHOD.track
