@@ -169,7 +169,7 @@ class CameraChoice(NamedTuple):
         parts = [str(other) for other in self.others]
         if self.images:
             parts.append(f'images on {", ".join(self.images)}')
-        return '; '.join(parts) or 'nothing else'
+        return '; '.join(parts) or 'no other image'
 
 
 def choose_camera(published: Mapping[str, str], dimensions: int = 3, presets: Optional[Presets] = None) -> CameraChoice:

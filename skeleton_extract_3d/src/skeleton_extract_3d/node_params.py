@@ -5,6 +5,8 @@ from typing import Any, Dict, Tuple, Type
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import (
+    CAMERA_DOC,
+    CAMERA_NS_DOC,
     AnnotatedImageParams,
     DemandParams,
     ImageTransportParams,
@@ -23,14 +25,19 @@ from skeleton_extract_3d.show.markers import MarkerParams
 class ExtractorParams(Parameters):
     """Input and frames of the extractor."""
 
+    camera: str = parameter('kinect2', CAMERA_DOC + ' Empty: ~image, ~point_cloud, ~depth_image and ~camera_info.')
+    camera_ns: str = parameter('', CAMERA_NS_DOC)
     points_source: str = parameter(
-        'point_cloud', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
-                       '~camera_info.', choices=('point_cloud', 'depth_image'))
+        'auto', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
+                '~camera_info; auto: as the camera says, point_cloud without one.',
+        choices=('auto', 'point_cloud', 'depth_image'))
     depth_transport: str = parameter(
-        'raw', "With depth_image: 'compressedDepth' subscribes to <depth topic>/compressedDepth, as image_transport "
-               'publishes it (PNG).', choices=('raw', 'compressedDepth'))
-    rectified: bool = parameter(
-        False, 'With depth_image: the images are rectified, so use P of the camera info and no distortion.')
+        'auto', "With depth_image: 'compressedDepth' subscribes to <depth topic>/compressedDepth, as image_transport "
+                'publishes it (PNG); auto: as the camera says, raw without one.',
+        choices=('auto', 'raw', 'compressedDepth'))
+    rectified: str = parameter(
+        'auto', 'With depth_image: true: the images are rectified, so use P of the camera info and no distortion; '
+                'auto: as the camera says, false without one.', choices=('auto', 'true', 'false'))
     pose_model: str = parameter('auto', 'pose_model of the detection service; names the joints.')
     target_frame: str = parameter('', 'Frame of the published joints; empty: the frame of the cloud.')
     tracking_frame: str = parameter(

@@ -92,7 +92,7 @@ def test_missing_file_is_refused(tmp_path):
 
 def test_nothing_is_chosen_of_nothing():
     choice = choose_camera({'/rosout': 'rosgraph_msgs/Log'})
-    assert choice.chosen is None and str(choice) == 'nothing else'
+    assert choice.chosen is None and str(choice) == 'no other image'
 
 
 @pytest.mark.parametrize('name', CAMERAS)

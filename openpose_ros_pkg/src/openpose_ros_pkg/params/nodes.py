@@ -14,14 +14,20 @@ from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 
+# Of the parameters that say which camera a node reads.
+CAMERA_DOC = ('Camera whose topics are read unless they are given: a name of cameras.yaml (realsense, kinect2, '
+              'azure_kinect, oakd, zed, orbbec, xtion, usb_cam), a YAML file with one camera, or auto: the one that '
+              'is published.')
+CAMERA_NS_DOC = "Namespace of the camera's topics; empty: that of its preset."
+
 
 @dataclass(frozen=True)
 class ImageTransportParams(Parameters):
     """How images reach the node."""
 
     image_transport: str = parameter(
-        'raw', "'compressed' subscribes to <image topic>/compressed, as image_transport publishes it.",
-        choices=('raw', 'compressed'))
+        'auto', "'compressed' subscribes to <image topic>/compressed, as image_transport publishes it. auto: as the "
+                "preset of the node's camera says, raw without one.", choices=('auto', 'raw', 'compressed'))
 
 
 @dataclass(frozen=True)
@@ -39,7 +45,9 @@ class StreamParams(Parameters):
 
     image_topic: str = parameter(
         '', 'Image topic of a camera. The newest image is processed as soon as the network is free, without a client '
-            'node; preparing and publishing overlap the network. Empty: only images that clients send.')
+            'node; preparing and publishing overlap the network. Empty: that of the camera.')
+    camera: str = parameter('', CAMERA_DOC + ' Empty: only images that clients send.')
+    camera_ns: str = parameter('', CAMERA_NS_DOC)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The service node: finds the people in the images it is sent, publishes keypoints and the annotated image."""
 import itertools
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, Generic, List, NamedTuple, Optional, Tuple, TypeVar
 
 import rospy
@@ -24,6 +24,7 @@ from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher, sibling_camera_info
+from openpose_ros_pkg.ros.cameras import find_camera
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
@@ -321,12 +322,25 @@ def main_3d() -> None:
              lambda settings: _make('detect_poses_3d', 'openpose_ros/skeleton_3d', settings))
 
 
+def _settle_camera(settings: ServiceSettings) -> ServiceSettings:
+    """Return settings with image topic and transport of the camera where none is given; `auto` waits for one."""
+    stream, transport = settings.stream, settings.transport
+    camera = None if stream.image_topic else find_camera(stream.camera, stream.camera_ns, 2)
+    if camera is None:
+        return settings
+    if transport.image_transport == 'auto':
+        transport = replace(transport, image_transport=camera.preset.image_transport)
+    return replace(settings, stream=replace(stream, image_topic=camera.preset.topic('image', camera.ns)),
+                   transport=transport)
+
+
 def _make(service: str, namespace: str, settings: ServiceSettings) -> Tuple[DetectionService, LiveParameters]:
     """Return the service as a node of its own, and its dynamic_reconfigure server."""
     if (settings.landmarks.hands or settings.landmarks.face) and not (settings.publishing.publish_results
                                                                       or settings.save.active):
         raise ParameterError("parameters 'hands', 'face' are not allowed in a node that neither publishes "
                              '(publish_results) nor saves; set them where the results are published')
+    settings = _settle_camera(settings)
     health, timing = Health(bad_input='bad image'), TimingReport(STAGES, result='total')
     health.show(timing.medians)
     demand = Demand(settings.demand.lazy and not settings.save.active, health)

@@ -110,8 +110,8 @@ def _tolerant(message_type: Type[genpy.Message]) -> Type[genpy.Message]:
 
 
 def image_subscriber(topic: str, transport: str) -> InputSubscriber:
-    """Return a subscriber of images as image_transport publishes them; transport 'raw': Image, else CompressedImage."""
-    if transport == 'raw':
+    """Return a subscriber of images as image_transport publishes them; 'auto' or 'raw': Image, else CompressedImage."""
+    if transport in ('auto', 'raw'):
         return InputSubscriber(topic, Image)
     # resolved first, so that a remapping of the image topic holds for its compressed sibling too
     return InputSubscriber(f'{rospy.resolve_name(topic)}/{transport}', CompressedImage)

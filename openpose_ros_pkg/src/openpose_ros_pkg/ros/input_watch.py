@@ -1,16 +1,16 @@
 """Tell the user which inputs of a node are silent, and why."""
 import time
 from functools import partial
-from typing import Callable, Dict, List, Mapping, NamedTuple, Sequence
+from typing import Callable, Dict, List, NamedTuple, Sequence
 
 import rosgraph
 import rospy
 
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, call_master
+from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, published_topics
 from openpose_ros_pkg.ros.threads import repeat
-from openpose_ros_pkg.stream.silent_topic import PublishedTopic, why_clock_stands, why_silent
+from openpose_ros_pkg.stream.silent_topic import why_clock_stands, why_silent
 from openpose_ros_pkg.throttle import Throttle
 
 PATIENCE = 5.0
@@ -68,7 +68,7 @@ class InputWatch:
 
     def _why_silent(self, source: InputSubscriber) -> str:
         try:
-            text = why_silent(source.resolved_name, source.kind, _published_topics(), source.connected,
+            text = why_silent(source.resolved_name, source.kind, published_topics(), source.connected,
                               rospy.get_name())
         except CALL_ERRORS:
             text = f'the ROS master {rosgraph.get_master_uri()} does not answer'
@@ -80,14 +80,3 @@ class InputWatch:
 
 def _is_silent(source: InputSubscriber) -> bool:
     return source.silence >= PATIENCE
-
-
-def _published_topics() -> Mapping[str, PublishedTopic]:
-    """Return all topics that are published, by their names.
-
-    Raises:
-        CALL_ERRORS: the master does not answer.
-    """
-    (_, _, state), (_, _, types) = call_master([('getSystemState',), ('getTopicTypes',)])
-    kinds = dict(types)
-    return {topic: PublishedTopic(kinds.get(topic, ''), nodes) for topic, nodes in state[0]}

@@ -44,6 +44,7 @@ from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.plausibility import PointSummary
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.camera_inputs import input_topics, settle_camera
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.frames import FrameTransforms, PointsMessage, points_from_message
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
@@ -102,6 +103,7 @@ class Extractor:
     unique over these, but not over extractors.
 
     Args:
+        settings: without `auto`, see `settle_camera`.
         networks: find people, hands and faces.
         health, timing, demand: of the node, or of one of its cameras; `timing` has STAGES.
     """
@@ -146,13 +148,14 @@ class Extractor:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
-        self._camera_info = CameraInfoPublisher(NAMESPACE, '~camera_info', self._health, self._demand,
+        topics = input_topics(self._params, bool(self._networks.camera))
+        self._camera_info = CameraInfoPublisher(NAMESPACE, topics.camera_info, self._health, self._demand,
                                                 needed=self._params.points_source == 'depth_image')
-        images = image_subscriber(self._demand.resolve('~image'), transport.image_transport)
+        images = image_subscriber(self._demand.resolve(topics.image), transport.image_transport)
         if self._params.points_source == 'point_cloud':
-            points = InputSubscriber(self._demand.resolve('~point_cloud'), PointCloud2)
+            points = InputSubscriber(self._demand.resolve(topics.points), PointCloud2)
         else:
-            points = image_subscriber(self._demand.resolve('~depth_image'), self._params.depth_transport)
+            points = image_subscriber(self._demand.resolve(topics.depth), self._params.depth_transport)
         self._synchronizer = StampSynchronizer((images, points), pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
         self._synchronizer.watch_pairs(self._demand.watch, (images, points), '{}:={}')
@@ -306,6 +309,7 @@ def _camera_of(points: PointGrid, image: Image) -> Optional[CameraInfo]:
 
 def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     """Return the extractor as a node of its own, and its dynamic_reconfigure server."""
+    settings = settle_camera(settings)
     health, timing = Health(), TimingReport(STAGES, result='total')
     health.show(timing.medians)
     demand = Demand(settings.is_lazy, health)

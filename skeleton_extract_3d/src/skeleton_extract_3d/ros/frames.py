@@ -32,12 +32,12 @@ def points_from_message(message: PointsMessage, info: Optional[CameraInfo], para
     """
     if message._type == CompressedImage._type:
         message = convert_2d.compressed_depth_to_image(message, most)
-    if params.points_source == 'point_cloud':
+    if params.points_source != 'depth_image':
         points: PointGrid = convert.cloud_from_message(message)
     elif info is None:
         raise BadInputError('no camera info came before the depth image')
     else:
-        points = convert.depth_image_from_messages(message, info, params.rectified)
+        points = convert.depth_image_from_messages(message, info, params.rectified == 'true')
     check_pixels(params.points_source, points.width, points.height, most)
     return points
 

@@ -1,4 +1,5 @@
 """The people node: detection service and extractors in one process, so that no image is sent from one to the other."""
+from dataclasses import replace
 from typing import List, Sequence
 
 import rospy
@@ -15,6 +16,7 @@ from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, PeopleSettings
+from skeleton_extract_3d.ros.camera_inputs import settle_camera
 from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor, Networks
 
 # Service of the detection, as that of openpose_ros_node_3d.
@@ -31,11 +33,13 @@ class PeopleNode:
     """
 
     def __init__(self, settings: PeopleSettings) -> None:
-        detection, extraction, cameras = settings.detection, settings.extraction, settings.cameras.names
+        cameras = settings.cameras.names
+        _check(cameras)
+        settings = replace(settings, extraction=settle_camera(settings.extraction, cameras[0]))
+        detection, extraction = settings.detection, settings.extraction
         if detection.stream.image_topic:
             raise ParameterError("parameter 'image_topic' has to be empty in this node: its images come on ~image",
                                  'image_topic')
-        _check(cameras)
         health, timing = Health(), TimingReport(STAGES, result='total')
         demand = Demand(extraction.is_lazy and not detection.save.active, health)
         requests = TimingReport(DETECTION_STAGES, result='total', topic='~detection/timing')

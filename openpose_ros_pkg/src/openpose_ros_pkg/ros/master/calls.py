@@ -3,11 +3,13 @@ import http.client
 import socket
 import xmlrpc.client
 from contextlib import suppress
-from typing import Any, Sequence, Tuple
+from typing import Any, Mapping, Sequence, Tuple
 
 import rosgraph
 import rospy
 from rospy.core import parse_rosrpc_uri
+
+from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
 # Answers come within milliseconds; a master that needs longer hangs [s].
 CALL_TIMEOUT = 2.0
@@ -39,6 +41,13 @@ def call_master(calls: Sequence[Tuple[Any, ...]]) -> Sequence[Tuple[int, str, An
             getattr(request, method)(rospy.get_name(), *arguments)
         answers: Any = request()
         return [tuple(answer) for answer in answers]
+
+
+def published_topics() -> Mapping[str, PublishedTopic]:
+    """Return all topics that are published, by their names; CALL_ERRORS: the master does not answer."""
+    (_, _, state), (_, _, types) = call_master([('getSystemState',), ('getTopicTypes',)])
+    kinds = dict(types)
+    return {topic: PublishedTopic(kinds.get(topic, ''), nodes) for topic, nodes in state[0]}
 
 
 def is_listening(service_uri: str) -> bool:

@@ -1,0 +1,49 @@
+"""What the extractor reads of the camera that the parameter `camera` names, or that is there."""
+from dataclasses import replace
+from typing import NamedTuple
+
+from openpose_ros_pkg.camera_presets import CameraPreset, find_preset
+from openpose_ros_pkg.ros.cameras import Camera, find_camera
+from skeleton_extract_3d.node_params import ExtractorParams, ExtractorSettings
+
+
+class InputTopics(NamedTuple):
+    """Names of the topics that the extractor reads."""
+
+    image: str = '~image'
+    points: str = '~point_cloud'
+    depth: str = '~depth_image'
+    camera_info: str = '~camera_info'
+
+
+def settle_camera(settings: ExtractorSettings, within: str = '') -> ExtractorSettings:
+    """Return settings in which no value is `auto` any more; waits for a camera where `camera` is.
+
+    Args:
+        within: namespace of the first of several cameras, in which `camera` `auto` looks.
+
+    Raises:
+        ParameterError: there is no such camera, or it has no depth.
+    """
+    params, transport = settings.extractor, settings.transport.image_transport
+    camera = find_camera(params.camera, params.camera_ns, 3, within)
+    preset, ns = camera or Camera(CameraPreset('', ''), params.camera_ns)
+
+    def settled(given: str, of_camera: str) -> str:
+        return of_camera if given == 'auto' else given
+
+    name = params.camera if params.camera != 'auto' else preset.name
+    params = replace(params, camera=name, camera_ns=ns,
+                     points_source=settled(params.points_source, preset.points_source or 'point_cloud'),
+                     depth_transport=settled(params.depth_transport, preset.depth_transport),
+                     rectified=settled(params.rectified, str(preset.rectified).lower()))
+    return replace(settings, extractor=params,
+                   transport=replace(settings.transport, image_transport=settled(transport, preset.image_transport)))
+
+
+def input_topics(params: ExtractorParams, is_one_of_several: bool) -> InputTopics:
+    """Return the topics of settled parameters; those of one camera of several are relative to its namespace."""
+    if not params.camera:
+        return InputTopics()
+    camera = Camera(find_preset(params.camera), None if is_one_of_several else params.camera_ns)
+    return InputTopics(*(camera.topic(role, private) for role, private in InputTopics()._asdict().items()))
