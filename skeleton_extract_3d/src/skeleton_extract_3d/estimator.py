@@ -21,18 +21,15 @@ from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, summari
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.appearance import Clothes, observe_clothes
-from skeleton_extract_3d.track.completion import complete
+from skeleton_extract_3d.track.completion import complete, hidden_and_there, stand, walk_on
 from skeleton_extract_3d.track.correction import correct
-from skeleton_extract_3d.track.expectation import expect
-from skeleton_extract_3d.track.floor_contact import stand
 from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.one_body import apart, separate
-from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
 from skeleton_extract_3d.track.output import report
 from skeleton_extract_3d.track.registered import registered, seen_bodies
 from skeleton_extract_3d.track.reidentification import Reidentification, without
-from skeleton_extract_3d.track.tracks import Observations, Tracks
+from skeleton_extract_3d.track.tracks import Observations, Tracks, expect
 
 # Stages of `Estimate.timing`, in order.
 STAGES = ('observe', 'identity', 'lift', 'filter', 'complete')

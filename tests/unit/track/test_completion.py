@@ -11,8 +11,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import SmoothingParams
-from skeleton_extract_3d.track.completion import Completion, complete
-from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
+from skeleton_extract_3d.track.completion import Completion, complete, hidden_and_there, walk_on
 from synthetic_scene import Person, Room, joints_of, pinhole, render, standing
 
 INDEX = COCO_18.index

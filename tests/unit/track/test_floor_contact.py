@@ -5,8 +5,7 @@ import pytest
 from estimating import tracks_of
 from skeleton_extract_3d.body.body import ENDS, HIPS, JOINTS, MIDDLES
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.floor_contact import stand
+from skeleton_extract_3d.track.completion import Completion, stand
 from skeleton_extract_3d.track.tracks import Tracks
 
 KNEES, ANKLES = MIDDLES[2:], ENDS[2:]

@@ -1,16 +1,21 @@
-"""Joints without a usable keypoint of detected people: from the body model and the frames before.
+"""What a frame does not show: joints without a usable keypoint, hidden feet, and tracks without a detection.
 
-A joint stays where it was relative to the next joint towards the trunk, and drifts to where it hangs at rest.
+A joint stays where it was relative to the next joint towards the trunk, and drifts to where it hangs at rest. Tracks
+without a detection walk on, ever more slowly, but not to where they would be visible.
 """
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from skeleton_extract_3d.body.body import ENDS, HIPS, LOWER_KINDS, MIDDLES, UPPER_KINDS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
+from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.track.joint_filter import JointFilter, isotropic
 from skeleton_extract_3d.track.tracks import Tracks
+
+_KNEES, _ANKLES = MIDDLES[2:], ENDS[2:]
 
 
 class Completion(NamedTuple):
@@ -44,3 +49,89 @@ def complete(seen: Completion, view: FrameView, timeout: float, method: MethodCo
     tracks = replace(tracks, joints=tracks.joints.where(filled, joints), has=tracks.has | filled,
                      seen=np.where(filled & ~tracks.has, tracks.born[:, None], tracks.seen))
     return Completion(tracks, trusted, placed, sigma)
+
+
+def stand(seen: Completion, measured: np.ndarray, floor: np.ndarray, method: MethodConstants = METHOD) -> Completion:
+    """Return people with their hidden ankles on or above the floor.
+
+    An ankle with a keypoint is moved along its ray; one without is moved upright, and a knee without goes half the way.
+
+    Args:
+        measured: (N, 18) bool, joints on the person's own surface; they stay.
+        floor: (4,) plane in the frame of the points: normal up, height of the camera [m].
+    """
+    constants, body, joints = method.track.standing, method.body, seen.tracks.joints
+    leg = body.bone_lengths[UPPER_KINDS[2:]] + body.bone_lengths[LOWER_KINDS[2:]]
+    height = joints.position @ floor[:3] + floor[3]
+    scale = (seen.tracks.sizes.stature / body.adult_stature)[:, None]
+    least = constants.ankle_height * scale
+    ankle = joints.position[:, _ANKLES]
+    stands = seen.placed[:, HIPS] & (height[:, HIPS] > constants.straight * leg * scale + least)
+    free = seen.placed[:, _ANKLES] & ~seen.trusted[:, _ANKLES]
+    on_ray = seen.trusted[:, _ANKLES] & ~measured[:, _ANKLES]
+    missing = np.where(free & stands, least, np.maximum(height[:, _ANKLES], least)) - height[:, _ANKLES]
+    missing = np.where(free | on_ray, np.clip(missing, -constants.reach, constants.reach), 0.0)
+    # a step of 1 along the ray, from the camera on, changes the height by this
+    fall = np.minimum(height[:, _ANKLES] - floor[3], -constants.least_fall)
+    direction = np.where(on_ray[..., None], ankle / fall[..., None], floor[:3])
+    knee_free = (seen.placed & ~seen.trusted)[:, _KNEES, None]
+    step = missing[..., None] * direction
+    position = joints.position.copy()
+    position[:, _ANKLES] += step
+    position[:, _KNEES] += np.where(knee_free, step / 2, 0.0)
+    return seen._replace(tracks=replace(seen.tracks, joints=joints._replace(position=position)))
+
+
+def walk_on(tracks: Tracks, view: FrameView, method: MethodConstants = METHOD) -> Tracks:
+    """Return the tracks without a detection, moved on as a whole; those that would become visible stay."""
+    if not len(tracks):
+        return tracks
+    unseen, rest = method.track.out_of_sight, method.track.completion
+    velocity = tracks.root.velocity * np.exp(-view.elapsed / rest.rest_time)
+    speed = np.sqrt((velocity * velocity).sum(axis=2, keepdims=True))
+    velocity = velocity * np.minimum(1.0, unseen.greatest_speed / np.maximum(speed, 1e-6))
+    step, position = velocity * view.elapsed, tracks.joints.position
+    both = np.stack([position, position + step])
+    was_visible, would_be = _in_free_view(both, _pixels(both, view), tracks.has, view, method.trunk.reach)
+    step = np.where((would_be & ~was_visible)[:, None, None], 0.0, step)
+    away = (view.stamp - tracks.last_seen)[:, None]
+    sigma = np.sqrt(rest.sigma_at_once ** 2 + (rest.sigma_growth * away) ** 2
+                    + (rest.rest_sigmas * np.minimum(1.0, away)) ** 2)
+    joints = JointFilter.moving(position + step, np.broadcast_to(velocity, position.shape), isotropic(sigma),
+                                rest.speed)
+    root = JointFilter.moving(tracks.root.position + step, velocity, isotropic(sigma.mean(axis=1, keepdims=True)),
+                              rest.speed)
+    return replace(tracks, joints=joints, root=root)
+
+
+def hidden_and_there(tracks: Tracks, view: FrameView, method: MethodConstants = METHOD) -> np.ndarray:
+    """Return which tracks without a detection are in the image and not in free view, (N,) bool."""
+    if not len(tracks):
+        return np.zeros(0, bool)
+    position, has, points = tracks.joints.position, tracks.has, view.points
+    uv = _pixels(position, view)
+    inside = ((uv > -0.5) & (uv < (points.width - 0.5, points.height - 0.5))).all(axis=2) & has
+    return (_most(inside, has) & ~_in_free_view(position, uv, has, view, method.trunk.reach)
+            & (tracks.sightings >= method.track.out_of_sight.least_sightings))
+
+
+def _most(joints: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Return of which tracks most joints that there are, (N, 18) bool, are among some, (..., N, 18) bool."""
+    return 2 * joints.sum(axis=-1) > of.sum(axis=-1)
+
+
+def _in_free_view(position: np.ndarray, uv: np.ndarray, has: np.ndarray, view: FrameView, reach: float) -> np.ndarray:
+    """Return which tracks would be visible, (..., N) bool.
+
+    Args:
+        position, uv: (..., N, 18, 3) [m] and (..., N, 18, 2) [px], joints and their pixels.
+        has: (N, 18) bool, joints that there are.
+        reach: a joint is visible where the surface is further than this behind it [m].
+    """
+    depth = surfaces.depths_at(view.points, np.where(np.isfinite(uv), np.minimum(np.maximum(uv, -1e6), 1e6), -1e6))
+    return _most((depth > position[..., 2] + reach) & has, has)
+
+
+def _pixels(position: np.ndarray, view: FrameView) -> np.ndarray:
+    """Return the pixels of joints (..., 3) [m], (..., 2); NaN behind the camera."""
+    return view.camera.project(position.reshape(-1, 3)).reshape(*position.shape[:-1], 2)
