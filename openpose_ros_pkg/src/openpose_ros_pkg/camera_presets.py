@@ -39,8 +39,8 @@ class CameraPreset:
     size: Tuple[int, ...] = ()
     package: str = ''
     launch_file: str = ''
-    node: str = ''
     arguments: str = ''
+    ns_argument: str = ''
     source: str = ''
     unconfirmed: str = ''
 
@@ -52,11 +52,37 @@ class CameraPreset:
     @property
     def driver_line(self) -> str:
         """The line that starts the driver so that it publishes these topics; empty: not known."""
-        if not self.package:
-            return ''
-        if self.node:
-            return f'rosrun {self.package} {self.node}'
-        return ' '.join(['roslaunch', self.package, self.launch_file, *self.arguments.split()])
+        return ' '.join(self.driver_command()) if self.package else ''
+
+    def driver_command(self, ns: str = '', words: Iterable[str] = ()) -> List[str]:
+        """Return the command that starts the driver.
+
+        Args:
+            ns: namespace in place of the preset's; empty: the preset's.
+            words: arguments NAME:=VALUE of the launch file, and FILE.launch in place of the preset's.
+
+        Raises:
+            ParameterError: a word is neither, or the launch file has no argument for the namespace.
+        """
+        prefix, launch_file = ['roslaunch'], self.launch_file
+        arguments = dict(word.split(':=', 1) for word in self.arguments.split())
+        if ns.strip('/') not in ('', self.ns) and not self.ns:
+            prefix = ['env', f'ROS_NAMESPACE={ns}', *prefix]
+        elif ns.strip('/') not in ('', self.ns):
+            if not self.ns_argument:
+                raise ParameterError(f"parameter 'camera_ns' = {ns!r} is not allowed: {self.launch_file} of "
+                                     f'{self.name} has no argument for it', 'camera_ns')
+            arguments[self.ns_argument] = ns.strip('/')
+        for word in words:
+            name, is_argument, value = word.partition(':=')
+            if is_argument:
+                arguments[name] = value
+            elif word.endswith('.launch'):
+                launch_file = word
+            else:
+                raise ParameterError(f"'{word}' is not allowed for the driver: NAME:=VALUE or FILE.launch",
+                                     'driver_args')
+        return [*prefix, self.package, launch_file, *(f'{name}:={value}' for name, value in arguments.items())]
 
     def topic(self, role: str, ns: Optional[str] = None) -> str:
         """Return the absolute topic of a role: image, points, depth or camera_info; empty where there is none.
@@ -80,6 +106,23 @@ class CameraPreset:
                 COMPRESSED if compressed else IMAGE)
             topics[self.topic('camera_info', ns)] = CAMERA_INFO
         return topics
+
+    def recorded(self, ns: Optional[str] = None, dimensions: int = 3, compressed: bool = False) -> List[str]:
+        """Return the topics to record for process_bag: the depth image, which is smaller, in place of the cloud.
+
+        Args:
+            compressed: JPEG and PNG of image_transport.
+        """
+        image, depth, info = (self.topic(role, ns) for role in ('image', 'depth', 'camera_info'))
+        if compressed or self.image_transport != 'raw':
+            image += '/compressed'
+        if dimensions == 2 or not self.points_source:
+            points = ''
+        elif not depth:
+            points = self.topic('points', ns)
+        else:
+            points = f'{depth}/compressedDepth' if compressed or self.depth_transport != 'raw' else depth
+        return [topic for topic in (image, points, info) if topic]
 
 
 Presets = Mapping[str, CameraPreset]

@@ -13,7 +13,7 @@ from openpose_ros_pkg.camera_presets import (
 from openpose_ros_pkg.errors import ParameterError
 
 PRESETS = read_presets()
-CAMERAS = [name for name, preset in PRESETS.items() if not preset.node]
+CAMERAS = [name for name, preset in PRESETS.items() if preset.package]
 
 
 def test_table_has_the_usual_cameras():
@@ -40,6 +40,33 @@ def test_namespace_takes_the_place_of_the_presets():
     assert PRESETS['azure_kinect'].topic('image') == '/rgb/image_raw'
     assert PRESETS['azure_kinect'].topic('image', 'k4a') == '/k4a/rgb/image_raw'
     assert PRESETS['realsense'].topic('points') == ''
+
+
+@pytest.mark.parametrize('name, ns, words, command', [
+    ('realsense', 'left', ['serial_no:=7', 'enable_sync:=false'],
+     'roslaunch realsense2_camera rs_camera.launch align_depth:=true enable_sync:=false camera:=left serial_no:=7'),
+    ('zed', '/zed2/', ['zed2.launch'], 'roslaunch zed_wrapper zed2.launch camera_name:=zed2'),
+    ('zed', 'zed', [], 'roslaunch zed_wrapper zed2i.launch camera_name:=zed'),
+    ('azure_kinect', 'k4a', ['fps:=15'], 'env ROS_NAMESPACE=k4a roslaunch azure_kinect_ros_driver driver.launch '
+     'color_resolution:=720P depth_mode:=NFOV_UNBINNED fps:=15 point_cloud:=false rgb_point_cloud:=false')])
+def test_command_of_the_driver(name, ns, words, command):
+    assert ' '.join(PRESETS[name].driver_command(ns, words)) == command
+
+
+@pytest.mark.parametrize('name, ns, words', [('usb_cam', 'left', []), ('realsense', '', ['fps=30'])])
+def test_what_the_driver_does_not_take_is_refused(name, ns, words):
+    with pytest.raises(ParameterError, match='not allowed'):
+        PRESETS[name].driver_command(ns, words)
+
+
+@pytest.mark.parametrize('name, arguments, topics', [
+    ('kinect2', {}, ['/kinect2/qhd/image_color', '/kinect2/qhd/image_depth_rect', '/kinect2/qhd/camera_info']),
+    ('kinect2', {'ns': 'left', 'compressed': True}, [
+        '/left/qhd/image_color/compressed', '/left/qhd/image_depth_rect/compressedDepth', '/left/qhd/camera_info']),
+    ('kinect2', {'dimensions': 2}, ['/kinect2/qhd/image_color', '/kinect2/qhd/camera_info']),
+    ('usb_cam', {}, ['/usb_cam/image_raw', '/usb_cam/camera_info'])])
+def test_topics_to_record(name, arguments, topics):
+    assert PRESETS[name].recorded(**arguments) == topics
 
 
 def test_two_dimensions_need_the_image_alone():

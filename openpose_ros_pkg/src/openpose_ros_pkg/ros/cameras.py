@@ -32,8 +32,8 @@ class Camera(NamedTuple):
         return (relative if self.ns is None else self.preset.topic(role, self.ns)) or private
 
 
-def find_camera(name: str, ns: str, dimensions: int, within: str = '') -> Optional[Camera]:
-    """Return the camera that the parameters `camera` and `camera_ns` name; None: none.
+def find_camera(name: str, ns: str, dimensions: int, within: str = '') -> Camera:
+    """Return the camera that the parameters `camera` and `camera_ns` name.
 
     With `auto` it waits until one is published, and logs what it takes and what else there is.
 
@@ -44,8 +44,6 @@ def find_camera(name: str, ns: str, dimensions: int, within: str = '') -> Option
     Raises:
         ParameterError: there is no such camera, or it has no depth.
     """
-    if not name:
-        return None
     if name == AUTO:
         return _wait_for_camera(ns or within, dimensions)
     preset = find_preset(name)

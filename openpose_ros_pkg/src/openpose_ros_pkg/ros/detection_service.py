@@ -325,9 +325,9 @@ def main_3d() -> None:
 def _settle_camera(settings: ServiceSettings) -> ServiceSettings:
     """Return settings with image topic and transport of the camera where none is given; `auto` waits for one."""
     stream, transport = settings.stream, settings.transport
-    camera = None if stream.image_topic else find_camera(stream.camera, stream.camera_ns, 2)
-    if camera is None:
+    if stream.image_topic or not stream.camera:
         return settings
+    camera = find_camera(stream.camera, stream.camera_ns, 2)
     if transport.image_transport == 'auto':
         transport = replace(transport, image_transport=camera.preset.image_transport)
     return replace(settings, stream=replace(stream, image_topic=camera.preset.topic('image', camera.ns)),

@@ -26,8 +26,8 @@ def settle_camera(settings: ExtractorSettings, within: str = '') -> ExtractorSet
         ParameterError: there is no such camera, or it has no depth.
     """
     params, transport = settings.extractor, settings.transport.image_transport
-    camera = find_camera(params.camera, params.camera_ns, 3, within)
-    preset, ns = camera or Camera(CameraPreset('', ''), params.camera_ns)
+    preset, ns = (find_camera(params.camera, params.camera_ns, 3, within) if params.camera else
+                  Camera(CameraPreset('', ''), params.camera_ns))
 
     def settled(given: str, of_camera: str) -> str:
         return of_camera if given == 'auto' else given

@@ -1,0 +1,73 @@
+"""Starts the driver of a camera with the arguments that give registered depth, or says which line does."""
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import List
+
+import roslib.packages
+import rospkg
+import rospy
+
+from openpose_ros_pkg.camera_presets import CameraPreset, find_preset
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.ros.node import RESPAWNS
+
+# The preset whose driver has a substitute here.
+_WEBCAM = 'usb_cam'
+
+
+def main() -> int:
+    """Become the driver, if it is installed; else say how to start it, and rest until the end."""
+    # names of roslaunch; all others with := are arguments of the driver
+    own = [word for word in sys.argv[1:] if word.startswith('__')]
+    options = _parser().parse_args([word for word in sys.argv[1:] if word not in own])
+    try:
+        preset = find_preset(options.camera)
+        command = _command(preset, options)
+    except ParameterError as error:
+        return _rest(str(error))
+    if not command:
+        return _rest(f'the package {preset.package} is not installed here; where it is, start the driver: '
+                     f'{" ".join(preset.driver_command(options.ns, options.words))}' if preset.package else
+                     f'{preset.name} has no driver that could be started')
+    sys.stdout.write(f'camera_driver: {" ".join(command)}\n')
+    sys.stdout.flush()
+    os.execvp(command[0], command)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='camera_driver', description=__doc__)
+    parser.add_argument('--camera', default='', help='name of cameras.yaml, or a YAML file with one camera')
+    parser.add_argument('--ns', default='', help="namespace of the topics; empty: the preset's")
+    parser.add_argument('--source', default='', help='number of the webcam, where the package usb_cam is missing')
+    parser.add_argument('words', nargs='*', metavar='NAME:=VALUE | FILE.launch',
+                        help="arguments of the driver, and another launch file of its package")
+    return parser
+
+
+def _command(preset: CameraPreset, options: argparse.Namespace) -> List[str]:
+    """Return the command that publishes the camera's topics; empty: its package is not installed."""
+    if _is_installed(preset.package):
+        return preset.driver_command(options.ns, options.words)
+    if preset.name != _WEBCAM:
+        return []
+    node = roslib.packages.find_node('openpose_ros_pkg', 'camera_node')[0]
+    namespace = preset.topic('image', options.ns or None).rpartition('/')[0]
+    return [node, '__name:=camera_node', f'__ns:={namespace}', f'--source={options.source or 0}']
+
+
+def _is_installed(package: str) -> bool:
+    try:
+        return bool(package) and Path(rospkg.RosPack().get_path(package)).is_dir()
+    except rospkg.ResourceNotFound:
+        return False
+
+
+def _rest(text: str) -> int:
+    """Say it, also on /rosout; where roslaunch would start the program again and again, wait for the end."""
+    rospy.init_node('camera_driver')
+    rospy.logwarn('%s', text)
+    if RESPAWNS in os.environ:
+        rospy.spin()
+    return 1
