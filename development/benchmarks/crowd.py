@@ -29,16 +29,16 @@ class CutOut(NamedTuple):
     truth: Dict[str, Any]
 
 
-def make_crowd(folder: Path, people: Sequence[int], frames: int = 40) -> Path:
-    """Write a sequence with that many frames for each number of people, 0 to 8, if it is not there; return its folder.
+def make_crowd(folder: Path, people: int) -> Path:
+    """Write a sequence of 40 frames with a number of people, 1 to 8, if it is not there; return its folder.
 
     One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
     walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
     """
-    if [*people] == [2]:
+    if people == 2:
         return DEMO
     if not folder.is_dir():
-        write_crowd(folder, [(min(count, 2), _COPIES[:max(count - 2, 0)]) for count in people for _ in range(frames)])
+        write_crowd(folder, [(min(people, 2), _COPIES[:max(people - 2, 0)])] * 40)
     return folder
 
 

@@ -26,7 +26,7 @@ import nodes
 from common import Parser, markdown, run_live
 from crowd import make_crowd
 from results.machine import Unit
-from session import Session
+from session import ResultWatch, Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
 PEOPLE_2D = '/openpose_ros/detected_poses'
@@ -63,11 +63,11 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
         seen = nodes.watch_nodes(session, [
             'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
             f'_image_topic:={nodes.NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
-            {PEOPLE_2D: PersonDetectionArray}, arguments, f'{SERVICE}/timing')
+            ResultWatch(PEOPLE_2D, PersonDetectionArray), arguments, f'{SERVICE}/timing')
     else:
         seen = nodes.watch_nodes(session, [
             'roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false', f'target_rate:={rate}',
-            *POINTS[points], *arguments.launch], {nodes.PEOPLE_3D: PersonDetection_3dArray}, arguments,
+            *POINTS[points], *arguments.launch], ResultWatch(nodes.PEOPLE_3D, PersonDetection_3dArray), arguments,
             f'{EXTRACTOR}/timing')
     for child in reversed(children):
         session.stop(child)
@@ -76,14 +76,13 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
 
 def figures_of(seen: nodes.Watched, stages: Sequence[str], unit: float) -> Dict[str, object]:
     """Return the cells of the nodes in a row; `stages` add up to the latency, `unit` is T [ms]."""
-    arrivals, latencies, people = (each[0] for each in seen[2:5])
     means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
-    return {'results [Hz]': round(len(arrivals) / seen.seconds, 1),
-            'latency median / 95 % [ms]': nodes.median_and_95(latencies),
-            'in T': ' / '.join(f'{value:.2f}' for value in 1e3 * np.percentile(latencies, (50, 95)) / unit),
+    return {'results [Hz]': round(len(seen.arrivals) / seen.seconds, 1),
+            'latency median / 95 % [ms]': nodes.median_and_95(seen.latencies),
+            'in T': ' / '.join(f'{value:.2f}' for value in 1e3 * np.percentile(seen.latencies, (50, 95)) / unit),
             'sum of the stages': round(sum(means.get(name, 0.0) for name in stages)),
             'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
-            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
+            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(seen.people))),
             'processor [% of a core]': nodes.by_node(seen.processor), 'memory [MB]': nodes.by_node(seen.memory),
             'start [s]': round(seen.start, 1)}
 
@@ -95,7 +94,7 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
     unit, measured = Unit(), []
     stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
-        people: make_crowd(folder / f'crowd_{people}', [people]) for people in arguments.people}
+        people: make_crowd(folder / f'crowd_{people}', people) for people in arguments.people}
     for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
         seen = measure_row(session, nodes.make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)

@@ -75,52 +75,47 @@ class Watched(NamedTuple):
     """Results of nodes in some seconds.
 
     Attributes:
-        start: from their start to the first results of all topics [s].
-        arrivals, latencies, people: time [s], delay [s] and people of each result, by topic.
+        start: from their start to the first result [s].
+        arrivals, latencies, people: time [s], delay [s] and people of each result.
         processor, memory: of each node [% of a core], [MB].
         stages: mean of each stage [ms].
     """
 
     start: float
     seconds: float
-    arrivals: List[np.ndarray]
-    latencies: List[np.ndarray]
-    people: List[np.ndarray]
+    arrivals: np.ndarray
+    latencies: np.ndarray
+    people: np.ndarray
     processor: Dict[str, float]
     memory: Dict[str, float]
     stages: Dict[str, float]
 
 
-def watch_nodes(session: Session, command: List[str], topics: Mapping[str, type], options: argparse.Namespace,
-                timing: str = '') -> Watched:
-    """Start nodes, and watch them for a while after they have warmed up; end them.
+def watch_nodes(session: Session, command: List[str], watch: ResultWatch, options: argparse.Namespace,
+                timing: str) -> Watched:
+    """Start nodes, and watch their results for a while after they have warmed up; end them.
 
     Args:
-        topics: of the results, with their types.
         options: of `Parser.add_live`.
         timing: topic of the stages.
     """
-    began, stages = time.monotonic(), Timing()
+    began = time.monotonic()
     nodes = session.start('nodes', command)
-    watches = [ResultWatch(topic, kind) for topic, kind in topics.items()]
-    wait_for(lambda: all(watch.arrivals for watch in watches), START_TIMEOUT, 'first results', nodes)
+    wait_for(lambda: watch.arrivals, START_TIMEOUT, 'first results', nodes)
     start = time.monotonic() - began
     time.sleep(options.warm_up)
     processes = node_processes()
     for process in processes.values():
         process.cpu_percent()  # begins to count
-    first, begin = [len(watch.arrivals) for watch in watches], time.monotonic()
+    first, begin = len(watch.arrivals), time.monotonic()
     time.sleep(options.seconds)
-    last, seconds = [len(watch.arrivals) for watch in watches], time.monotonic() - begin
+    last, seconds = len(watch.arrivals), time.monotonic() - begin
     processor = {node: process.cpu_percent() for node, process in processes.items()}
     memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
-    if timing:
-        stages = rospy.wait_for_message(timing, Timing, START_TIMEOUT)
-    for watch in watches:
-        watch.stop()
+    stages = rospy.wait_for_message(timing, Timing, START_TIMEOUT)
+    watch.stop()
     session.stop(nodes)
-    series = ([np.array(getattr(watch, name)[slice(*part)]) for watch, *part in zip(watches, first, last)]
-              for name in ('arrivals', 'latencies', 'people'))
+    series = (np.array(getattr(watch, name)[first:last]) for name in ('arrivals', 'latencies', 'people'))
     return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages})
 
 

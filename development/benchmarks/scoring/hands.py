@@ -21,7 +21,6 @@ from .people import OUTSIDE, VISIBLE
 LEAST_POINTS = 5
 # Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
 GATE, SAME_FACE = 1.0, 0.15
-FINGERS = ('wrist', 'thumb', 'index', 'middle', 'ring', 'little')
 # One row for each point of each true hand: error in space [m] and in the image [hand sizes].
 POINT = np.dtype([('left', '?'), ('finger', 'u1'), ('label', 'u1'), ('status', 'u1'), ('error', 'f8'), ('apart', 'f8'),
                   ('sigma', 'f8')])

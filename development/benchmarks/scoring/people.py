@@ -153,7 +153,7 @@ class History:
         errors = [np.linalg.norm(path[i - 1] - 2 * path[i] + path[i + 1], axis=1) / period ** 2
                   for path in self._paths.values() for i in path if i - 1 in path and i + 1 in path]
         joined = np.concatenate([np.zeros(0), *errors])
-        return joined[np.isfinite(joined)].astype([('error', 'f8')])
+        return joined[np.isfinite(joined)].astype(ACCELERATION)
 
 
 def _sum(name: str) -> Callable[[Counts], float]:

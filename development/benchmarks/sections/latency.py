@@ -50,8 +50,7 @@ def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
     arguments = argparse.Namespace(chain='3d', rates=RATES[:1] if quick else RATES, points=['depth_image'],
                                    people=PEOPLE[:1] if quick else PEOPLE, folder=None, warm_up=5.0,
                                    seconds=5.0 if quick else SECONDS, launch=[])
-    return [(row, len(seen.arrivals[0]), seen.latencies[0])
-            for row, seen in live.measure_all(session, folder, arguments)]
+    return [(row, len(seen.arrivals), seen.latencies) for row, seen in live.measure_all(session, folder, arguments)]
 
 
 def watch_newcomers(session: Any, folder: Path, quick: bool) -> Any:
