@@ -185,6 +185,34 @@ def test_clouds_and_compressed_topics_give_what_a_depth_image_gives(run, recordi
         np.testing.assert_allclose(positions(one), positions(other), atol=tolerance, rtol=0)
 
 
+def second_camera(bag):
+    """Write images and depth that make it unclear which topics to take."""
+    for number in range(FRAMES):
+        bag.write('/oak/rgb/image_raw', Image(), stamp_of(number))
+        bag.write('/oak/stereo/registered/image_raw', Image(encoding='16UC1'), stamp_of(number))
+
+
+@pytest.mark.parametrize('camera', ['realsense', 'auto'])
+def test_a_camera_by_name_gives_the_topics(run, recording, tmp_path, out, capsys, camera):
+    assert run(recording) == 0
+    mixed = write_recording(tmp_path / 'mixed.bag', image='/camera/color/image_raw/compressed',
+                            points=f'{ALIGNED}/image_raw/compressedDepth', info=f'{ALIGNED}/camera_info',
+                            others=second_camera)
+    assert run(mixed, output=tmp_path / 'of_mixed.bag') == 2
+    assert 'choose one with --image' in capsys.readouterr().err
+    assert run(mixed, '--camera', camera, output=tmp_path / 'of_mixed.bag') == 0
+    for one, other in zip(arrays(out), arrays(tmp_path / 'of_mixed.bag')):
+        np.testing.assert_array_equal(positions(one), positions(other))
+
+
+@pytest.mark.parametrize('camera, words', [('realsens', "did you mean 'realsense'"), ('zed', 'has no such topic'),
+                                           ('auto', 'has the topics of no camera')])
+def test_a_camera_that_is_not_in_the_bag_is_refused(run, tmp_path, capsys, camera, words):
+    assert run(write_recording(tmp_path / 'own.bag', image='/a/image', points='/a/depth', info='/a/info'),
+               '--camera', camera) == 2
+    assert words in capsys.readouterr().err
+
+
 def lidar(bag):
     for number in range(FRAMES):
         bag.write('/lidar/points', PointCloud2(header=Header(0, stamp_of(number), 'lidar'), height=1,

@@ -199,7 +199,8 @@ class CameraChoice(NamedTuple):
 
     Attributes:
         chosen: None where no camera has all of its topics.
-        others: cameras, the chosen one left out; with topics missing only where no other camera has their image.
+        others: cameras, the chosen one left out; with topics missing only in the namespace of their preset, where no
+            other camera has their image.
         images: image topics that belong to no camera of the table.
     """
 
@@ -227,7 +228,7 @@ def choose_camera(published: Mapping[str, str], dimensions: int = 3, presets: Op
     """
     cameras = read_presets() if presets is None else presets
     seen = [camera for preset in cameras.values() if preset.dimensions >= dimensions
-            for camera in _seen(preset, published, dimensions)]
+            for camera in _seen(preset, published, dimensions) if not camera.missing or camera.ns == preset.ns]
     seen.sort(key=lambda camera: (len(camera.missing) > 0, camera.ns != camera.preset.ns))  # stable: the table's order
     by_topics: Dict[Tuple[str, ...], SeenCamera] = {}
     taken: List[str] = []

@@ -24,7 +24,7 @@ from skeleton_extract_3d.show.markers import MarkerParams
 # Incremented when the same parameters give other results, so that outputs of older versions do not pass for done.
 _VERSION = 2
 # Parameters that do not change results.
-_WITHOUT_EFFECT = ('threads', 'compiled_cache')
+_WITHOUT_EFFECT = ('threads', 'compiled_cache', 'camera', 'camera_ns')
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,7 @@ class BagJob:
     # parameters that differ from their defaults, of `BagSettings`
     values: Mapping[str, Any] = field(default_factory=dict)
     topics: CameraTopics = field(default_factory=CameraTopics)  # of the camera, where they are named
+    preset: str = ''  # name of the camera, or auto, whose topics are read where none is named; empty: found by type
     only_2d: bool = False  # whether points are ignored
     camera: str = ''  # namespace of its results; in a bag of several cameras, of its topics too
     is_alone: bool = True  # whether the bag has no other camera; then its topics may be in any namespace
@@ -113,7 +114,7 @@ class BagJob:
         return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,
                 'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
                 'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
-                'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
+                'camera': self.preset, 'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
                 'signals': self.signals, 'csv_layout': self.csv_layout, 'compression': self.compression}
 
 

@@ -46,6 +46,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 from tqdm import tqdm
 
 from openpose_ros_pkg.allocator import keep_large_blocks
+from openpose_ros_pkg.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, create_detector
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -113,6 +114,8 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
          create: Callable[[DetectorSettings], Detector]) -> int:
     values = {**read_config(options.config), **settings}
     build_settings(values)  # before anything is done
+    if options.camera not in ('', AUTO):
+        find_preset(options.camera)
     if bool(options.points) + bool(options.depth) + options.only_2d > 1:
         raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
     check_cameras(options)
@@ -200,6 +203,9 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--compression', choices=COMPRESSIONS, default='none', help='of OUT (default: %(default)s)')
     group.add_argument('--overwrite', action='store_true', help='make again, and replace, what is there')
     group = parser.add_argument_group('topics; found by type and name where there is only one to choose')
+    group.add_argument('--camera', default='', metavar='NAME',
+                       help='camera that was recorded: realsense, kinect2, ..., a file of the form of cameras.yaml, or '
+                            'auto')
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
     group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
     group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
@@ -249,7 +255,8 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
             (options.output, _result_name(bag)), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
-        result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, copied=tuple(options.copy),
+        result.append(BagJob(bag, output, csv, json, values, topics, options.camera, options.only_2d,
+                             copied=tuple(options.copy),
                              markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
                              compression=options.compression, mcap=output.suffix == MCAP_SUFFIX, jobs=jobs,
                              threads=1 if options.scheduler else threads, create=create, run=run))

@@ -43,6 +43,7 @@ from openpose_ros_tools.ros.process_bag.output import (
     json_names,
     record,
 )
+from openpose_ros_tools.ros.process_bag.preset import with_preset
 from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
@@ -152,8 +153,10 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
     Raises:
         BadInputError: cameras have no common time or no transforms; further errors as `process`.
     """
-    settings = build_settings(job.cameras[0].values)
     made = finished_record(job) or job.made_from()
+    if not job.only_fuse:
+        job = replace(job, cameras=tuple(map(with_preset, job.cameras)))
+    settings = build_settings(job.cameras[0].values)
     with ExitStack() as stack:
         views = [] if job.only_fuse else [open_camera(camera, settings, stack) for camera in job.cameras]
         given = [_given_people(camera) for camera in job.cameras] if job.only_fuse else []

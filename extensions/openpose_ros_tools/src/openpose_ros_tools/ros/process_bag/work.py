@@ -33,6 +33,7 @@ from openpose_ros_tools.ros.process_bag.input import (
 )
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, build_settings
 from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, json_names
+from openpose_ros_tools.ros.process_bag.preset import with_preset
 from skeleton_extract_3d.chain import PeopleChain, PreparedFrame, Result
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import ExtractorParams
@@ -61,8 +62,9 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         ProcessLostError: processes end again and again.
         OSError: a result can not be written.
     """
-    settings = build_settings(job.values)
     made = finished_record(job) or job.made_from()
+    job = with_preset(job)
+    settings = build_settings(job.values)
     with ExitStack() as stack:
         view = open_camera(job, settings, stack)
         networks = Networks(job, settings, view.topics.in_space, stack)
