@@ -85,6 +85,14 @@ def exact_people(folder: Path) -> List[People2D]:
     return found
 
 
+def apart_in_image(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
+    """Return the median distance of joints from the true ones, as a share of half the diagonal of their true box."""
+    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
+    if not np.isfinite(distances).any():
+        return 1e3
+    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
+
+
 def known_people(people: Sequence[People2D], tracking: TrackingParams) -> IndependentDetection:
     """Return a detection that knows the people of each frame; `source` of a frame is its number."""
     return IndependentDetection(COCO_18, lambda frame: lambda expected: people[frame.source], tracking)

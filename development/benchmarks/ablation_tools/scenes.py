@@ -95,19 +95,12 @@ def image_switches(true: Sequence[Sequence[Tuple[int, np.ndarray, np.ndarray]]],
     last: Dict[int, int] = {}
     switches = 0
     for there, people in zip(true, found):
-        costs = np.array([[_apart(xy, uv, labels) for xy in people.xy] for _, uv, labels in there])
+        costs = np.array([[chain_runs.apart_in_image(xy, uv, labels) for xy in people.xy] for _, uv, labels in there])
         for row, other in match(costs, costs < _SAME_IN_IMAGE) if costs.size else ():
             name = int(people.ids[other])
             switches += last.get(there[row][0], name) != name
             last[there[row][0]] = name
     return {'image_switches': [switches]}
-
-
-def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
-    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
-    if not np.isfinite(distances).any():
-        return 1e3
-    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
 class Runner:

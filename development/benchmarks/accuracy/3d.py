@@ -47,7 +47,7 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     count = found = joints = near = 0
     for folder, run in zip(folders, runs):
         for true, people in zip(chain_runs.exact_joints(folder), run.people):
-            apart = np.array([[_apart(xy, uv, labels) for xy in people.xy] for uv, labels in true])
+            apart = np.array([[chain_runs.apart_in_image(xy, uv, labels) for xy in people.xy] for uv, labels in true])
             found_as = dict(match(apart, apart < SAME_IN_IMAGE))
             for row, (uv, labels) in enumerate(true):
                 visible = labels == chain_runs.VISIBLE
@@ -59,14 +59,6 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])
     by_people = ', '.join(f'{number}: {mean:.2f}' for number, mean in work.groupby(0)[1].mean().items())
     return f'{text}\nwork per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}'
-
-
-def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
-    """Return the median distance of the joints in the image, as a share of half the diagonal of their true box."""
-    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
-    if not np.isfinite(distances).any():
-        return 1e3
-    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
 def report_warnings(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:

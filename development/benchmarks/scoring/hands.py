@@ -22,8 +22,7 @@ LEAST_POINTS = 5
 # Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
 GATE, SAME_FACE = 1.0, 0.15
 # One row for each point of each true hand: error in space [m] and in the image [hand sizes].
-POINT = np.dtype([('left', '?'), ('finger', 'u1'), ('label', 'u1'), ('status', 'u1'), ('error', 'f8'), ('apart', 'f8'),
-                  ('sigma', 'f8')])
+POINT = np.dtype([('label', 'u1'), ('status', 'u1'), ('error', 'f8'), ('apart', 'f8'), ('sigma', 'f8')])
 # One row for each face: angle between its direction and the true one [deg], and in its sigma.
 FACE = np.dtype([('angle', 'f8'), ('sigmas', 'f8')])
 
@@ -108,8 +107,7 @@ def _apart(true: Hand, other: Hand) -> float:
 
 def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
     rows = np.zeros(len(labels), POINT)
-    rows['left'], rows['label'] = true.left, labels
-    rows['finger'] = (np.arange(len(labels)) + 3) // 4
+    rows['label'] = labels
     rows['error'] = rows['apart'] = rows['sigma'] = np.nan
     if found is not None:
         rows['error'] = np.linalg.norm(true.xyz - found.xyz, axis=1)
