@@ -1,7 +1,7 @@
 """Message packages of other projects, as Python packages that tests write: none of them is installed everywhere.
 
-The fields are those of people_msgs 1.4.0 (BSD), spencer_tracking_msgs 1.3.1 (BSD) and vision_msgs 0.0.2 for ROS noetic
-(Apache-2.0), without their comments.
+The fields are those of people_msgs 1.4.0 (BSD), spencer_tracking_msgs 1.3.1 (BSD), vision_msgs 0.0.2 for ROS noetic
+(Apache-2.0), hri_msgs 0.9.0 (BSD) and jsk_recognition_msgs 1.2.19 (BSD), without their comments.
 """
 from pathlib import Path
 from typing import Dict, Mapping
@@ -9,6 +9,13 @@ from typing import Dict, Mapping
 import genpy.generator
 import rospkg
 from genpy.generate_initpy import write_modules
+
+
+
+def _constants(names: str, first: int) -> str:
+    """Return the lines of constants that count from a number on."""
+    return ''.join(f'uint8 {name}={number}\n' for number, name in enumerate(names.split(), first))
+
 
 DEFINITIONS: Dict[str, Dict[str, str]] = {
     'people_msgs': {
@@ -28,7 +35,28 @@ DEFINITIONS: Dict[str, Dict[str, str]] = {
         'Detection3D': 'Header header\nObjectHypothesisWithPose[] results\nBoundingBox3D bbox\n'
                        'sensor_msgs/PointCloud2 source_cloud',
         'Detection2DArray': 'Header header\nDetection2D[] detections',
-        'Detection3DArray': 'Header header\nDetection3D[] detections'}}
+        'Detection3DArray': 'Header header\nDetection3D[] detections'},
+    'hri_msgs': {
+        'IdsList': 'Header header\nstring[] ids',
+        'NormalizedRegionOfInterest2D': 'Header header\nfloat32 xmin\nfloat32 ymin\nfloat32 xmax\nfloat32 ymax\n'
+                                        'float32 c',
+        'NormalizedPointOfInterest2D': 'float32 x\nfloat32 y\nfloat32 c',
+        'Skeleton2D': 'Header header\n' + _constants(
+            'NOSE NECK RIGHT_SHOULDER RIGHT_ELBOW RIGHT_WRIST LEFT_SHOULDER LEFT_ELBOW LEFT_WRIST RIGHT_HIP RIGHT_KNEE '
+            'RIGHT_ANKLE LEFT_HIP LEFT_KNEE LEFT_ANKLE LEFT_EYE RIGHT_EYE LEFT_EAR RIGHT_EAR', 0)
+        + 'NormalizedPointOfInterest2D[] skeleton',
+        'BodyPosture': 'Header header\n' + _constants('STANDING SITTING CROUCHING LAYING', 1)
+                       + 'uint8 OTHER=0\nuint8 posture',
+        'Gesture': 'Header header\n' + _constants(
+            'HANDS_ON_FACE ARMS_CROSSED LEFT_HAND_RAISED RIGHT_HAND_RAISED BOTH_HANDS_RAISED WAVING', 1)
+        + 'uint8 OTHER=0\nuint8 gesture'},
+    'jsk_recognition_msgs': {
+        'PeoplePose': 'string[] limb_names\ngeometry_msgs/Pose[] poses\nfloat32[] scores',
+        'PeoplePoseArray': 'Header header\njsk_recognition_msgs/PeoplePose[] poses',
+        'Segment': 'geometry_msgs/Point start_point\ngeometry_msgs/Point end_point',
+        'HumanSkeleton': 'std_msgs/Header header\nstring[] bone_names\njsk_recognition_msgs/Segment[] bones',
+        'HumanSkeletonArray': 'std_msgs/Header header\nstd_msgs/Int32[] human_ids\n'
+                              'jsk_recognition_msgs/HumanSkeleton[] skeletons'}}
 
 
 def write_packages(folder: Path, definitions: Mapping[str, Mapping[str, str]] = DEFINITIONS) -> None:

@@ -19,9 +19,9 @@ _LEFT_FIRST = {'right_eye': 'left_eye', 'left_eye': 'right_eye', 'right_ear': 'l
 SKELETON_2D = tuple(_LEFT_FIRST.get(joint, joint) for joint in COCO_18.joints)
 """Joints of hri_msgs/Skeleton2D in its order."""
 
-# Links whose frames are told, by the joint where they begin; the URDF has the torso's where the neck begins.
-_ARMS_AND_LEGS = {f'{side[0]}_{joint}': f'{side}_{joint}' for side in ('left', 'right')
-                  for joint in ('shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')}
+ARM, LEG = ('shoulder', 'elbow', 'wrist'), ('hip', 'knee', 'ankle')
+"""Joints of a limb from its root to its end, and names of the links that begin there, without the side."""
+_LIMBS = tuple(tuple(f'{side}_{joint}' for joint in limb) for limb in (ARM, LEG) for side in ('left', 'right'))
 # Limbs of the URDF go along -z, those of `joint_frames` along x: columns x, y, z of the former in the latter.
 _OF_LIMB = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 _EARS, _HIPS = ('left_ear', 'right_ear'), ('left_hip', 'right_hip')
@@ -121,8 +121,12 @@ def _body(known: Dict[str, Tuple[np.ndarray, np.ndarray]], pelvis: np.ndarray, v
     places = {joint: place for joint, (place, _) in known.items()}
     root = Pose((places[_HIPS[0]] + places[_HIPS[1]]) / 2, pelvis)
     links = {'body': root, 'torso': Pose(*known['neck'])}
-    links.update({link: Pose(known[joint][0], known[joint][1] @ _OF_LIMB)
-                  for link, joint in _ARMS_AND_LEGS.items() if joint in known})
+    for limb in _LIMBS:
+        # without a bone, the frames of the joints are those of the trunk
+        has_bone = limb[1] in known and len(known.keys() & set(limb)) > 1
+        links.update({f"{joint[0]}_{joint.partition('_')[2]}": Pose(
+            known[joint][0], known[joint][1] @ (_OF_LIMB if has_bone else np.eye(3)))
+            for joint in limb if joint in known})
     if 'nose' in known and any(ear in known for ear in _EARS):
         links['head'] = Pose(np.mean([places[ear] for ear in _EARS if ear in known], axis=0), known['nose'][1])
     return BodyPose(root, {link: _within(root, pose) for link, pose in links.items() if link != 'body'},

@@ -2,7 +2,7 @@
 import re
 import threading
 import time
-from typing import Any, Dict, List, Optional, Sequence, Type
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Type
 
 import genpy
 import numpy as np
@@ -14,8 +14,10 @@ from std_msgs.msg import Bool, Float32, Header, String
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_bridges.body_model import BodyPose, Pose, body_poses
+from openpose_ros_bridges.human_description import links_of
 from openpose_ros_bridges.node_params import HriParams, HriSettings
 from openpose_ros_bridges.ros.hri_messages import HriMessages
+from openpose_ros_bridges.ros.human_descriptions import HumanDescriptions
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.demand import Demand
@@ -35,10 +37,10 @@ _BEFORE_INFO = 2.0
 
 
 class _Topics:
-    """The topics of bodies, or of persons, which come and go with them."""
+    """The topics of bodies, or of persons, which come and go with them; `ended` is called with names that go."""
 
-    def __init__(self, root: str, forget: float) -> None:
-        self._root, self._forget = root, forget
+    def __init__(self, root: str, forget: float, ended: Callable[..., None] = lambda *names: None) -> None:
+        self._root, self._forget, self._ended = root, forget, ended
         self._publishers: Dict[str, Dict[str, rospy.Publisher]] = {}
         self._seen: Dict[str, float] = {}
 
@@ -68,6 +70,7 @@ class _Topics:
             del self._seen[name]
             for publisher in self._publishers.pop(name, {}).values():
                 publisher.unregister()
+        self._ended(*names)
 
 
 class HriNode:
@@ -81,7 +84,9 @@ class HriNode:
         self._messages, self._health = HriMessages(), Health()
         self._size, self._first_image = np.array([params.image_width, params.image_height]), float('inf')
         self._lock = threading.Lock()
-        self._bodies, self._persons = _Topics(BODIES, params.forget), _Topics(PERSONS, params.forget)
+        self._models = HumanDescriptions(rf'{params.id_prefix}\d+', self._health)
+        self._bodies = _Topics(BODIES, params.forget, self._models.forget)
+        self._persons = _Topics(PERSONS, params.forget)
         self._demand = Demand(settings.demand.lazy and not params.publish_tf, self._health)
         self._tracked = self._demand.advertise(f'{BODIES}/tracked', self._messages.ids, RESULTS_QUEUE)
         lists = ('tracked', 'known') if params.persons else ()
@@ -98,6 +103,7 @@ class HriNode:
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in self._workers))})
         self._demand.read(people, in_image, signals, self._info)
         introduce(self._demand.inputs, bodies=f'{BODIES}/{params.id_prefix}ID')
+        rospy.on_shutdown(self._end)
 
     def _input(self, topic: str, kind: Type[Any], process: Any, optional: bool = False) -> InputSubscriber:
         worker = NewestWinsWorker(process, self._health.frame_failed, topic)
@@ -119,16 +125,20 @@ class HriNode:
         bodies = {self._name(person): body for person, body in body_poses(people).items()}
         self._people.heard()
         with self._lock:
+            if rospy.is_shutdown():
+                return  # no model stays after the node
             self._frame_id = header.frame_id
             self._bodies.keep(names)
+            lengths = {name: self._models.lengths(name, body) for name, body in bodies.items()}
             self._tracked.publish(self._messages.ids(header=header, ids=names))
             for name, body in bodies.items():
                 self._publish_body(name, body, header)
             if self._params.persons:
                 self._publish_persons(names, bodies, header)
         if self._tf is not None and bodies:
-            self._tf.publish(TFMessage([transform for name, body in bodies.items()
-                                        for transform in transforms_of(name, body, header, self._params)]))
+            self._tf.publish(TFMessage([
+                transform for name, body in bodies.items() for transform in transforms_of(
+                    name, body, links_of(body, lengths[name]), header, self._params)]))
         self._health.frame_done(header.stamp)
 
     def _clear(self) -> None:
@@ -139,6 +149,10 @@ class HriNode:
                 publisher.publish(none)
             self._bodies.clear()
             self._persons.clear()
+
+    def _end(self) -> None:
+        with self._lock:
+            self._models.clear()
 
     def _publish_body(self, name: str, body: BodyPose, header: Header) -> None:
         self._bodies.publish(name, 'position', PointStamped(header, Point(*body.root.position)))
@@ -189,12 +203,13 @@ def person_of(body: str) -> str:
     return f'anonymous_{body}'
 
 
-def transforms_of(name: str, body: BodyPose, header: Header, params: HriParams) -> List[TransformStamped]:
+def transforms_of(name: str, body: BodyPose, links: Mapping[str, Pose], header: Header, params: HriParams
+                  ) -> List[TransformStamped]:
     """Return the frames of a body: its root in that of the people, its links in the root; and that of the person."""
     root = f'body_{name}'
     below = Header(stamp=header.stamp, frame_id=root)
     transforms = [_transform(header, root, body.root)]
-    transforms += [_transform(below, f'{link}_{name}', pose) for link, pose in body.links.items()]
+    transforms += [_transform(below, f'{link}_{name}', pose) for link, pose in links.items()]
     head: Optional[Pose] = body.links.get('head')
     if params.persons and head is not None:
         transforms.append(_transform(below, f'person_{person_of(name)}', head))
