@@ -11,7 +11,6 @@ import rospkg
 from genpy.generate_initpy import write_modules
 
 
-
 def _constants(names: str, first: int) -> str:
     """Return the lines of constants that count from a number on."""
     return ''.join(f'uint8 {name}={number}\n' for number, name in enumerate(names.split(), first))

@@ -1,4 +1,4 @@
-"""What readers of REP-155 topics do with bodies, done again in Python, as their packages are not installed everywhere."""
+"""What readers of REP-155 make of bodies, re-enacted in Python: their packages are not installed everywhere."""
 from functools import partial
 from typing import Any, Dict, List, Optional, Type
 

@@ -34,7 +34,7 @@ def parsed_urdf(text: str) -> UrdfModel:
     robot = ElementTree.fromstring(text)
     _need(robot.tag == 'robot' and robot.get('name'), 'no robot with a name')
     materials = {_attribute(material, 'name') for material in robot.iterfind('material')}
-    _need(all(len(_numbers(material.find('color'), 'rgba')) == 4 for material in robot.iterfind('material')), 'no colour')
+    _need(all(len(_numbers(colour, 'rgba')) == 4 for colour in robot.iterfind('material/color')), 'no colour')
     links: Dict[str, List[Drawn]] = {}
     for link in robot.iterfind('link'):
         _need(_attribute(link, 'name') not in links, f"two links {link.get('name')}")

@@ -132,7 +132,7 @@ class BridgesTest(unittest.TestCase):
                 (Path(folder) / package).mkdir()
                 (Path(folder) / package / '__init__.py').touch()
             environment = {**os.environ, 'PYTHONPATH': f"{folder}:{os.environ.get('PYTHONPATH', '')}"}
-            for node, package in NODES.items():
+            for node, package in {**NODES, 'hri_node': 'hri_msgs'}.items():
                 ended = subprocess.run(['rosrun', 'openpose_ros_bridges', node, f'__name:=lone_{node}'],
                                        env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                        text=True, timeout=60, check=False)

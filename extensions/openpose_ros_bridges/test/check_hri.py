@@ -34,7 +34,8 @@ INPUT, PERSONS = '/openpose_ros/skeleton_3d', '/humans/persons'
 SIZE = (640, 480)
 # One raises the left hand, 1 m to the left of the other one.
 RAISED = Limb((0.3, 0.0, 1.0), (-0.1, 0.0, 1.0))
-POSES = {5: Pose(left=RAISED, place=(2.0, 1.0), facing=180.0), 6: Pose(place=(2.0, 0.0), facing=180.0)}
+POSES = {5: Pose(left=RAISED, place=(2.0, 1.0), facing=180.0), 6: Pose(place=(2.0, 0.0), facing=180.0),
+         7: Pose(place=(2.0, -1.0))}
 TIMEOUT = 30.0
 
 
@@ -52,7 +53,8 @@ class Scene:
         if not self.sends:
             return
         header = Header(stamp=rospy.Time.now(), frame_id='room')
-        people = without(people_of([POSES[name] for name in self.ids], self.ids, np.random.RandomState(0)), self.missing)
+        everywhere = people_of([POSES[name] for name in self.ids], self.ids, np.random.RandomState(0))
+        people = without(everywhere, self.missing)
         keypoints = np.full((len(self.ids), 18, 3), (np.nan, np.nan, 0.0), np.float32)
         keypoints[:, COCO_18.index['left_eye']] = (320, 120, 0.5)
         keypoints[:, COCO_18.index['right_eye']] = (304, 120, 0.75)
@@ -183,9 +185,9 @@ class HriTest(unittest.TestCase):
             np.testing.assert_allclose(numbers(transform.translation), place(name, joint) - [1.0, 0.0, 0.0], atol=0.03)
         self.scene.ids = [6]
         await_true(lambda: set(display.models) == {'p6'}, 'one has left')
-        # another person, whose arm is not seen
-        self.scene.ids, self.scene.missing = [5, 6], ('left_elbow', 'left_wrist')
-        await_true(lambda: set(display.models) == {'p5', 'p6'}, 'bodies are shown')
+        # another person, whose arm and head are not seen
+        self.scene.ids, self.scene.missing = [6, 7], ('left_elbow', 'left_wrist', 'nose')
+        await_true(lambda: set(display.models) == {'p6', 'p7'}, 'bodies are shown')
         await_true(lambda: not display.links_without_frame('base_link'), 'every link has a frame')
         self.assertEqual(display.faults, [])
 

@@ -24,11 +24,16 @@ from skeleton_extract_3d.ros import convert
 CAMERA = Header(stamp=rospy.Time(12, 500000000), frame_id='camera')
 ROOM = Header(stamp=CAMERA.stamp, frame_id='room')
 UNKNOWN = 999999.0
-# As `rosmsg md5` tells of the packages that the definitions name.
+# As `rosmsg md5` tells of the packages that `foreign_packages` names.
 MD5SUMS = {'people_msgs/People': '18722f4b8db20cc2369740732357847b',
            'spencer_tracking_msgs/TrackedPersons': '21c0b1a57c4933e68f39aa3802861828',
            'vision_msgs/Detection2DArray': '402071f61477de256df9f1aa45e6e4c8',
-           'vision_msgs/Detection3DArray': '05c51d9aea1fb4cfdc8effb94f197b6f'}
+           'vision_msgs/Detection3DArray': '05c51d9aea1fb4cfdc8effb94f197b6f',
+           'hri_msgs/IdsList': '84a63f55b5676f78b625e8a8bb809fe5',
+           'hri_msgs/NormalizedRegionOfInterest2D': '33eb96af02d4b1dd1457132b5c2149c2',
+           'hri_msgs/Skeleton2D': 'efedc2dc59671380a1d9b497f0740be4',
+           'hri_msgs/BodyPosture': '52f95070a71954a985e0ab92dd4d4eb9',
+           'hri_msgs/Gesture': 'c64cc745a3c18d0a7abe6aed5be4f345'}
 
 
 def forget(packages):
@@ -38,15 +43,15 @@ def forget(packages):
 
 @pytest.fixture
 def packages(tmp_path, monkeypatch):
-    """The three packages as they are, and what writes others in their place."""
+    """The packages as they are, and what writes others in their place."""
     def write(definitions):
-        forget((*DEFINITIONS, 'hri_msgs'))
+        forget(DEFINITIONS)
         folder = tmp_path / str(len(list(tmp_path.iterdir())))
         write_packages(folder, definitions)
         monkeypatch.syspath_prepend(str(folder))
     write(DEFINITIONS)
     yield write
-    forget((*DEFINITIONS, 'hri_msgs'))
+    forget(DEFINITIONS)
 
 
 def people():
@@ -153,6 +158,12 @@ def test_detections_in_space(packages):
     np.testing.assert_allclose(np.diag(np.reshape(result.pose.covariance, (6, 6))),
                                [0.06 ** 2 / 3] * 3 + [UNKNOWN] * 3, rtol=1e-6)
     assert other.results[0].score == 0.0
+
+
+def test_messages_of_hri_msgs_are_those_of_its_release(packages):
+    messages = HriMessages()
+    for kind in (messages.ids, messages.region, messages.skeleton, messages.posture, messages.gesture):
+        checked(kind())
 
 
 @pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [

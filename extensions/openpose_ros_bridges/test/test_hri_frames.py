@@ -9,8 +9,8 @@ from openpose_ros_bridges.ros.hri_node import transforms_of
 
 HEADER = Header(stamp=rospy.Time(12, 5), frame_id='room')
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-BODY = BodyPose(Pose(np.array([1.0, 2.0, 0.9]), QUARTER), {'head': Pose(np.array([0.1, 0.0, 0.7]), np.eye(3))}, {},
-                np.zeros(3))
+LINKS = {'head': Pose(np.array([0.1, 0.0, 0.7]), np.eye(3))}
+BODY = BodyPose(Pose(np.array([1.0, 2.0, 0.9]), QUARTER), LINKS, {}, np.zeros(3))
 
 
 def values(message):
@@ -18,7 +18,7 @@ def values(message):
 
 
 def test_links_are_below_the_root_and_all_names_end_with_the_body():
-    root, head, person = transforms_of('p7', BODY, HEADER, HriParams(persons=True))
+    root, head, person = transforms_of('p7', BODY, LINKS, HEADER, HriParams(persons=True))
     assert (root.header, root.child_frame_id) == (HEADER, 'body_p7')
     assert values(root.transform.translation) == [1.0, 2.0, 0.9]
     np.testing.assert_allclose(values(root.transform.rotation), [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)])
@@ -26,4 +26,6 @@ def test_links_are_below_the_root_and_all_names_end_with_the_body():
     assert values(head.transform.translation) == [0.1, 0.0, 0.7]
     assert (person.header.frame_id, person.child_frame_id) == ('body_p7', 'person_anonymous_p7')
     assert person.transform == head.transform
-    assert len(transforms_of('p7', BODY, HEADER, HriParams())) == 2
+    assert len(transforms_of('p7', BODY, LINKS, HEADER, HriParams())) == 2
+    unseen = BodyPose(BODY.root, {}, {}, BODY.velocity)  # where the model has the head says nothing of a person
+    assert len(transforms_of('p7', unseen, LINKS, HEADER, HriParams(persons=True))) == 2

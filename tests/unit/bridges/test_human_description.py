@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from animated_skeleton import ADULT, KNEELING, SITTING, STANDING, Limb, joints_of, people_of, without
-from urdf_reader import parsed_urdf
 from openpose_ros_bridges.body_model import BodyPose, body_poses
 from openpose_ros_bridges.human_description import joints_of as joints_of_model
 from openpose_ros_bridges.human_description import lengths_of, links_of, urdf_of
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY
+from urdf_reader import parsed_urdf
 
 SCALE = ADULT / BODY.adult_stature
 POSES = {'stands': STANDING, 'sits': SITTING, 'kneels': KNEELING, 'leans': replace(STANDING, lean=30.0, facing=70.0),

@@ -21,8 +21,8 @@ class HumanDescriptions:
     def __init__(self, ids: str, health: Health) -> None:
         self._lengths: Dict[str, Lengths] = {}
         self._health = health
-        left = self._call([('getParamNames',)])
-        self._delete([name for name in left and left[0] or () if re.fullmatch(f'{_PREFIX}{ids}', name)])
+        self._delete([name for names in self._call([('getParamNames',)]) for name in names
+                      if re.fullmatch(f'{_PREFIX}{ids}', name)])
 
     def lengths(self, name: str, body: BodyPose) -> Lengths:
         """Return the lengths of the model of a body; the model is there from now on."""
