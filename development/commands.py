@@ -34,6 +34,10 @@ def launch(arguments: Sequence[str]) -> NoReturn:
     enter_workspace(['roslaunch', *arguments])
 
 
+def doctor(arguments: Sequence[str]) -> NoReturn:
+    enter_workspace(['rosrun', 'openpose_ros_bringup', 'doctor', *arguments], OPENPOSE_ROS_PREFIX='./run shell ')
+
+
 def shell(arguments: Sequence[str]) -> NoReturn:
     if not arguments:
         say(f'In the workspace of {ROOT}; exit leaves it.')
@@ -78,5 +82,5 @@ def test(arguments: Sequence[str]) -> NoReturn:
 
 
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
-    'setup': set_up, 'demo': demo, 'launch': launch, 'shell': shell, 'test': test, 'model': model, 'bench': bench,
-    'config': write_config, 'docs': write_docs, 'lock': write_locks}
+    'setup': set_up, 'demo': demo, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test, 'model': model,
+    'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks}

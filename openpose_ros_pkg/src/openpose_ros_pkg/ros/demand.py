@@ -11,6 +11,8 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.input_watch import InputWatch
 from openpose_ros_pkg.ros.threads import repeat
 
+READS = 'reads'
+"""Key of /diagnostics: topics that a node reads, each with its type in brackets."""
 # rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
 _LOOK_PERIOD = 1.0
 
@@ -83,6 +85,7 @@ class Demand(rospy.SubscribeListener):
         self.inputs, self._only_for = inputs, only_for or {}
         for source in inputs:
             source.on_error = self._health.frame_failed
+        self._health.show(lambda: {READS: ', '.join(f'{source.resolved_name} ({source.kind})' for source in inputs)})
         self._health.show(lambda: {f'lost before this node, {source.resolved_name}': str(source.lost)
                                    for source in inputs})
         self._update()

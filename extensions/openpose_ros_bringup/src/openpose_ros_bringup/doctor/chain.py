@@ -1,0 +1,102 @@
+"""Checks of the nodes that find people: load, and who wants their results."""
+from typing import Iterator, List
+
+from openpose_ros_bringup.doctor.findings import BRINGUP, Finding, launch_line, right, wrong
+from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Snapshot
+
+# Least rate of results, as a share of the images that come, or of target_rate.
+_LEAST_SHARE = 0.6
+# Greatest age of results [s].
+_GREATEST_AGE = 0.5
+# Greatest load average per core; least available memory [MB].
+_GREATEST_LOAD, _LEAST_MEMORY = 1.5, 500.0
+_RESULTS = '/openpose_ros/skeleton_3d/detected_poses_3d'
+_MARKERS = 'visualization_markers'
+
+
+def check_load(seen: Snapshot) -> Iterator[Finding]:
+    """Whether the machine keeps up with the images."""
+    machine = seen.machine
+    faults: List[Finding] = []
+    for camera in seen.cameras:
+        node = seen.node_of(camera)
+        if node is not None and not node.rests:
+            faults += _rate_faults(seen, camera, node)
+    if machine.memory < _LEAST_MEMORY:
+        faults.append(wrong(f'{machine.memory:.0f} MB of memory are available', 'top -o %MEM'))
+    if machine.load > _GREATEST_LOAD * machine.cores and faults:
+        faults.append(wrong(f'{machine.load:.1f} programs want to run on {machine.cores} cores', 'top'))
+    yield from faults
+    if not faults:
+        yield right('; '.join([f'{machine.load:.1f} programs run on {machine.cores} cores',
+                               f'{machine.memory:.0f} MB of memory are available',
+                               *(f'{node.name} {node.text}' for node in seen.nodes)]))
+
+
+def _rate_faults(seen: Snapshot, camera: Camera, node: ChainNode) -> Iterator[Finding]:
+    rate, wanted = _number(node, 'rate [Hz]'), camera.image.rate
+    target = node.parameters.get('target_rate')
+    if isinstance(target, (int, float)) and target > 0:
+        wanted = min(wanted, target)
+    if 0 < rate < _LEAST_SHARE * wanted:
+        yield wrong(f'{node.name}: {rate:.1f} results per second of {wanted:.1f} that are wanted, '
+                    f'{node.skipped:.1f} images skipped per second', _faster(camera))
+    age = _number(node, 'age of the result, median [s]')
+    if age > _GREATEST_AGE and not seen.master.sim_time:
+        yield wrong(f'{node.name}: results are {age:.2f} s old when they come', _faster(camera))
+
+
+def _faster(camera: Camera) -> str:
+    """Return a line that takes less of the machine."""
+    uses_cloud = camera.points is not None and camera.points.role == 'points'
+    return launch_line(camera, mode='fast', target_rate='10') + (
+        '    # points_source:=depth_image helps more, where there is one' if uses_cloud else '')
+
+
+def _number(node: ChainNode, key: str) -> float:
+    try:
+        return float(node.values.get(key, '0'))
+    except ValueError:
+        return 0.0
+
+
+def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
+    """Whether the chain runs, its results are wanted, and there are people in them."""
+    for name in seen.unresponsive:
+        yield wrong(f'{name} publishes results, but no status on /diagnostics: it hangs, or has ended',
+                    f'rosnode ping -c 1 {name} || rosnode cleanup')
+    if not seen.nodes:
+        if not seen.unresponsive:
+            yield wrong('no node finds people: the chain does not run',
+                        launch_line(seen.cameras[0], rviz='true') if seen.cameras
+                        else f'{BRINGUP} camera:=NAME rviz:=true')
+        return
+    for camera in seen.cameras:
+        if not camera.node:
+            yield wrong(f'{", ".join(node.name for node in seen.nodes)} reads other topics than {camera.image.topic}',
+                        launch_line(camera))
+    for node in seen.nodes:
+        yield _demand_of(node, seen)
+    yield from _viewers(seen)
+
+
+def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
+    if node.text.startswith('disabled'):
+        return wrong(f'{node.name} is disabled', f'rosservice call {node.name}/enable true')
+    if node.rests:
+        return wrong(f'{node.name} rests: no node subscribes to its results',
+                     f'rostopic hz {node.results or _RESULTS}    # or RViz: {BRINGUP} chain:=false rviz:=true')
+    if node.level != 0:
+        return wrong(f'{node.name}: {node.text}', f'rosnode info {node.name}')
+    people = '' if seen.people is None else (f'; {seen.people.most} people in {seen.people.frames} results'
+                                             + ('' if seen.people.most else ': is anyone in view?'))
+    return right(f'{node.name}: {node.text}{people}')
+
+
+def _viewers(seen: Snapshot) -> Iterator[Finding]:
+    """Tell where a node waits for markers that no node publishes."""
+    for topic, nodes in sorted(seen.subscribed.items()):
+        if topic.endswith(_MARKERS) and topic not in seen.published and nodes:
+            yield wrong(f'{", ".join(nodes)} waits for {topic}, which no node publishes',
+                        'rosrun skeleton_extract_3d skeleton_extract_3d_visualization_node')
+

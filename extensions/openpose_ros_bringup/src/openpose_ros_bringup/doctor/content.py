@@ -1,0 +1,232 @@
+"""Checks of what messages hold: encodings, stamps, registration."""
+from contextlib import suppress
+from typing import Iterator, List, Optional, Tuple
+
+import numpy as np
+
+from openpose_ros_bringup.doctor.findings import (
+    Finding,
+    depth_image_line,
+    driver_line,
+    launch_line,
+    others_like,
+    registered_topics,
+    right,
+    unknown,
+    wrong,
+)
+from openpose_ros_bringup.doctor.snapshot import Camera, Snapshot, Stream
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
+from openpose_ros_pkg.stream.pairing_report import pairing_report
+from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
+from skeleton_extract_3d.points.plausibility import summarize
+from skeleton_extract_3d.points.point_grid import PointGrid
+
+# Encodings of depth images.
+_DEPTH = ('16UC1', 'mono16', '32FC1')
+# Ages of messages when they come; others are of another clock, or of a recording without its clock [s].
+_AGES = (-0.05, 1.0)
+# A recording is older [s].
+_RECORDED = 3600.0
+# Points that miss their pixels by a greater share of the image's width do not belong to the image.
+_GREATEST_MISFIT = 0.01
+# Largest rotation (as a sine) and translation [m] between frames that count as one.
+_SAME_FRAME = 2e-3
+_NO_MESSAGE = 'no message came'
+
+
+def check_encodings(seen: Snapshot) -> Iterator[Finding]:
+    """Whether images, points and calibrations can be read, and depth is in metres."""
+    for camera in seen.cameras:
+        for stream in camera.streams:
+            if not stream.arrivals:
+                yield unknown(_NO_MESSAGE)
+            else:
+                yield _encoding_fault(camera, stream, seen) or right(
+                    f'{stream.topic}: {" x ".join(map(str, stream.size))} {stream.encoding}'.rstrip())
+
+
+def _encoding_fault(camera: Camera, stream: Stream, seen: Snapshot) -> Optional[Finding]:
+    if stream.role == 'image' and stream.encoding in _DEPTH[::2]:
+        return wrong(f'{stream.topic} is a depth image ({stream.encoding}), expected the colour image',
+                     _line_of_other(camera, stream, others_like(stream, seen)))
+    if stream.fault:
+        return wrong(f'{stream.topic}: {stream.fault}', _line_of_fault(camera, stream, seen))
+    doubt = None if stream.points is None else summarize(stream.points).doubt
+    if doubt is None:
+        return None
+    unit = 'float32 depth is in metres (REP 118)' if doubt.event == 'implausible depth' else 'see what it holds'
+    return wrong(f'{stream.topic}: {doubt.text}', _line_of_other(camera, stream, registered_topics(stream, seen)) if
+                 registered_topics(stream, seen) else f'rosrun image_view image_view image:={stream.topic}    # {unit}'
+                 if stream.role == 'depth' else f'rostopic echo -n 1 --noarr {stream.topic}    # {unit}')
+
+
+def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
+    if stream.role == 'camera_info':
+        return f'rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:={camera.image.topic}'
+    if stream.role == 'depth' and 'compressed depth' in stream.fault:
+        return f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
+    others = others_like(stream, seen)
+    return ((stream.role == 'points' and not others and depth_image_line(camera, seen))
+            or _line_of_other(camera, stream, others))
+
+
+def _line_of_other(camera: Camera, stream: Stream, others: List[str]) -> str:
+    return launch_line(camera, **{stream.role: others[0]}) if others else driver_line(
+        camera, f'rostopic echo -n 1 --noarr {stream.topic}')
+
+
+def check_stamps(seen: Snapshot) -> Iterator[Finding]:
+    """Whether stamps are set, increase, are of this time, and images find their points."""
+    for camera in seen.cameras:
+        faults = [fault for stream in camera.streams[:2] for fault in _stamp_faults(stream, seen)]
+        if not faults:
+            faults = list(_pairing_fault(camera, seen))
+        came = [stream for stream in camera.streams[:2] if stream.arrivals]
+        yield from faults
+        if not came:
+            yield unknown(_NO_MESSAGE)
+        elif not faults:
+            ages = ', '.join(f'{stream.topic} {_age(stream):.3f} s old' for stream in came)
+            yield right(f'{ages}' + ('; images and points pair' if len(came) == 2 else ''))
+
+
+def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
+    if not stream.arrivals:
+        return
+    stamps = [arrival.stamp for arrival in stream.arrivals]
+    if not all(stamps):
+        yield wrong(f'{stream.topic}: {stamps.count(0)} of {len(stamps)} messages have stamp 0: the driver has to fill '
+                    'header.stamp', f'rostopic echo -n 3 {stream.topic}/header    # stamp: secs 0; update the driver')
+        return
+    backwards = sum(later <= earlier for earlier, later in zip(stamps, stamps[1:]))
+    nodes = seen.published[stream.topic].nodes if stream.topic in seen.published else ()
+    if backwards:
+        cause = f'two nodes publish it: {", ".join(nodes)}' if len(nodes) > 1 else 'the driver repeats messages, or a '\
+            'bag began again'
+        yield wrong(f'{stream.topic}: {backwards} of {len(stamps)} stamps are not newer than the one before: {cause}',
+                    f'rosnode kill {nodes[-1]}' if len(nodes) > 1 else f'rostopic echo {stream.topic}/header/stamp')
+    age, master = _age(stream), seen.master
+    if _AGES[0] <= age <= _AGES[1] or (master.sim_time and not master.clock.ticks):
+        return
+    if age > _RECORDED:
+        yield wrong(f'{stream.topic}: stamps are {age:.0f} s old: a recording that is played without its clock',
+                    'rosparam set use_sim_time true && rosbag play --clock FILE.bag')
+    else:
+        yield wrong(f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"} the clock of '
+                    f'this machine: clocks differ, or messages come late (by {", ".join(nodes)})',
+                    'chronyc tracking    # on both machines; ROS needs clocks that agree')
+
+
+def _age(stream: Stream) -> float:
+    """Return the median time from the stamp to the arrival of messages [s]."""
+    return float(np.median([arrival.now - arrival.stamp * 1e-9 for arrival in stream.arrivals]))
+
+
+def _pairing_fault(camera: Camera, seen: Snapshot) -> Iterator[Finding]:
+    if camera.points is None or not (camera.image.arrivals and camera.points.arrivals):
+        return
+    matcher = StampMatcher(_pairing_params(camera, seen))
+    arrivals = sorted((arrival.received, number, arrival.stamp) for number, stream in
+                      enumerate((camera.image, camera.points)) for arrival in stream.arrivals)
+    pairs = sum(matcher.add(number, stamp, None) is not None for _, number, stamp in arrivals)
+    report = pairing_report(matcher)
+    if pairs + len(matcher.finish()) > 0 or report is None:
+        return
+    settings = {key: f'{value:g}' for key, value in report.settings.items()}
+    yield wrong('no pairs: ' + report.text((camera.image.topic, camera.points.topic), ''),
+                launch_line(camera, **settings) if settings else 'chronyc tracking    # on both machines')
+
+
+def _pairing_params(camera: Camera, seen: Snapshot) -> PairingParams:
+    node = seen.node_of(camera)
+    values = {key: node.parameters[key] for key in ('slop', 'queue_size') if node and key in node.parameters}
+    with suppress(ParameterError, TypeError):
+        return PairingParams(**values)  # type: ignore[arg-type]
+    return PairingParams()
+
+
+def check_registration(seen: Snapshot) -> Iterator[Finding]:
+    """Whether the points are those of the image's pixels."""
+    for camera in seen.cameras:
+        points = camera.points
+        if points is None:
+            yield right(f'{camera.image.topic}: no depth is used')
+        elif not (points.arrivals and camera.image.arrivals):
+            yield unknown(_NO_MESSAGE)
+        else:
+            faults = _registration_faults(camera, points, seen)
+            for fault in faults[:1]:  # those that follow are consequences of the first
+                yield wrong(f'{points.topic}: {fault}', _line_of_registration(camera, points, seen))
+            if not faults:
+                yield right(f'{points.topic} has the view and frame of {camera.image.topic}')
+
+
+def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List[str]:
+    faults, image = [], camera.image
+    misfit = None if points.points is None else _misfit(points.points, camera)
+    if misfit is not None and misfit > _GREATEST_MISFIT:
+        faults.append(f'its points miss their pixels in {image.topic} by {100 * misfit:.2g} % of the width: it is not '
+                      'registered to the colour image')
+    elif all(image.size) and all(points.size):
+        try:
+            check_same_aspect('image', image.size, 'depth', points.size)
+        except BadInputError as error:
+            faults.append(str(error))
+    if points.frame_id != image.frame_id and not _is_same_frame(seen, points.frame_id, image.frame_id):
+        faults.append(f"it is in frame '{points.frame_id}', but the image in '{image.frame_id}': it is not registered "
+                      'to the colour image')
+    node = seen.node_of(camera)
+    if node is not None and 'people do not fit the depth' in node.text:
+        faults.append(node.text)
+    return faults
+
+
+def _is_same_frame(seen: Snapshot, first: str, second: str) -> bool:
+    """Tell whether tf has two frames at one place."""
+    found = seen.tf.lookups.get((second, first))
+    return bool(found and found.rotation is not None and found.translation is not None
+                and np.abs(found.rotation - np.eye(3)).max() < _SAME_FRAME
+                and np.abs(found.translation).max() < _SAME_FRAME)
+
+
+def _misfit(grid: PointGrid, camera: Camera) -> Optional[float]:
+    """Return how far points are from their pixels, by the camera info of the image [widths]; None: unknown."""
+    u, v = (axis.ravel() for axis in np.meshgrid(*(np.linspace(0, size - 1, 24).astype(np.int64)
+                                                   for size in (grid.width, grid.height))))
+    points = grid.window(u, v, 1)[:, 0]
+    if not np.isfinite(points).all(axis=1).any() or (points[np.isfinite(points[:, 2]), 2] < 0).any():
+        return None
+    misfits = []
+    for model in _colour_cameras(camera):
+        shift = (model.project(points) - np.stack([u, v], axis=1) * _scale(model, grid)) / model.width
+        misfits.append(float(np.nanmedian(np.hypot(*shift.T))))
+    return min(misfits) if misfits else None
+
+
+def _scale(model: CameraModel, grid: PointGrid) -> Tuple[float, float]:
+    return model.width / grid.width, model.height / grid.height
+
+
+def _colour_cameras(camera: Camera) -> List[CameraModel]:
+    """Return the camera of the colour image, as it is and rectified, as far as it is calibrated."""
+    models = []
+    for rectified in (False, True):
+        with suppress(BadInputError):
+            if camera.colour_info is not None and camera.colour_info.calibration is not None:
+                models.append(calibrated_camera(camera.colour_info.calibration, rectified))
+    return models
+
+
+def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:
+    others = registered_topics(points, seen)
+    if others and points.role == 'depth':
+        return launch_line(camera, depth=others[0], camera_info=f'{others[0].rpartition("/")[0]}/camera_info')
+    if others:
+        return launch_line(camera, points=others[0])
+    if points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
+        return driver_line(camera, 'rosrun nodelet nodelet standalone depth_image_proc/register '
+                                   f'rgb/camera_info:={camera.colour_info.topic} '
+                                   f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
+    return driver_line(camera, f'rostopic echo -n 1 --noarr {points.topic}')

@@ -1,0 +1,67 @@
+"""A finding of a check, and the lines to type that findings share."""
+from difflib import SequenceMatcher
+from typing import List, NamedTuple
+
+from openpose_ros_bringup.doctor.snapshot import Camera, Snapshot, Stream
+
+RIGHT, WRONG, UNKNOWN = 'right', 'WRONG', 'unknown'
+BRINGUP = 'roslaunch openpose_ros_bringup people.launch'
+# Words in names of topics whose depth belongs to the pixels of the colour image.
+_REGISTERED = ('aligned', 'regist', 'depth_to_rgb', 'depth_to_color')
+
+
+class Finding(NamedTuple):
+    """What a check says: state RIGHT, WRONG or UNKNOWN, what is so, and the line to type where it is wrong."""
+
+    state: str
+    text: str
+    line: str = ''
+
+
+def right(text: str) -> Finding:
+    return Finding(RIGHT, text)
+
+
+def wrong(text: str, line: str) -> Finding:
+    return Finding(WRONG, text, line)
+
+
+def unknown(text: str) -> Finding:
+    return Finding(UNKNOWN, text)
+
+
+def launch_line(camera: Camera, **changes: str) -> str:
+    """Return the line that starts the chain with the topics of a camera, with some arguments changed."""
+    if camera.preset:
+        arguments = {'camera': camera.preset, **({'camera_ns': camera.namespace} if camera.namespace else {})}
+    else:
+        arguments = {stream.role: stream.topic for stream in camera.streams}
+        arguments.update({'dimensions': '2'} if camera.points is None else {
+            'points_source': 'depth_image' if camera.points.role == 'depth' else 'point_cloud'})
+    arguments.update(changes)
+    return ' '.join([BRINGUP, *(f'{key}:={value}' for key, value in arguments.items())])
+
+
+def depth_image_line(camera: Camera, seen: Snapshot) -> str:
+    """Return the line that starts the chain with a depth image in place of the cloud; empty: there is none."""
+    depth = others_like(Stream('depth', camera.image.topic, 'sensor_msgs/Image'), seen)
+    return launch_line(camera, points_source='depth_image', depth=depth[0],
+                       camera_info=f'{depth[0].rpartition("/")[0]}/camera_info') if depth else ''
+
+
+def driver_line(camera: Camera, otherwise: str) -> str:
+    """Return the line that starts the driver of a camera with registered depth; otherwise: it is not known."""
+    return camera.driver or otherwise
+
+
+def others_like(stream: Stream, seen: Snapshot) -> List[str]:
+    """Return the other topics that may hold the same, the most similar name first; depth images are named so."""
+    return sorted((name for name, there in seen.published.items() if there.kind == stream.kind
+                   and name != stream.topic and '/openpose_ros/' not in name
+                   and (stream.role == 'points' or ('depth' in name) == ('depth' in stream.role))),
+                  key=lambda name: (-SequenceMatcher(None, name, stream.topic).ratio(), name))
+
+
+def registered_topics(stream: Stream, seen: Snapshot) -> List[str]:
+    """Return the other topics of the same type whose names say that they are registered to the colour image."""
+    return [name for name in others_like(stream, seen) if any(word in name for word in _REGISTERED)]

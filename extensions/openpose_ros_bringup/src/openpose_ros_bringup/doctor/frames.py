@@ -1,0 +1,154 @@
+"""Checks of tf, and of the axes of frames."""
+from difflib import get_close_matches
+from typing import Dict, Iterator, List, Set
+
+import numpy as np
+
+from openpose_ros_bringup.doctor.findings import (
+    Finding,
+    depth_image_line,
+    launch_line,
+    others_like,
+    right,
+    unknown,
+    wrong,
+)
+from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Stream, Tf
+from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.points.point_grid import PointGrid
+
+# x, y, z and yaw, pitch, roll of an optical frame in a room with z up: 1.35 m high, level.
+_OPTICAL_MOUNT, _LEVEL_MOUNT = '0 0 1.35 0 0 -1.5708', '0 0 1.35 0 0 0'
+# An axis whose vertical part is greater points up or down.
+_UPRIGHT = 0.9
+# Least correlation of columns and rows with the directions of points in a frame with x forward and z up.
+_ALIKE = 0.8
+
+
+def frames_needed(seen: Snapshot, camera: Camera) -> List[str]:
+    """Return the frames in which the people of a camera are wanted, without that of the points."""
+    node = seen.node_of(camera)
+    asked = [seen.tf.fixed_frame] + [str(node.parameters.get(key, '')) for key in ('tracking_frame', 'target_frame')
+                                     if node is not None]
+    return [frame for frame in dict.fromkeys(asked) if frame and frame != _frame_of(camera)]
+
+
+def _frame_of(camera: Camera) -> str:
+    return (camera.points or camera.image).frame_id
+
+
+def check_tf(seen: Snapshot) -> Iterator[Finding]:
+    """Whether tf connects the frame of the points with those that are asked for, at their stamp."""
+    for camera in seen.cameras:
+        stream, frame = camera.points or camera.image, _frame_of(camera)
+        if not stream.arrivals:
+            yield unknown('no message came')
+            continue
+        if not frame:
+            yield wrong(f'{stream.topic} has no frame_id: tf can not place it', f'rostopic echo -n 1 {stream.topic}/'
+                                                                                'header    # a parameter of the driver')
+            continue
+        needed = frames_needed(seen, camera)
+        for target in needed:
+            found = seen.tf.lookups.get((target, frame), Lookup(error='not looked up'))
+            yield (_tf_fault(seen.tf, camera, target, found.error) if found.rotation is None
+                   else right(f'{target} <- {frame} at the stamp of the points'))
+        if not needed:
+            yield right(f"people are in frame '{frame}'; no other frame is named (--fixed-frame FRAME checks one)")
+
+
+def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
+    frame = _frame_of(camera)
+    known = set(tf.edges) | {edge.parent for edge in tf.edges.values()}
+    if frame.startswith('/'):
+        return wrong(f"frame_id '{frame}' begins with a slash, which tf2 does not allow",
+                     f'rosparam list | grep frame_id    # set it without the slash: {frame[1:]}')
+    close = get_close_matches(target, known, 1)
+    if target not in known and close:
+        return wrong(f"tf does not know '{target}'; it knows {_named(known)}",
+                     launch_line(camera, fixed_frame=close[0]))
+    root, other = _root(tf, frame), _root(tf, target)
+    if root != other:
+        why = f'tf has {_named(known)}' if known else 'nothing comes on /tf and /tf_static'
+        mount = _OPTICAL_MOUNT if root == frame else _LEVEL_MOUNT
+        return wrong(f"tf does not connect '{target}' and '{frame}': {why}",
+                     f'rosrun tf2_ros static_transform_publisher {mount} {target} {root}    # x y z yaw pitch roll of '
+                     'the camera')
+    return wrong(f"tf connects '{target}' and '{frame}', but not at the stamp of the points: {error}",
+                 f'rosrun tf tf_monitor {target} {frame}')
+
+
+def _root(tf: Tf, frame: str) -> str:
+    """Return the frame at the root of a frame's tree."""
+    passed: Set[str] = set()
+    while frame in tf.edges and frame not in passed:
+        passed.add(frame)
+        frame = tf.edges[frame].parent
+    return frame
+
+
+def _named(frames: Set[str], most: int = 8) -> str:
+    names = sorted(frames)
+    return ', '.join(names[:most]) + (f' and {len(names) - most} more' if len(names) > most else '') or 'no frames'
+
+
+def check_frames(seen: Snapshot) -> Iterator[Finding]:
+    """Whether points are in an optical frame, and the camera looks along the floor in the fixed frame."""
+    for camera in seen.cameras:
+        points = camera.points
+        if points is None or points.points is None:
+            yield right('no depth is used') if points is None else unknown('no points came')
+            continue
+        text = _axes_fault(points.points)
+        if text:
+            yield wrong(f"{points.topic}, frame '{points.frame_id}': {text}", _line_of_axes(camera, points, seen))
+            continue
+        fixed = seen.tf.fixed_frame
+        pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
+        fault = '' if pose.rotation is None else _pose_fault(pose.rotation)
+        if fault:
+            parent = seen.tf.edges[points.frame_id].parent if points.frame_id in seen.tf.edges else fixed
+            yield wrong(f"by tf, in '{fixed}', {fault}: is '{points.frame_id}' turned as an optical frame "
+                        '(x right, y down, z forward)?', 'rosrun tf2_ros static_transform_publisher 0 0 0 -1.5708 0 '
+                                                         f'-1.5708 {parent} {points.frame_id}')
+        else:
+            yield right(f"'{points.frame_id}' is an optical frame: x right, y down, z forward")
+
+
+def _axes_fault(grid: PointGrid) -> str:
+    """Return why points are not in an optical frame; empty: they are, or there are too few to tell."""
+    try:
+        grid.camera_model()
+    except BadInputError as error:
+        return 'x points forward and z up, expected x right, y down, z forward' if _is_z_up(grid) else str(error)
+    return ''
+
+
+def _is_z_up(grid: PointGrid) -> bool:
+    """Tell whether columns and rows grow with -y / x and -z / x."""
+    u, v = (axis.ravel() for axis in np.meshgrid(*(np.linspace(0, size - 1, 24).astype(np.int64)
+                                                   for size in (grid.width, grid.height))))
+    x, y, z = grid.window(u, v, 1)[:, 0].T
+    there = np.isfinite(x) & (x > 0)
+    if there.sum() < 12:
+        return False
+    pairs = ((u[there], -y[there] / x[there]), (v[there], -z[there] / x[there]))
+    return all(np.corrcoef(pixels, slopes)[0, 1] > _ALIKE for pixels, slopes in pairs)
+
+
+def _line_of_axes(camera: Camera, points: Stream, seen: Snapshot) -> str:
+    others = others_like(points, seen)
+    if others:
+        return launch_line(camera, points=others[0])
+    return depth_image_line(camera, seen) or (
+        f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver, not a transformed one')
+
+
+def _pose_fault(rotation: np.ndarray) -> str:
+    """Return what is odd about a camera whose optical frame is turned by this in a frame with z up."""
+    _, down, forward = rotation[2]
+    odd: Dict[str, bool] = {'the camera looks straight up': forward > _UPRIGHT,
+                            'the camera looks straight down': forward < -_UPRIGHT,
+                            'the camera is upside down': down > _UPRIGHT,
+                            'the camera lies on its side': abs(rotation[2, 0]) > _UPRIGHT}
+    return next((text for text, is_so in odd.items() if is_so), '')

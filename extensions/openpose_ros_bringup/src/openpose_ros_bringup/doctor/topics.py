@@ -1,0 +1,114 @@
+"""Checks of the master, the topics and their rates."""
+from typing import Iterator, Optional
+
+from openpose_ros_bringup.doctor.findings import (
+    BRINGUP,
+    Finding,
+    depth_image_line,
+    driver_line,
+    launch_line,
+    others_like,
+    right,
+    unknown,
+    wrong,
+)
+from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
+from openpose_ros_pkg.stream.silent_topic import why_clock_stands, why_silent
+
+# Least rate of images and points [Hz]: at less, people are not followed from one image to the next.
+LEAST_RATE = 2.0
+# Where the camera is not known.
+DRIVER = f'{BRINGUP} camera:=NAME driver:=true'
+_TRANSPORTS = {'image': 'compressed', 'depth': 'compressedDepth'}
+_COMPRESSED = 'sensor_msgs/CompressedImage'
+
+
+def check_master(seen: Snapshot) -> Iterator[Finding]:
+    """Whether the master answers, machines find each other, and time passes."""
+    master = seen.master
+    if not master.is_online:
+        yield wrong(f'the ROS master {master.uri} does not answer', 'roscore')
+        return
+    if master.fault:
+        yield wrong(master.fault, f'export ROS_IP={master.address or "ADDRESS"}; unset ROS_HOSTNAME')
+    for node, uri in master.unreachable.items():
+        yield wrong(f'{node} is registered at {uri}, where it takes no calls: it has ended, or its machine has another '
+                    'name here (ROS_IP and ROS_HOSTNAME there)', 'rosnode cleanup')
+    fault = _clock_fault(master, seen)
+    if fault is not None:
+        yield fault
+    if not (master.fault or master.unreachable or fault):
+        time = f'simulated time, {master.clock.newest:.1f} s' if master.sim_time else 'time of the machine'
+        yield right(f'{master.uri} answers; this machine is called {master.name}; {time}')
+
+
+def _clock_fault(master: Master, seen: Snapshot) -> Optional[Finding]:
+    """Return what is wrong with simulated time."""
+    if not master.sim_time:
+        if master.clock.ticks == 0:
+            return None
+        return wrong('/clock is published, but use_sim_time is false: nodes take the time of the machine',
+                     'rosparam set use_sim_time true    # then start the nodes again')
+    if '/clock' not in seen.published or master.clock.newest == 0:
+        return wrong(why_clock_stands(0), 'rosbag play --clock FILE.bag    # without a bag: rosparam set use_sim_time '
+                                          'false')
+    if master.clock.ticks < 2:
+        return wrong(why_clock_stands(master.clock.newest), 'rosbag play --clock FILE.bag    # a paused one goes on '
+                                                            'with the space bar')
+    return None
+
+
+def check_topics(seen: Snapshot) -> Iterator[Finding]:
+    """Whether the topics are published with the right types."""
+    if not seen.cameras:
+        yield wrong('no node publishes a colour image', DRIVER)
+    for camera in seen.cameras:
+        for stream in camera.streams:
+            there = seen.published.get(stream.topic)
+            if there is not None and there.kind == stream.kind:
+                yield right(f'{stream.topic} ({stream.kind}) by {", ".join(there.nodes)}')
+            else:
+                why = why_silent(stream.topic, stream.kind, seen.published, stream.is_connected, '')
+                yield wrong(f'{stream.topic}: {why}', _line_of_topic(camera, stream, seen))
+
+
+def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
+    """Return what to type where a topic is not published, or with another type."""
+    base, _, transport = stream.topic.rpartition('/')
+    option = 'depth_transport' if stream.role == 'depth' else 'image_transport'
+    if stream.kind == _COMPRESSED and transport in _TRANSPORTS.values() and base in seen.published:
+        return launch_line(camera, **{stream.role: base, option: 'raw'})
+    there = seen.published.get(stream.topic)
+    if stream.role in _TRANSPORTS and stream.kind != _COMPRESSED:
+        wanted = _TRANSPORTS[stream.role]
+        below = seen.published.get(f'{stream.topic}/{wanted}')
+        if below is not None and below.kind == _COMPRESSED:
+            return launch_line(camera, **{stream.role: stream.topic, option: wanted})
+        if there is not None and there.kind == _COMPRESSED and transport == wanted:
+            return launch_line(camera, **{stream.role: base, option: wanted})
+    others = others_like(stream, seen)
+    if others:
+        return launch_line(camera, **{stream.role: others[0]})
+    return (stream.role == 'points' and depth_image_line(camera, seen)) or driver_line(camera, DRIVER)
+
+
+def check_rates(seen: Snapshot) -> Iterator[Finding]:
+    """Whether messages come, and often enough."""
+    for camera in seen.cameras:
+        for stream in camera.streams:
+            there = seen.published.get(stream.topic)
+            if there is None or there.kind != stream.kind:
+                yield unknown('a topic is missing')
+            elif not stream.arrivals:
+                why = why_silent(stream.topic, stream.kind, seen.published, stream.is_connected, '')
+                node = there.nodes[0] if there.nodes else 'NODE'
+                yield wrong(f'no message on {stream.topic}: {why.partition("; ")[0]}',
+                            driver_line(camera, f'rosnode info {node}') if stream.is_connected
+                            else f'rosnode ping {node}')
+            elif stream is not camera.info and stream.rate < LEAST_RATE:
+                came = f'{stream.rate:.2g} Hz' if stream.rate else f'one message in {seen.seconds:g} s'
+                yield wrong(f'{stream.topic}: {came}, expected {LEAST_RATE:g} Hz or more: dim light, a slow bus or '
+                            'network, or a slow driver', f'rostopic bw {stream.topic}')
+            else:
+                yield right(f'{stream.topic}: {stream.rate:.1f} Hz' if stream is not camera.info
+                            else f'{stream.topic} came')

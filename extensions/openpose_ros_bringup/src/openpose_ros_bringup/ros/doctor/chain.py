@@ -1,0 +1,94 @@
+"""The nodes that find people, by what they report on /diagnostics."""
+import re
+import threading
+import time
+from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import CompressedImage, Image
+
+from openpose_ros_bringup.doctor.snapshot import ChainNode
+from openpose_ros_bringup.ros.doctor.network import private_parameters
+from openpose_ros_pkg.ros.demand import READS
+from openpose_ros_pkg.stream.silent_topic import PublishedTopic
+
+_RESULTS = re.compile(r'(.*/)openpose_ros/(skeleton_3d/detected_poses_3d|detected_poses|skeleton_3d/detected_poses)')
+# Types of colour images.
+IMAGES = (Image._type, CompressedImage._type)
+# Entries of `READS`: topic and type of an input.
+_INPUT = re.compile(r'(\S+) \((\S+)\)')
+
+
+class Reported(NamedTuple):
+    """A status as it came: when [s], node that sent it, level, text and values."""
+
+    received: float
+    node: str
+    level: int
+    text: str
+    values: Mapping[str, str]
+
+
+class StatusListener:
+    """Keeps the first and the newest status of each node that finds people."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._reports: Dict[str, Tuple[Reported, Reported]] = {}
+        self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=100)
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._subscriber.unregister()
+
+    def nodes(self) -> List[str]:
+        """Return the nodes that sent a status."""
+        with self._lock:
+            return [newest.node for _, newest in self._reports.values()]
+
+    def read(self, published: Mapping[str, PublishedTopic]) -> List[ChainNode]:
+        """Return the nodes by their status."""
+        with self._lock:
+            reports = dict(self._reports)
+        return [_chain_node(name, first, newest, published) for name, (first, newest) in sorted(reports.items())]
+
+    def _store(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            values = {pair.key: pair.value for pair in status.values}
+            if not any(kind in IMAGES for _, kind in _INPUT.findall(values.get(READS, ''))):
+                continue  # no node that finds people
+            # the updater writes <node>: <name>, which is another one for each camera of a node
+            node, _, name = status.name.partition(': ')
+            report = Reported(time.monotonic(), f'/{node.strip("/")}', _number(status.level), status.message, values)
+            with self._lock:
+                first, _ = self._reports.get(f'/{name.strip("/")}', (report, report))
+                self._reports[f'/{name.strip("/")}'] = first, report
+
+
+def inputs_of(node: ChainNode) -> Sequence[Tuple[str, str]]:
+    """Return topics and types that a node reads."""
+    return _INPUT.findall(node.values[READS])
+
+
+def nodes_with_results(published: Mapping[str, PublishedTopic]) -> List[str]:
+    """Return the nodes that publish people."""
+    return sorted({node for topic, there in published.items() if _RESULTS.fullmatch(topic) for node in there.nodes})
+
+
+def _chain_node(name: str, first: Reported, newest: Reported, published: Mapping[str, PublishedTopic]) -> ChainNode:
+    skipped = [float(report.values.get('frames skipped', report.values.get('images skipped', 0)))
+               for report in (first, newest)]
+    seconds = newest.received - first.received
+    namespace = name.rpartition('/')[0] + '/'
+    results = sorted(topic for topic, there in published.items() if newest.node in there.nodes
+                     and _RESULTS.fullmatch(topic))
+    own = [topic for topic in results if topic.startswith(f'{namespace}openpose_ros/')] or results
+    return ChainNode(name, newest.level, newest.text, newest.values,
+                     (skipped[1] - skipped[0]) / seconds if seconds > 0 else 0.0, private_parameters(newest.node),
+                     own[-1] if own else '')
+
+
+def _number(level: object) -> int:
+    return level[0] if isinstance(level, bytes) else int(level)  # type: ignore[call-overload]
+

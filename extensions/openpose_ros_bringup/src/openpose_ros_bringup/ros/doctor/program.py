@@ -1,0 +1,185 @@
+"""Check camera, topics, tf and nodes: ten checks that say what is right, what is wrong, and the line to type.
+
+    rosrun openpose_ros_bringup doctor
+    rosrun openpose_ros_bringup doctor --camera realsense --fixed-frame base_link
+    rosrun openpose_ros_bringup doctor --image /cam/image_raw --depth /cam/depth/image_raw
+
+Without options: the cameras that the running nodes read, or the one whose topics are published. It listens for a few
+seconds and changes nothing. docs/nothing_in_rviz.md explains the checks.
+
+Exit status: 0 nothing is wrong; 1 something is; 2 the command line is wrong; 130 interrupted.
+"""
+import argparse
+import os
+import sys
+import threading
+import time
+from dataclasses import replace
+from typing import Any, List, Optional, Sequence, Tuple
+
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
+from rosgraph_msgs.msg import Clock as ClockMessage
+
+from openpose_ros_bringup.doctor.frames import frames_needed
+from openpose_ros_bringup.doctor.report import diagnose, faults, report
+from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, People, Snapshot, Tf
+from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results
+from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras
+from openpose_ros_bringup.ros.doctor.network import Graph, read_machine, read_master, unreachable
+from openpose_ros_bringup.ros.doctor.streams import CameraListener
+from openpose_ros_bringup.ros.doctor.transforms import FrameListener
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+
+# Variable with what comes before commands of ROS where the workspace is not sourced.
+PREFIX = 'OPENPOSE_ROS_PREFIX'
+# Messages of images and points that are enough.
+_MESSAGES = 30
+# Nodes report once a second; they are waited for so long [s].
+_STATUS_PATIENCE = 3.0
+# Least time to listen, and how much longer the whole may take before it is given up [s].
+_LEAST, _GRACE = 1.5, 30.0
+_PERIOD = 0.05
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
+    options = _parser().parse_args(rospy.myargv()[1:] if arguments is None else arguments)
+    return run_command('doctor', lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    _end_after(options.seconds + _GRACE)
+    findings = diagnose(look(options))
+    sys.stdout.write(report(findings, os.environ.get(PREFIX, '')))
+    return SOME_FAILED if faults(findings) else DONE
+
+
+def look(options: argparse.Namespace) -> Snapshot:
+    """Return what is known after listening for a while; ParameterError: there is no such camera."""
+    master, graph = read_master()
+    if not master.is_online:
+        return Snapshot(master)
+    rospy.init_node('doctor', anonymous=True, disable_signals=True, disable_rosout=True, log_level=rospy.ERROR)
+    status, ticks, frames = StatusListener(), _ClockListener(graph), FrameListener()
+    expected = nodes_with_results(graph.published)
+    _wait(lambda: set(expected) <= set(status.nodes()), _STATUS_PATIENCE if expected else 0.0)
+    nodes = status.read(graph.published)
+    sources = find_cameras(_wanted(options), nodes, graph.published)
+    listeners = [CameraListener(source.camera, source.rectified, graph.published) for source in sources]
+    people = _PeopleListener(nodes, graph)
+    begin = time.monotonic()
+    _wait(lambda: time.monotonic() - begin >= _LEAST and all(each.has(_MESSAGES) for each in listeners),
+          options.seconds)
+    for stop in (people.stop, status.stop, *(each.stop for each in listeners)):
+        stop()
+    seen = Snapshot(
+        replace(master, clock=ticks.read(), unreachable=unreachable(_nodes(sources, expected, graph))),
+        time.monotonic() - begin, graph.published, graph.subscribed, [each.read() for each in listeners],
+        Tf(_fixed_frame(options, nodes)), status.read(graph.published),
+        [node for node in expected if node not in status.nodes()], read_machine(), people.read())
+    tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), edges=frames.edges())
+    frames.stop()
+    return replace(seen, tf=tf)
+
+
+def _wanted(options: argparse.Namespace) -> Wanted:
+    topics = {role: rospy.resolve_name(getattr(options, role)) for role in ('image', 'points', 'depth', 'camera_info')
+              if getattr(options, role)}
+    return Wanted(options.camera, topics, options.namespace)
+
+
+def _fixed_frame(options: argparse.Namespace, nodes: Sequence[ChainNode]) -> str:
+    """Return the frame that is asked for, or in which a node follows people."""
+    return options.fixed_frame or next((str(node.parameters['tracking_frame']) for node in nodes
+                                        if node.parameters.get('tracking_frame')), '')
+
+
+def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> List[str]:
+    """Return the nodes that have to be reached: those that publish what the chain reads, and the chain."""
+    topics = [stream.topic for source in sources for stream in source.camera.streams]
+    return sorted({*expected, *(node for topic in topics if topic in graph.published
+                                for node in graph.published[topic].nodes)})
+
+
+def _wanted_transforms(seen: Snapshot) -> List[Tuple[str, str, rospy.Time]]:
+    wanted = []
+    for camera in seen.cameras:
+        stream = camera.points or camera.image
+        if not (stream.arrivals and stream.frame_id):
+            continue
+        others = frames_needed(seen, camera)
+        if camera.image.frame_id not in ('', stream.frame_id):
+            others.append(camera.image.frame_id)
+        stamp = rospy.Time(0, stream.arrivals[-1].stamp)
+        wanted += [(target, stream.frame_id, stamp) for target in others]
+    return wanted
+
+
+class _ClockListener:
+    """Counts what comes on /clock, where it is published."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._ticks, self._newest = 0, 0.0
+        self._subscriber = '/clock' in graph.published and rospy.Subscriber('/clock', ClockMessage, self._count)
+
+    def read(self) -> Clock:
+        return Clock(self._ticks, self._newest)
+
+    def _count(self, message: ClockMessage) -> None:
+        newest = message.clock.to_sec()
+        self._ticks += newest != self._newest
+        self._newest = newest
+
+
+class _PeopleListener:
+    """Counts results of nodes that work; one that rests is not woken."""
+
+    def __init__(self, nodes: Sequence[ChainNode], graph: Graph) -> None:
+        kinds = {kind._type: kind for kind in (PersonDetection_3dArray, PersonDetectionArray)}
+        self._people: List[int] = []
+        topics = {node.results for node in nodes if not node.rests and node.results}
+        self._subscribers = [rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, queue_size=100)
+                             for topic in sorted(topics) if graph.published[topic].kind in kinds]
+
+    def stop(self) -> None:
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+
+    def read(self) -> Optional[People]:
+        """Return what came; None: no topic was read."""
+        return People(len(self._people), max(self._people, default=0)) if self._subscribers else None
+
+    def _count(self, message: Any) -> None:
+        self._people.append(len(message.persons))
+
+
+def _wait(condition: Any, seconds: float) -> None:
+    """Wait until a condition holds, so long at most [s], in the time of the machine."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline and not condition():
+        time.sleep(_PERIOD)
+
+
+def _end_after(seconds: float) -> None:
+    """End the program where a call never returns, as those of rospy where the master hangs."""
+    def end() -> None:
+        sys.stderr.write(f'doctor: no end after {seconds:.0f} s: the master or a node hangs\n')
+        sys.stderr.flush()
+        os._exit(SOME_FAILED)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='doctor', description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--camera', default='auto', metavar='NAME', help='preset of the camera (default: auto)')
+    for role in ('image', 'points', 'depth', 'camera-info'):
+        parser.add_argument(f'--{role}', metavar='TOPIC', help='of a camera without a preset')
+    parser.add_argument('--fixed-frame', default='', metavar='FRAME', help="RViz's fixed frame")
+    parser.add_argument('--namespace', default='', metavar='NS', help='of the camera, in place of the preset\'s')
+    parser.add_argument('--seconds', type=float, default=5.0, metavar='S', help='listen so long at most (default: 5)')
+    return parser

@@ -1,0 +1,289 @@
+#!/usr/bin/python3
+"""Mistakes are planted one by one in a stand-in of a RealSense: the doctor names the check and the line to type."""
+import itertools
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+import unittest
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import rosgraph
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import Quaternion, TransformStamped
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Header
+
+sys.path.append(str(Path(__file__).resolve().parents[3] / 'skeleton_extract_3d/test'))
+from harness import FakeDetector
+
+from openpose_ros_pkg.ros.convert import bgr_to_jpeg, pixels_to_image
+from session import Diagnostics, await_true
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message
+
+IMAGE, COMPRESSED = '/camera/color/image_raw', '/camera/color/image_raw/compressed'
+DEPTH, INFO = '/camera/aligned_depth_to_color/image_raw', '/camera/aligned_depth_to_color/camera_info'
+RAW_DEPTH, RAW_INFO = '/camera/depth/image_rect_raw', '/camera/depth/camera_info'
+COLOUR_INFO, CLOUD = '/camera/color/camera_info', '/camera/depth/color/points'
+OPTICAL, RATE = 'camera_color_optical_frame', 20.0
+COLOUR = CameraModel(160, 120, np.array([[140, 0, 79.5], [0, 140, 59.5], [0, 0, 1]]))
+# Of the depth sensor, which sees more than the colour camera.
+WIDE = CameraModel(160, 120, np.array([[95, 0, 79.5], [0, 95, 59.5], [0, 0, 1]]))
+V, U = np.mgrid[:120, :160]
+METRES = (2 + 0.004 * U + 0.3 * np.sin(V / 20)).astype(np.float32)
+BGR = np.full((120, 160, 3), 90, np.uint8)
+
+
+def header(stamp, frame=OPTICAL):
+    return Header(stamp=stamp, frame_id=frame)
+
+
+def image(stamp):
+    return pixels_to_image(BGR, 'bgr8', header(stamp))
+
+
+def depth(stamp, frame=OPTICAL):
+    return pixels_to_image((1000 * METRES).astype(np.uint16), '16UC1', header(stamp, frame))
+
+
+def info(stamp):
+    return camera_to_message(COLOUR, header(stamp))
+
+
+def wide_info(stamp):
+    return camera_to_message(WIDE, header(stamp, 'camera_depth'))
+
+
+def cloud(stamp):
+    return cloud_to_message(cloud_from_depth(METRES, COLOUR, BGR), header(stamp))
+
+
+def flat_cloud(stamp):
+    """Return the cloud as a voxel filter publishes it: in one row."""
+    return cloud_to_message(cloud_from_depth(METRES, COLOUR, BGR).reshape(1, -1), header(stamp))
+
+
+def cloud_of_the_robot(stamp):
+    """Return the cloud transformed to a frame with x forward and z up."""
+    points = cloud_from_depth(METRES, COLOUR, BGR)
+    turned = points.copy()
+    turned['x'], turned['y'], turned['z'] = points['z'], -points['x'], 1.2 - points['y']
+    return cloud_to_message(turned, header(stamp, 'base_link'))
+
+
+def later(make, seconds):
+    return lambda stamp: make(stamp + rospy.Duration.from_sec(seconds))
+
+
+# What a driver publishes that is started as the preset says.
+GOOD = {IMAGE: (Image, image), DEPTH: (Image, depth), INFO: (CameraInfo, info), COLOUR_INFO: (CameraInfo, info)}
+
+
+@contextmanager
+def camera(topics, rate=RATE):
+    """Publish what the topics hold: a type and what makes a message of its stamp; None: it sends nothing."""
+    publishers = {topic: rospy.Publisher(topic, kind, queue_size=2) for topic, (kind, _) in topics.items()}
+    ended = threading.Event()
+
+    def publish():
+        while not ended.wait(1 / rate):
+            stamp = rospy.Time.from_sec(time.time())
+            for topic, (_, make) in topics.items():
+                if make is not None:
+                    publishers[topic].publish(make(stamp))
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        for publisher in publishers.values():
+            publisher.unregister()
+
+
+@contextmanager
+def extractor():
+    """Run the extractor on the topics of the stand-in."""
+    command = ['rosrun', 'skeleton_extract_3d', 'skeleton_extract_3d_node', '__name:=skeleton_extract_3d_node',
+               f'~image:={IMAGE}', f'~depth_image:={DEPTH}', f'~camera_info:={INFO}', '_points_source:=depth_image',
+               '~skeleton_2d_detector:=detect_poses_3d', '_backend:=auto']
+    process = subprocess.Popen(command[:-1], stdin=subprocess.DEVNULL)
+    try:
+        Diagnostics('/skeleton_extract_3d_node')
+        yield
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@contextmanager
+def transform(parent, child, quaternion):
+    """Publish a static transform."""
+    broadcaster = tf2_ros.StaticTransformBroadcaster()
+    message = TransformStamped(header=Header(stamp=rospy.Time.from_sec(time.time()), frame_id=parent),
+                               child_frame_id=child)
+    message.transform.rotation = Quaternion(*quaternion)
+    broadcaster.sendTransform(message)
+    try:
+        yield
+    finally:
+        broadcaster.pub_tf.unregister()
+
+
+@contextmanager
+def parameter(name, value):
+    rospy.set_param(name, value)
+    try:
+        yield
+    finally:
+        rospy.delete_param(name)
+
+
+def doctor(*options, **variables):
+    """Return the exit status of the doctor and its output: state, text and line of each finding by check."""
+    done = subprocess.run(['rosrun', 'openpose_ros_bringup', 'doctor', *options], stdout=subprocess.PIPE, text=True,
+                          timeout=60, check=False, stdin=subprocess.DEVNULL, env={**os.environ, **variables})
+    found, name = {}, ''
+    for line in done.stdout.splitlines()[:-1]:
+        begin = re.match(r'(?:[ \d]\d (\w+)|) +(right|WRONG|-) {3,}(.*)', line)
+        if begin:
+            name = begin[1] or name
+            found.setdefault(name, []).append([*begin.groups()[1:], ''])
+        elif line.strip().startswith('-> '):
+            found[name][-1][2] = line.strip()[3:]
+        else:
+            found[name][-1][1] += f' {line.strip()}'
+    return done.returncode, found, done.stdout
+
+
+class DoctorTest(unittest.TestCase):
+    def check(self, mistake, name, text, line, *options, **variables):
+        """Check that a mistake is found by one check, with words of its text and the line to type."""
+        with self.subTest(mistake):
+            status, found, output = doctor(*options, **variables)
+            wrong = [each for each in found[name] if each[0] == 'WRONG']
+            self.assertTrue(any(text in each[1] and line in each[2] for each in wrong), output)
+            self.assertEqual(status, 1, output)
+
+    def test_a_camera_alone(self):
+        with camera(GOOD):
+            status, found, output = doctor()
+        wrong = {name for name, each in found.items() if any(state == 'WRONG' for state, *_ in each)}
+        self.assertEqual((status, wrong), (1, {'subscribers'}), output)
+        self.assertEqual(found['subscribers'], [[
+            'WRONG', 'no node finds people: the chain does not run',
+            'roslaunch openpose_ros_bringup people.launch camera:=realsense rviz:=true']])
+
+    def test_mistakes_of_a_camera(self):
+        def without(*topics):
+            return {topic: value for topic, value in GOOD.items() if topic not in topics}
+
+        planted = [
+            ('another topic', {'/cam/rgb/image': (Image, image), **without(IMAGE)}, (), 'topics',
+             'no node publishes it', 'image:=/cam/rgb/image'),
+            ('no preset', {f'/robot/eye/rgb/{name}': value for name, value in (
+                ('image', (Image, image)), ('camera_info', (CameraInfo, info)))}, (), 'subscribers', 'does not run',
+             'people.launch image:=/robot/eye/rgb/image dimensions:=2 rviz:=true'),
+            ('another type', {**GOOD, DEPTH: (PointCloud2, cloud)}, (), 'topics',
+             'published as sensor_msgs/PointCloud2', 'roslaunch realsense2_camera rs_camera.launch align_depth:=true'),
+            ('compressed alone', {COMPRESSED: (CompressedImage, lambda stamp: bgr_to_jpeg(BGR, header(stamp), 90)),
+                                  **without(IMAGE)}, (), 'topics', 'below it there is', 'image_transport:=compressed'),
+            ('a driver that hangs', {**GOOD, DEPTH: (Image, None)}, (), 'rates', 'which sends nothing',
+             'roslaunch realsense2_camera rs_camera.launch align_depth:=true'),
+            ('depth in colours', {**GOOD, DEPTH: (Image, image), '/camera/depth/image_raw': (Image, depth)}, (),
+             'encodings', "depth image has encoding 'bgr8'", 'depth:=/camera/depth/image_raw'),
+            ('millimetres', {**GOOD, DEPTH: (Image, lambda stamp: pixels_to_image(1000 * METRES, '32FC1',
+                                                                                header(stamp)))}, (),
+             'encodings', 'is it in millimetres?', 'REP 118'),
+            ('no calibration', {**GOOD, INFO: (CameraInfo, lambda stamp: CameraInfo(
+                header=header(stamp), width=160, height=120))}, (), 'encodings', 'camera is not calibrated',
+             'cameracalibrator.py'),
+            ('no stamp', {**GOOD, DEPTH: (Image, lambda _: depth(rospy.Time()))}, (), 'stamps', 'have stamp 0',
+             f'{DEPTH}/header'),
+            ('another clock', {**GOOD, DEPTH: (Image, later(depth, -3.2))}, (), 'stamps', 'behind the clock',
+             'chronyc tracking'),
+            ('a clock ahead', {**GOOD, DEPTH: (Image, later(depth, 0.3))}, (), 'stamps', 'ahead of the clock',
+             'chronyc tracking'),
+            ('a recording', {topic: (kind, later(make, -1e8)) for topic, (kind, make) in GOOD.items()}, (), 'stamps',
+             'played without its clock', 'rosbag play --clock'),
+            ('unregistered', {**GOOD, RAW_DEPTH: (Image, lambda stamp: depth(stamp, 'camera_depth')),
+                              RAW_INFO: (CameraInfo, wide_info)},
+             ('--image', IMAGE, '--depth', RAW_DEPTH), 'registration', 'not registered',
+             f'depth:={DEPTH}'),
+            ('a cloud of another frame', {**GOOD, CLOUD: (PointCloud2, lambda stamp: cloud_to_message(
+                cloud_from_depth(METRES, COLOUR, BGR), header(stamp, 'camera_depth')))},
+             ('--image', IMAGE, '--points', CLOUD), 'registration', "but the image in 'camera_color", CLOUD),
+            ('no tf', GOOD, ('--fixed-frame', 'base_link'), 'tf', "tf does not connect 'base_link'",
+             f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base_link {OPTICAL}'),
+            ('one row', {**GOOD, CLOUD: (PointCloud2, flat_cloud)}, ('--image', IMAGE, '--points', CLOUD),
+             'encodings', 'cloud is not organized', f'points_source:=depth_image depth:={DEPTH}'),
+            ('z up', {**GOOD, CLOUD: (PointCloud2, cloud_of_the_robot)}, ('--image', IMAGE, '--points', CLOUD),
+             'frames', 'z up', f'points_source:=depth_image depth:={DEPTH}')]
+        for mistake, topics, options, name, text, line in planted:
+            with camera(topics):
+                self.check(mistake, name, text, line, *options)
+        with camera(GOOD, rate=1.0):
+            self.check('slow', 'rates', 'expected 2 Hz or more', 'rostopic bw')
+
+    def test_mistakes_of_the_system(self):
+        with camera(GOOD), ExitStack() as ends:
+            with parameter('/use_sim_time', True):
+                self.check('no clock', 'master', 'nothing comes on /clock', 'rosbag play --clock')
+            clock = rospy.Publisher('/clock', Clock, queue_size=1)
+            ends.callback(clock.unregister)
+            times, ended = itertools.count(100, 0.01), threading.Event()
+
+            def tick():
+                while not ended.wait(0.01):
+                    clock.publish(Clock(rospy.Time.from_sec(next(times))))
+
+            thread = threading.Thread(target=tick)
+            thread.start()
+            self.check('a clock that is not used', 'master', 'use_sim_time is false',
+                       'rosparam set use_sim_time true')
+            ended.set()
+            thread.join()
+        with camera(GOOD), transform('base_link', OPTICAL, (0, 0, 0, 1)):
+            self.check('tf without the optical rotation', 'frames', 'the camera looks straight up',
+                       f'-1.5708 0 -1.5708 base_link {OPTICAL}', '--fixed-frame', 'base_link')
+        master = rosgraph.Master('/dead_driver')
+        master.registerPublisher(IMAGE, 'sensor_msgs/Image', 'http://localhost:9')
+        with camera(GOOD):
+            self.check('a driver that died', 'master', '/dead_driver is registered', 'rosnode cleanup')
+        master.unregisterPublisher(IMAGE, 'http://localhost:9')
+        self.check('no master', 'master', 'does not answer', 'roscore', ROS_MASTER_URI='http://localhost:9')
+
+    def test_the_chain(self):
+        detector = FakeDetector('detect_poses_3d')
+        with extractor():
+            self.check('no camera', 'topics', 'no node publishes it', 'align_depth:=true')
+            with camera(GOOD), transform('base_link', OPTICAL, (-0.5, 0.5, -0.5, 0.5)):
+                self.check('no subscriber', 'subscribers', 'rests', 'rostopic hz /openpose_ros/skeleton_3d/')
+                self.check('another camera', 'subscribers', 'reads other topics', 'camera:=kinect2', '--camera',
+                           'kinect2')
+                frames = []
+                rospy.Subscriber('/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray, frames.append)
+                await_true(lambda: len(frames) > 100, 'results')
+                status, found, output = doctor('--fixed-frame', 'base_link')
+                states = {name: {state for state, *_ in each} for name, each in found.items()}
+                self.assertEqual((status, set.union(*states.values()), len(states)), (0, {'right'}, 10), output)
+                self.assertIn('1 people in', output)
+                rospy.wait_for_service('/skeleton_extract_3d_node/enable', 10)
+        detector.shutdown()
+
+
+if __name__ == '__main__':
+    rospy.init_node('check_doctor')
+    rostest.rosrun('openpose_ros_bringup', 'check_doctor', DoctorTest, sys.argv)
