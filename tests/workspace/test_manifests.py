@@ -33,6 +33,8 @@ def used_by_code(package):
                for name in imported_modules(path.read_text(), package)}
     keys = {ROSDEP_KEYS.get(name, name) for name in modules
             if name in ROSDEP_KEYS or name in ROS_MODULES or name in PACKAGES or name.endswith(('_msgs', '_srvs'))}
+    for path in (PACKAGES[package] / 'src').rglob('*.py'):
+        keys |= set(re.findall(r"Popen\(\['rosrun', '(\w+)'", path.read_text()))
     for path in (PACKAGES[package] / 'launch').glob('*.launch'):
         keys |= set(re.findall(r'(?:pkg="|\$\(find )(\w+)', path.read_text()))
     return keys - {package}

@@ -33,6 +33,12 @@ def room():
     return (rays * (depth + noise)[..., None]).astype(np.float32)
 
 
+def position(buffer, stamp):
+    """Return where the frame of the floor begins."""
+    moved = buffer.lookup_transform(FRAME_ID, 'world', stamp).transform.translation
+    return np.array([moved.x, moved.y, moved.z])
+
+
 class FloorTest(NodeletTest):
     def listen(self, ns):
         planes = Recorder(f'/{ns}/floor/plane', ModelCoefficients)
@@ -68,14 +74,18 @@ class FloorTest(NodeletTest):
         self.check_plane(planes.wait(1, stamp)[0])
         # between two searches, tf goes on with each cloud
         between = self.send_points('managed', room(), after=0.05)
-        await_true(lambda: buffer.can_transform(FRAME_ID, 'ground', between), 'the frame of the floor')
-        transform = buffer.lookup_transform(FRAME_ID, 'ground', between).transform
-        origin = np.array([transform.translation.x, transform.translation.y, transform.translation.z])
+        await_true(lambda: buffer.can_transform(FRAME_ID, 'world', between), 'the frame of the floor')
+        transform = buffer.lookup_transform(FRAME_ID, 'world', between).transform
+        origin = position(buffer, between)
         np.testing.assert_allclose(origin, -ABOVE * NORMAL, atol=LENGTH)
         expected = np.stack([FORWARD, np.cross(NORMAL, FORWARD), NORMAL], axis=1)
         turned = Rotation.from_quat([getattr(transform.rotation, axis) for axis in 'xyzw'])
         np.testing.assert_allclose(turned.apply(np.eye(3)).T, expected, atol=ANGLE)
         self.assertEqual([message.header.stamp for message in planes.messages], [stamp])
+        # where people hide the floor, its frame stays
+        hidden = self.send_and_await('managed', np.full((HEIGHT, WIDTH, 3), np.nan, np.float32), 'no floor')
+        await_true(lambda: buffer.can_transform(FRAME_ID, 'world', hidden), 'the frame of the hidden floor')
+        np.testing.assert_allclose(position(buffer, hidden), origin, atol=1e-6)
 
     def test_3_unorganized_cloud_and_gravity_from_tf_alone(self):
         broadcaster = tf2_ros.StaticTransformBroadcaster()

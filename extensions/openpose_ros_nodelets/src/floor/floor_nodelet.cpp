@@ -90,7 +90,7 @@ private:
     settings_.most_tilt_sigma = DEGREE * parameters.number("most_tilt_sigma", 0.4, 0.01, 90);
     tracker_ = std::make_unique<FloorTracker>(parameters.number("smoothing_time", 0.5, 0, 60));
     publish_tf_ = parameters.flag("publish_tf", false);
-    floor_frame_ = parameters.text("floor_frame", "floor");
+    floor_frame_ = parameters.text("floor_frame", "world");
     if (!gravity_frame_.empty())
       transforms_ = std::make_unique<Transforms>(*nh_);
     if (publish_tf_)
@@ -140,15 +140,17 @@ private:
     // a tenth of a period early is in time, as stamps jitter
     if (stamp < computed_ || (stamp - computed_).toSec() > 0.9 * period_)
     {
+      if (stamp < computed_)
+        frame_ = std::nullopt;
       computed_ = stamp;
       compute(*cloud);
     }
-    if (publish_tf_ && newest_)
+    if (publish_tf_ && frame_)
     {
       geometry_msgs::TransformStamped transform;
       transform.header = cloud->header;
       transform.child_frame_id = floor_frame_;
-      transform.transform = floorFrame(*newest_);
+      transform.transform = *frame_;
       broadcaster_->sendTransform(transform);
     }
   }
@@ -173,7 +175,10 @@ private:
       milliseconds_ = 1e3 * (ros::WallTime::now() - began).toSec();
     }
     if (floor)
+    {
+      frame_ = floorFrame(*floor);
       publish(*floor, cloud.header);
+    }
   }
 
   void publish(const Floor& floor, const std_msgs::Header& header)
@@ -209,6 +214,7 @@ private:
   ros::Time computed_;
   std::mutex mutex_;  ///< guards what diagnostics show
   std::optional<Floor> newest_;
+  std::optional<geometry_msgs::Transform> frame_;  ///< where the floor was last seen: people may hide it
   double milliseconds_ = 0;
 };
 

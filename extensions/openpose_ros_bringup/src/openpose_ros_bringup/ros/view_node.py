@@ -1,0 +1,202 @@
+"""Open RViz on the people of a chain, or on those that are fused from several cameras.
+
+Waits for the first message with their frame, and a few seconds for people. A fixed frame that tf does not connect with
+the people is replaced by theirs. RViz has z upwards: in place of an optical frame FRAME it gets FRAME_upright, a static
+transform that turns z forward, as the camera sees it, into x forward and z up. The node ends with RViz.
+"""
+import subprocess
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any, Callable, List, Optional
+
+import numpy as np
+import rospkg
+import rospy
+import tf2_ros
+import yaml
+from openpose_ros_msgs.msg import FusedCameraArray, PersonDetection_3dArray
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_bringup.node_params import ViewParams
+from openpose_ros_bringup.view import TURNED, UPRIGHT, Topics, rviz_configuration, viewpoint
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.input_watch import InputWatch
+from openpose_ros_pkg.ros.node import run_node
+from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.ros import convert
+
+SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'
+WORLD = 'world'
+# How long to wait for the clouds' frame, for people, and for tf, once the frame of the people is known [s].
+_PATIENCE = 5.0
+_LOOK_PERIOD = 0.1
+# In the names of optical frames (REP 103).
+_OPTICAL = 'optical'
+
+
+class ViewNode:
+    """Opens RViz in a thread of its own.
+
+    Attributes:
+        failed: whether RViz could not be opened.
+    """
+
+    def __init__(self, params: ViewParams) -> None:
+        self._params = params
+        self.failed = False
+        self._rviz: Optional[subprocess.Popen] = None
+        self._folder = tempfile.TemporaryDirectory(prefix='openpose_ros_view_')
+        rospy.on_shutdown(self._close)
+        threading.Thread(target=self._run, name='view', daemon=True).start()
+
+    def _run(self) -> None:
+        try:
+            arguments = self._arguments()
+            if not rospy.is_shutdown():
+                self._rviz = subprocess.Popen(['rosrun', 'rviz', 'rviz', *arguments])
+                status = self._rviz.wait()
+                self.failed = status > 0 and not rospy.is_shutdown()
+                if self.failed:
+                    rospy.logfatal('RViz ended with status %d; is there a screen ($DISPLAY)?', status)
+        except Exception as error:
+            self.failed = True
+            rospy.logfatal('RViz is not opened: %r', error)
+        rospy.signal_shutdown('RViz has ended')
+
+    def _close(self) -> None:
+        if self._rviz is not None and self._rviz.poll() is None:
+            self._rviz.terminate()
+            self._rviz.wait()
+        self._folder.cleanup()
+
+    def _arguments(self) -> List[str]:
+        if self._params.rviz_config:
+            frame = ['-f', self._params.fixed_frame] if self._params.fixed_frame else []
+            return ['-d', self._params.rviz_config, *frame]
+        template = Path(rospkg.RosPack().get_path('openpose_ros_bringup')) / 'rviz' / 'people.rviz'
+        values = self._configuration(yaml.safe_load(template.read_text()))
+        path = Path(self._folder.name) / 'people.rviz'
+        path.write_text(yaml.safe_dump(values))
+        return ['-d', str(path)]
+
+    def _configuration(self, template: Any) -> Any:
+        if self._params.dimensions == 2:
+            image = rospy.resolve_name(f'{IMAGE}/detected_poses_image')
+            return rviz_configuration(template, self._params.fixed_frame or WORLD, Topics('', {}, {'Image': image}),
+                                      viewpoint(np.zeros((0, 3)), [(UPRIGHT.T, np.zeros(3))]))
+        self._scene = _Scene(self._params)  # its static transform lives as long as this node
+        return rviz_configuration(template, self._scene.frame, self._topics(),
+                                  viewpoint(self._scene.joints, self._scene.cameras))
+
+    def _topics(self) -> Topics:
+        space = rospy.resolve_name(SPACE)
+        cameras, others = self._params.cameras.split(), self._params.rgb_cameras.split()
+        if not cameras and not others:
+            return Topics(space, {'Cloud': f'{space}/input_pointcloud'}, {'Image': f'{space}/detected_poses_image'})
+        images = {f'Image of {name}': f"/{name.strip('/')}/{folder}/detected_poses_image"
+                  for folder, names in ((SPACE, cameras), (IMAGE, others)) for name in names}
+        return Topics(space, {f'Cloud of {name}': f"/{name.strip('/')}/{SPACE}/input_pointcloud" for name in cameras},
+                      images)
+
+
+class _Newest:
+    """The newest message on a topic; None before the first."""
+
+    def __init__(self, topic: str, kind: Any) -> None:
+        self.message: Any = None
+        self.input = InputSubscriber(topic, kind)
+        self.input.registerCallback(self._store)
+        self.input.subscribe()
+
+    def _store(self, message: Any) -> None:
+        self.message = message
+
+
+class _Scene:
+    """Where people and cameras are, in a frame with z upwards.
+
+    Attributes:
+        frame: that frame.
+        joints: (N, 3) [m] of the people.
+        cameras: poses of their optical frames; one at least.
+    """
+
+    def __init__(self, params: ViewParams) -> None:
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer)
+        fused = bool(params.cameras or params.rgb_cameras)
+        people = _Newest(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray)
+        cameras = _Newest('cameras', FusedCameraArray) if fused else _Newest(f'{SPACE}/input_pointcloud', PointCloud2)
+        InputWatch(Health()).start([people.input])
+        _await(lambda: people.message is not None, float('inf'))
+        _await(lambda: cameras.message is not None, _PATIENCE)
+        _await(lambda: bool(people.message.persons), _PATIENCE)
+        people.input.unsubscribe()
+        cameras.input.unsubscribe()
+        own = people.message.header.frame_id
+        frame = self._connected(params.fixed_frame or (WORLD if params.floor else own), own)
+        optical = _optical_frames(cameras.message) or [own]
+        poses = [self._pose(frame, each) for each in optical]
+        rotation, translation = self._pose(frame, own) or (np.eye(3), np.zeros(3))
+        joints = convert.people_from_array(people.message).xyz.reshape(-1, 3) @ rotation.T + translation
+        turned = _OPTICAL in frame or (not fused and frame in optical)
+        turn = UPRIGHT.T if turned else np.eye(3)
+        self.frame = self._turned(frame) if turned else frame
+        self.joints = joints @ turn.T
+        self.cameras: List[Transform] = [(turn @ pose[0], turn @ pose[1]) for pose in poses if pose is not None]
+        self.cameras = self.cameras or [(UPRIGHT.T, np.zeros(3))]
+
+    def _connected(self, frame: str, own: str) -> str:
+        """Return a frame if tf connects it with that of the people, else the latter."""
+        if _await(lambda: self._pose(frame, own) is not None, _PATIENCE):
+            return frame
+        rospy.logwarn("tf does not connect '%s' with '%s', the frame of the people, which is shown in its place", frame,
+                      own)
+        return own
+
+    def _pose(self, frame: str, of: str) -> Optional[Transform]:
+        """Return the newest transform from a frame to another; None: tf does not connect them."""
+        if frame == of:
+            return np.eye(3), np.zeros(3)
+        try:
+            return convert.rotation_and_translation(self._buffer.lookup_transform(frame, of, rospy.Time()))
+        except (tf2_ros.TransformException, BadInputError):
+            return None
+
+    def _turned(self, frame: str) -> str:
+        """Publish a frame with z upwards in place of an optical one, and return its name."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = UPRIGHT
+        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
+        turned = frame + TURNED
+        self._broadcaster.sendTransform(convert.transform_from_matrix(matrix, Header(frame_id=frame), turned))
+        return turned
+
+
+def _optical_frames(message: Any) -> List[str]:
+    """Return those of a cloud, or of the cameras of a fusion node that have sent something."""
+    if isinstance(message, FusedCameraArray):
+        return [camera.frame_id for camera in message.cameras if camera.frame_id]
+    return [] if message is None else [message.header.frame_id]
+
+
+def _await(condition: Callable[[], bool], seconds: float) -> bool:
+    """Wait for a condition, in wall time; return whether it holds. Ends the thread at shutdown."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if rospy.is_shutdown():
+            raise SystemExit
+        if time.monotonic() >= deadline:
+            return False
+        time.sleep(_LOOK_PERIOD)
+    return True
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node('view', ViewParams, ViewNode, lambda node: node.failed)

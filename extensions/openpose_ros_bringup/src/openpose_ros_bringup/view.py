@@ -1,0 +1,107 @@
+"""The configuration of RViz for a chain: what it shows, and a viewpoint from which people fill the view.
+
+Frames here have z upwards. The people are looked at from the side of the (first) camera, a little from above.
+"""
+import copy
+import math
+from typing import Any, Dict, Mapping, NamedTuple, Sequence
+
+import numpy as np
+
+from skeleton_extract_3d.points.transform import Transform
+
+UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+"""Axes x forward, y left, z up (REP 103) of a level camera, as columns in its optical frame."""
+TURNED = '_upright'
+"""End of the name of a frame with these axes."""
+# Without people: the point that a camera looks at, and the radius of what is shown around it [m].
+_LOOKED_AT, _RADIUS = 2.5, 1.2
+# RViz sees 45 degrees from top to bottom: a sphere of radius 1 fills that from this far, and a tenth is for the border.
+_DISTANCE = 1.1 / math.sin(math.radians(22.5))
+_NEAREST, _FARTHEST = 2.0, 12.0  # [m]
+# Direction of view: turned from that of the camera, so that depth shows, and down [rad].
+_TURN, _PITCH = 0.4, 0.25
+# Orthographic view from above: pixels per metre of a window that is 800 pixels high.
+_SCALE = 300.0
+
+
+class Viewpoint(NamedTuple):
+    """Where RViz looks from.
+
+    Attributes:
+        focal: (3,) [m], the point that is looked at.
+        distance: of the eye to it [m].
+        yaw: direction from the point to the eye, about z [rad].
+        pitch: by how much the eye is above the horizon of the point [rad].
+    """
+
+    focal: np.ndarray
+    distance: float
+    yaw: float
+    pitch: float = _PITCH
+
+
+class Topics(NamedTuple):
+    """What is shown.
+
+    Attributes:
+        markers: namespace of the markers; empty: people in the image alone.
+        clouds: topics by title.
+        images: topics by title; of several, the first one is open.
+    """
+
+    markers: str
+    clouds: Mapping[str, str]
+    images: Mapping[str, str]
+
+
+def viewpoint(joints: np.ndarray, cameras: Sequence[Transform]) -> Viewpoint:
+    """Return a viewpoint.
+
+    Args:
+        joints: (N, 3) [m] of all people, may be empty and have NaN.
+        cameras: poses, from the optical frames to that of the joints; one at least.
+    """
+    joints = joints[np.isfinite(joints).all(axis=1)]
+    if len(joints):
+        low, high = joints.min(axis=0), joints.max(axis=0)
+        focal, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    else:
+        focal = np.mean([translation + _LOOKED_AT * rotation[:, 2] for rotation, translation in cameras], axis=0)
+        radius = _RADIUS
+    towards = cameras[0][1] - focal
+    return Viewpoint(focal, float(np.clip(_DISTANCE * radius, _NEAREST, _FARTHEST)),
+                     float(np.arctan2(towards[1], towards[0]) + _TURN) % (2 * np.pi))
+
+
+def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, view: Viewpoint) -> Dict[str, Any]:
+    """Return the values of a configuration file.
+
+    Args:
+        template: those of the package's people.rviz, for a single camera.
+        frame: the fixed frame; the grid is on its floor, where it has one.
+    """
+    values = copy.deepcopy(dict(template))
+    manager = values['Visualization Manager']
+    displays = []
+    for display in manager['Displays']:
+        kind = display['Class']
+        if kind == 'rviz/PointCloud2':
+            displays += [{**display, 'Name': title, 'Topic': topic} for title, topic in topics.clouds.items()]
+        elif kind == 'rviz/Image':
+            displays += [{**display, 'Name': title, 'Image Topic': topic, 'Enabled': number == 0}
+                         for number, (title, topic) in enumerate(topics.images.items())]
+        elif kind == 'rviz/Grid':
+            displays.append({**display, 'Enabled': not frame.endswith(TURNED)})
+        elif topics.markers:
+            name = display['Marker Topic'].rpartition('/')[2]
+            displays.append({**display, 'Marker Topic': f'{topics.markers}/{name}'})
+    manager['Displays'] = displays
+    manager['Global Options']['Fixed Frame'] = frame
+    x, y, z = (round(float(value), 3) for value in view.focal)
+    manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': round(view.distance, 3),
+                                        'Yaw': round(view.yaw, 3), 'Pitch': view.pitch})
+    # seen from above, what is away from the camera is up
+    manager['Views']['Saved'][0].update(X=x, Y=y, Angle=round(view.yaw - _TURN + np.pi / 2, 3),
+                                        Scale=round(_SCALE / max(view.distance / _DISTANCE, 1.0), 1))
+    return values
