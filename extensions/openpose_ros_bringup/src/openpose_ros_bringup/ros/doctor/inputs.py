@@ -108,7 +108,8 @@ def _of_node(node: ChainNode) -> Source:
     preset, namespace = _preset_of([image[0]] + ([points.topic] if points else []), node)
     camera = Camera(Stream('image', *image), points, info, _beside(image[0], info), preset.name if preset else '',
                     namespace, preset.driver_line if preset else '', node.name)
-    return Source(camera, bool(node.parameters.get('rectified', preset.rectified if preset else False)))
+    rectified = node.parameters.get('rectified', 'auto')
+    return Source(camera, bool(preset and preset.rectified) if rectified == 'auto' else str(rectified).lower() == 'true')
 
 
 def _preset_of(topics: Sequence[str], node: ChainNode) -> Tuple[Optional[CameraPreset], str]:
