@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.mocap.files import MarkerRecording
 from openpose_ros_tools.mocap.joints import JointRecording
+from openpose_ros_tools.motion.trc import trc_text
 
 # Samples that are this close to the ends of a person's stay belong to it [s].
 _ROUNDING = 1e-6
@@ -76,20 +77,6 @@ def rigid_transform(degrees: Sequence[float], move: Sequence[float]) -> np.ndarr
     return transform
 
 
-def write_trc(path: Path, recording: MarkerRecording) -> None:
-    """Write markers as a TRC file: millimetres with four digits, seconds with six."""
-    rate, count = (len(recording) - 1) / (recording.times[-1] - recording.times[0]), len(recording)
-    lines = [['PathFileType', '4', '(X/Y/Z)', path.name],
-             ['DataRate', 'NumFrames', 'NumMarkers', 'Units', 'OrigDataStartFrame'],
-             [f'{rate:.6f}', str(count), str(len(recording.names)), 'mm', '1'],
-             ['Frame#', 'Time', *(cell for marker in recording.names for cell in (marker, '', ''))],
-             ['', '', *(f'{axis}{i + 1}' for i in range(len(recording.names)) for axis in 'XYZ')], []]
-    for frame, (time, positions) in enumerate(zip(recording.times, recording.positions), 1):
-        lines.append([str(frame), f'{time:.6f}', *('' if np.isnan(value) else f'{1000 * value:.4f}'
-                                                   for value in positions.ravel())])
-    path.write_bytes(''.join('\t'.join(line) + '\r\n' for line in lines).encode())
-
-
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -106,7 +93,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = parser.parse_args(arguments)
     joints = resample(read_truth(options.sequence), options.rate, options.clock_offset)
     transform = rigid_transform(options.rotate_degrees, options.move)
-    write_trc(options.output, as_markers(joints, transform, options.noise / 1000))
+    markers = as_markers(joints, transform, options.noise / 1000)
+    options.output.write_text(trc_text(markers, options.output.name))
     return 0
 
 

@@ -93,12 +93,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _write(texts: Dict[Path, str], options: argparse.Namespace) -> None:
     check_outputs(list(texts), options.overwrite, options.files)
-    try:
-        with PartFiles() as parts:
-            for path, text in texts.items():
-                parts.file(path).write_text(text)
-    except OSError as error:
-        raise ParameterError(f'{error.filename} can not be written: {error.strerror}') from error
+    with PartFiles() as parts:
+        for path, text in texts.items():
+            parts.file(path).write_text(text)
 
 
 def _description(rig: Rig, known: KnownCameras) -> List[str]:

@@ -1,0 +1,45 @@
+"""TRC files, for OpenSim and Pose2Sim: positions of markers over time, tabs between them."""
+import numpy as np
+
+from openpose_ros_tools.mocap.files.recording import MarkerRecording
+from openpose_ros_tools.motion.samples import SampledPerson
+
+# Names of markers in Pose2Sim's models (OpenSim_Setup/Markers_Body25.xml) that are not those of the joints.
+_MARKERS = {'mid_hip': 'CHip', 'head_top': 'Head'}
+
+
+def marker_name(joint: str) -> str:
+    """Return Pose2Sim's name of a joint: RShoulder, LBigToe, CHip."""
+    if joint in _MARKERS:
+        return _MARKERS[joint]
+    side, _, part = joint.partition('_')
+    words = [side[0], *part.split('_')] if side in ('left', 'right') else [joint]
+    return ''.join(word.capitalize() for word in words)
+
+
+def markers_of(person: SampledPerson) -> MarkerRecording:
+    """Return a person with Pose2Sim's markers; 0 s is where the recording begins."""
+    times = (person.first + np.arange(len(person.positions))) / person.rate
+    return MarkerRecording(tuple(map(marker_name, person.joints)), times, person.positions)
+
+
+def trc_text(recording: MarkerRecording, name: str) -> str:
+    """Return the file [m]; cells of hidden markers are empty.
+
+    Source: OpenSim's documentation, "Marker (.trc) Files", and what Pose2Sim writes.
+
+    Args:
+        recording: two samples at least, at a constant rate.
+        name: of the file.
+    """
+    count, names = len(recording), recording.names
+    rate = (count - 1) / (recording.times[-1] - recording.times[0])
+    values = {'DataRate': f'{rate:.2f}', 'CameraRate': f'{rate:.2f}', 'NumFrames': count, 'NumMarkers': len(names),
+              'Units': 'm', 'OrigDataRate': f'{rate:.2f}', 'OrigDataStartFrame': 1, 'OrigNumFrames': count}
+    lines = [['PathFileType', '4', '(X/Y/Z)', name], [*values], [str(value) for value in values.values()],
+             ['Frame#', 'Time', *(cell for marker in names for cell in (marker, '', ''))],
+             ['', '', *(f'{axis}{number}' for number in range(1, len(names) + 1) for axis in 'XYZ')], []]
+    for time, positions in zip(recording.times.tolist(), recording.positions):
+        lines.append([str(round(time * rate) + 1), f'{time:.6f}',  # the frame is counted from 0 s
+                      *('' if np.isnan(value) else f'{value:.6f}' for value in positions.ravel())])
+    return ''.join('\t'.join(line) + '\n' for line in lines)

@@ -1,0 +1,146 @@
+"""The programs that write people as motion: keypoints_to_trc, keypoints_to_bvh, keypoints_to_angles."""
+import argparse
+import csv
+import inspect
+import logging
+import sys
+from pathlib import Path
+from typing import Callable, Dict, Optional, Sequence
+
+import numpy as np
+
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import check_outputs
+from openpose_ros_tools.command_options import (
+    add_output,
+    add_up,
+    check_up,
+    command_parser,
+    positive_number,
+    whole_number,
+)
+from openpose_ros_tools.motion.angles import joint_angles
+from openpose_ros_tools.motion.bvh import bvh_text
+from openpose_ros_tools.motion.samples import SampledPerson, measured_only, sample_people
+from openpose_ros_tools.motion.trc import markers_of, trc_text
+from openpose_ros_tools.outputs import PartFiles, output_file
+from openpose_ros_tools.ros.evaluate_mocap import read_poses
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+
+_log = logging.getLogger(__name__)
+
+
+def trc(arguments: Optional[Sequence[str]] = None) -> int:
+    """Write people in space as TRC files, for OpenSim and Pose2Sim: person_ID.trc for each of them.
+
+        rosrun openpose_ros_tools keypoints_to_trc people.bag -o trc/
+        rosrun openpose_ros_tools keypoints_to_trc poses.csv -o trc/ --measured --persons 1 4
+
+    The markers have the names of Pose2Sim's models (RShoulder, CHip, LBigToe), positions in metres, y up and, of a
+    frame with z up, z where its x was. 0 s is the first frame of the recording. Samples are interpolated between the
+    frames; a joint that is missing for longer than a quarter of a second has empty cells.
+
+    Exit status: 0 done; 2 nothing was written, as an input is wrong.
+    """
+    return _run_files('keypoints_to_trc', trc, '.trc', lambda person, name: trc_text(markers_of(person), name),
+                      arguments)
+
+
+def bvh(arguments: Optional[Sequence[str]] = None) -> int:
+    """Write people in space as BVH files, for Blender and game engines: person_ID.bvh for each of them.
+
+        rosrun openpose_ros_tools keypoints_to_bvh people.bag -o bvh/
+
+    The skeleton stands with y up, the arms to the sides, and faces z; lengths are in centimetres, the bones have their
+    median length in the recording. The place of the hips and the directions of the bones are those of the joints, what
+    is missing is interpolated. How a limb is twisted is not known. Bones that a person never has are left out.
+
+    Exit status: 0 done; 2 nothing was written, as an input is wrong.
+    """
+    return _run_files('keypoints_to_bvh', bvh, '.bvh', lambda person, _: bvh_text(person), arguments)
+
+
+def angles(arguments: Optional[Sequence[str]] = None) -> int:
+    """Write the joint angles of people in space as a table [deg]: a row for each person in a frame.
+
+        rosrun openpose_ros_tools keypoints_to_angles people.bag -o angles.csv
+
+    Columns: time [ns], person_ID, and of both sides hip_flexion, hip_adduction, knee_flexion, ankle_dorsiflexion,
+    shoulder_elevation, shoulder_plane, elbow_flexion; neck_flexion, neck_bending, neck_rotation; nan where a joint is
+    missing. docs/recordings.md defines them.
+
+    Exit status: 0 done; 2 nothing was written, as an input is wrong.
+    """
+    parser = _parser('keypoints_to_angles', angles, 'file')
+    options = parser.parse_args(arguments)
+    return run_command(parser.prog, lambda: _write_angles(options))
+
+
+def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Callable[[SampledPerson, str], str],
+               arguments: Optional[Sequence[str]]) -> int:
+    """Run a program that writes a file for each person."""
+    parser = _parser(name, program, 'folder')
+    parser.add_argument('--rate', type=positive_number(float), metavar='HZ',
+                        help='samples per second (default: as many as the recording has)')
+    add_up(parser)
+    options = parser.parse_args(arguments)
+    check_up(parser, options)
+    return run_command(name, lambda: _write_files(options, suffix, text_of))
+
+
+def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[SampledPerson, str], str]) -> int:
+    people = sample_people(_people(options), options.rate, options.up)
+    texts: Dict[Path, str] = {}
+    for person in people:
+        path = options.output / f'person_{person.person}{suffix}'
+        try:
+            texts[path] = text_of(person, path.name)
+        except BadInputError as error:
+            _log.warning('%s; left out', error)
+    if not texts:
+        raise BadInputError(f'{options.file}: no person can be written')
+    if options.output.exists() and not options.output.is_dir():
+        raise ParameterError(f'{options.output} is a file; name a folder')
+    check_outputs(list(texts), options.overwrite, [options.file])
+    with PartFiles() as parts:
+        for path, text in texts.items():
+            parts.file(path).write_text(text)
+    sys.stdout.write(f'{len(texts)} people at {people[0].rate:g} Hz in {options.output}\n')
+    return DONE
+
+
+def _write_angles(options: argparse.Namespace) -> int:
+    with output_file(options.output, options.overwrite, [options.file]) as part:
+        table = _people(options)
+        found = joint_angles(table.joints, table.positions)
+        with part.open('w', newline='', encoding='utf-8') as handle:
+            rows = csv.writer(handle, lineterminator='\n')
+            rows.writerow(['time', 'person_ID', *found])
+            degrees = np.round(np.stack(list(found.values()), axis=1), 2).tolist()
+            rows.writerows([stamp, person, *row] for stamp, person, row in
+                           zip(table.stamps.tolist(), table.ids.tolist(), degrees))
+    sys.stdout.write(f'{len(table)} rows in {options.output}\n')
+    return DONE
+
+
+def _people(options: argparse.Namespace) -> KeypointTable:
+    """Return the people that are asked for."""
+    table = read_poses(options.file, options.topic)
+    missing = sorted(set(options.persons or ()) - set(table.ids.tolist()))
+    if missing:
+        raise BadInputError(f'person {missing[0]} is not in {options.file}; there are: '
+                            f"{', '.join(map(str, np.unique(table.ids).tolist()))}")
+    if options.persons:
+        table = table.select(np.isin(table.ids, options.persons))
+    return measured_only(table) if options.measured else table
+
+
+def _parser(name: str, program: Callable[..., int], output: str) -> argparse.ArgumentParser:
+    parser = command_parser(name, inspect.getdoc(program))
+    parser.add_argument('file', type=Path, metavar='FILE', help='bag, or table of process_bag or keypoints_to_csv')
+    add_output(parser, output)
+    parser.add_argument('--topic', help='of the people, where a bag has several')
+    parser.add_argument('--persons', type=whole_number(0), nargs='+', metavar='ID', help='only these (default: all)')
+    parser.add_argument('--measured', action='store_true', help='leave out joints that are inferred')
+    return parser
