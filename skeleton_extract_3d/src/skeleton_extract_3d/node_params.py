@@ -59,8 +59,8 @@ class ExtractorParams(Parameters):
                'detected_poses, detected_poses_keypoints (always in pixels of the image) and detected_poses_image, '
                'with hollow circles and thin, dashed limbs where a joint is hidden. Set publish_results of the '
                "detection service to false where that one has the same topics.")
-    verbose: bool = parameter(False, "Print the original's report: people, range of the cloud, each joint.")
-    verbose_period: float = parameter(1.0, 'Least time between two reports.', unit='s', minimum=0.0)
+    verbose: bool = parameter(
+        False, "Print the original's report, at most once a second: people, range of the cloud, each joint.")
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,6 @@ class PlayerParams(Parameters):
         choices=PLAYBACKS)
     loop: bool = parameter(True, "False: as playback 'once', whatever playback says.")
     frame_id: str = parameter('', 'frame_id of the messages; empty: as sequence.yaml says, else camera_optical_frame.')
-    keep_frames: int = parameter(
-        40, 'The messages of this many frames stay in memory (19 MB each at 960 x 540), so that playing them again '
-            'costs only sending.', minimum=0, maximum=10000)
     wait_for_subscribers: float = parameter(
         0.0, 'Before the first frame, wait up to this long for subscribers of image and points.', unit='s', minimum=0.0)
 

@@ -28,16 +28,15 @@ class DirectDecodeParams(Parameters):
         0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet, 0.7 for RTMO and '
              '0.25 for YOLO-pose.',
         minimum=0.0, maximum=1.0)
-    direct_same_person: float = parameter(
-        0.6, 'Similarity (OKS, of the joints that both have) above which two detections are the same person, and the '
-             'one with the lower score is dropped. Unlike the overlap of boxes it separates people who cross.',
-        minimum=0.0, maximum=1.0)
 
 
 @dataclass(frozen=True)
 class DirectConstants:
     """Scores of networks that find people themselves."""
 
+    same_person: float = constant(
+        0.6, 'Of two detections with a greater similarity (OKS, of the joints that both have) the less sure one goes. '
+             'Unlike the overlap of boxes it separates people who cross.')
     rtmo_person: float = constant(0.7, 'Score that a person of RTMO needs.', source='rtmlib, rtmo.py, score_thr')
     rtmo_overlap: float = constant(
         0.45, 'Of two boxes of RTMO that share more of their union the less sure one goes.',
@@ -82,7 +81,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     known = seen.any(axis=1)
     people, scores = people[known], scores[known]
     if len(people) > 1:
-        alike = similarity(people[:, None], people, sigmas(model.skeleton)) > params.direct_same_person
+        alike = similarity(people[:, None], people, sigmas(model.skeleton)) > constants.same_person
         kept = surest(scores, alike)
         people, scores = people[kept], scores[kept]
     return Poses(people.astype(np.float32), scores.astype(np.float32))

@@ -58,6 +58,7 @@ from skeleton_extract_3d.show.report import frame_report
 NAMESPACE = 'openpose_ros/skeleton_3d'
 # A greater latency [s] is that of a recording played without its clock, and not reported.
 _GREATEST_LATENCY = 10.0
+_REPORT_PERIOD = 1.0  # least time between two of the original's reports [s]
 # Stages of the timing report whose durations add up to the age of a result; docs/ros_api.md says what each is.
 AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', 'publish')
 STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[3:5], *ESTIMATOR_STAGES,
@@ -288,7 +289,7 @@ class Extractor:
         for doubt in result.doubts:
             self._health.warn(doubt.event, doubt.text)
         now = time.monotonic()
-        if self._params.verbose and now - self._last_report >= self._params.verbose_period:
+        if self._params.verbose and now - self._last_report >= _REPORT_PERIOD:
             self._last_report = now
             rospy.loginfo('%s', frame_report(result.estimate.people_2d, result.people_3d, result.frame.points))
 

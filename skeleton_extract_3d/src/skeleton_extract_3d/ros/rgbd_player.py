@@ -19,6 +19,7 @@ from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME,
 from skeleton_extract_3d.ros import convert
 
 _DEFAULT_RATE = 15.0
+_KEPT = 40  # frames whose messages stay in memory, 19 MB each at 960 x 540: playing them again costs only sending
 _Messages = Tuple[Image, PointCloud2, Image, CameraInfo]
 
 
@@ -88,14 +89,14 @@ class RgbdPlayer:
         return messages
 
     def _messages(self, index: int) -> _Messages:
-        """Return image, cloud, depth image and camera info of a frame; the first keep_frames frames are made once."""
+        """Return image, cloud, depth image and camera info of a frame; the first _KEPT frames are made once."""
         if index in self._kept:
             return self._kept[index]
         frame, camera, header = self._sequence.frame(index), self._sequence.camera, Header(frame_id=self._frame_id)
         cloud = cloud_from_depth(frame.depth * 0.001, camera, frame.bgr, self._rays)
         messages = (bgr_to_image(frame.bgr, header), convert.cloud_to_message(cloud, header),
                     convert.depth_to_message(frame.depth, header), convert.camera_to_message(camera, header))
-        if len(self._kept) < self._params.keep_frames:
+        if len(self._kept) < _KEPT:
             self._kept[index] = messages
         return messages
 
