@@ -109,7 +109,8 @@ def _of_node(node: ChainNode) -> Source:
     camera = Camera(Stream('image', *image), points, info, _beside(image[0], info), preset.name if preset else '',
                     namespace, preset.driver_line if preset else '', node.name)
     rectified = node.parameters.get('rectified', 'auto')
-    return Source(camera, bool(preset and preset.rectified) if rectified == 'auto' else str(rectified).lower() == 'true')
+    is_rectified = bool(preset and preset.rectified) if rectified == 'auto' else str(rectified).lower() == 'true'
+    return Source(camera, is_rectified)
 
 
 def _preset_of(topics: Sequence[str], node: ChainNode) -> Tuple[Optional[CameraPreset], str]:
