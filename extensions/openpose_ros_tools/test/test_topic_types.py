@@ -6,7 +6,6 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.ros import time_report
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoints import keypoints_to_csv, plot_keypoints
 from openpose_ros_tools.ros.keypoints.keypoint_bag import merged_types
@@ -35,7 +34,7 @@ def recording(tmp_path):
 
 @pytest.mark.parametrize('main, options', [
     (keypoints_to_csv.main, ('-o', 'a.csv')), (keypoints_to_csv.main, ('-o', 'a.csv', '--topic', TOPIC)),
-    (plot_keypoints.main, ('--list',)), (time_report.main, ()), (process_bag, ('-o', 'out.bag')),
+    (plot_keypoints.main, ('--list',)), (process_bag, ('-o', 'out.bag')),
     (process_bag, ('-o', 'out.bag', '--image', TOPIC))])
 def test_it_is_refused_with_its_types(recording, tmp_path, capsys, main, options):
     assert main([str(recording), *(str(tmp_path / word) if '.' in word else word for word in options)]) == 2

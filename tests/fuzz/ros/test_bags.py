@@ -14,7 +14,6 @@ from fuzzing import mutated, share, survives
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
-from openpose_ros_tools.ros.time_report import read_timings
 
 
 @lru_cache(maxsize=None)
@@ -47,5 +46,5 @@ def test_bag(tmp_path_factory, compression, data):
     content = data.draw(mutated(bag_bytes(folder, compression)))
     path = folder / 'spoilt.bag'
     path.write_bytes(content)
-    for read in (all_messages, read_keypoint_bag, read_timings):
+    for read in (all_messages, read_keypoint_bag):
         survives(read, path, size=len(content), errors=(BadInputError,))
