@@ -1,5 +1,6 @@
 """Which topics are those of a camera: what nodes read, what the user names, or what a preset says."""
 import re
+from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -43,11 +44,10 @@ def find_cameras(wanted: Wanted, nodes: Sequence[ChainNode], published: Mapping[
         return [_with_node(_of_topics(wanted.topics), nodes)]
     if wanted.camera != AUTO:
         return [_with_node(_of_preset(find_preset(wanted.camera), wanted.namespace or None), nodes)]
-    read = [_of_node(node) for node in nodes if node.name.startswith(f'/{wanted.namespace.strip("/")}')]
+    read = [_of_node(node) for node in nodes if _is_within(node.name, wanted.namespace)]
     if read:
         return list({source.camera.image.topic: source for source in read}.values())
-    kinds = {topic: there.kind for topic, there in published.items()
-             if topic.startswith(f'/{wanted.namespace.strip("/")}')}
+    kinds = {topic: there.kind for topic, there in published.items() if _is_within(topic, wanted.namespace)}
     for dimensions in (3, 2):
         choice = choose_camera(kinds, dimensions)
         seen = [choice.chosen] if choice.chosen else choice.others[:1]
@@ -56,6 +56,10 @@ def find_cameras(wanted: Wanted, nodes: Sequence[ChainNode], published: Mapping[
     known = _most_alike(kinds)
     topics = {} if known else _guess(kinds)
     return [_of_preset(known, None)] if known else [_of_topics(topics)] if topics else []
+
+
+def _is_within(name: str, namespace: str) -> bool:
+    return name.startswith(f'/{namespace.strip("/")}/') if namespace.strip('/') else True
 
 
 def _most_alike(kinds: Mapping[str, str]) -> Optional[CameraPreset]:
@@ -151,8 +155,5 @@ def _beside(image: str, info: Optional[Stream]) -> Optional[Stream]:
 
 def _with_node(source: Source, nodes: Sequence[ChainNode]) -> Source:
     """Return a camera with the node that reads it."""
-    reader = next((node.name for node in nodes
-                   if source.camera.image.topic in dict(inputs_of(node))), '')
-    camera = source.camera
-    return source._replace(camera=Camera(camera.image, camera.points, camera.info, camera.colour_info, camera.preset,
-                                         camera.namespace, camera.driver, reader))
+    reader = next((node.name for node in nodes if source.camera.image.topic in dict(inputs_of(node))), '')
+    return source._replace(camera=replace(source.camera, node=reader))
