@@ -45,12 +45,6 @@ def shell(arguments: Sequence[str]) -> NoReturn:
 
 
 def model(arguments: Sequence[str]) -> NoReturn:
-    first = arguments[0] if arguments else '-'
-    if first.startswith('-'):
-        die('usage: ./run model list | get [NAME ...] | check [NAME ...] | NAME --from FILES or FOLDER\n'
-            '             [--model-folder DIR]')
-    if first not in ('list', 'check'):
-        arguments = ['get', '--licence', str(ROOT / 'LICENSE'), *arguments[first == 'get':]]
     sys.exit(not weights(*arguments))
 
 

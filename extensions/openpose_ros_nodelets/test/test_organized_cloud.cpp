@@ -8,7 +8,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-#include "common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
 
 using openpose_ros_nodelets::BadInputError;
 using openpose_ros_nodelets::OrganizedCloud;

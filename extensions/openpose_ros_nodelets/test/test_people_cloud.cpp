@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include "common/organized_cloud.h"
-#include "people_cloud/labelled_cloud.h"
-#include "people_cloud/people_labeller.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
+#include "openpose_ros_nodelets/people_cloud/labelled_cloud.h"
+#include "openpose_ros_nodelets/people_cloud/people_labeller.h"
 
 using namespace openpose_ros_nodelets;
 

@@ -61,7 +61,7 @@ def test_no_model_lacks_licence_source_or_skeleton():
 
 @pytest.mark.parametrize('model, there, texts', [
     (MODEL, '', ['{}/mobilenet_thin/graph_opt.pb', '{}/graph_opt.pb', './run model get mobilenet_thin']),
-    (CAFFE, '', ['net.prototxt', 'getModels.sh', 'non-commercial', './run model body_25 --from', '{}/body_25']),
+    (CAFFE, '', ['net.prototxt', 'getModels.sh', 'non-commercial', 'openpose_models get body_25 --from', '{}/body_25']),
     (CAFFE, 'net.caffemodel', ['(looked for {}/body_25/net.prototxt)'])])
 def test_missing_weights_name_the_places_and_the_way_out(tmp_path, model, there, texts):
     (tmp_path / 'body_25').mkdir()

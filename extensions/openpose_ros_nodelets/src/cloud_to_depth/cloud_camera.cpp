@@ -1,4 +1,4 @@
-#include "cloud_to_depth/cloud_camera.h"
+#include "openpose_ros_nodelets/cloud_to_depth/cloud_camera.h"
 
 #include <algorithm>
 #include <optional>

@@ -8,9 +8,9 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud2.h>
 
-#include "cloud_to_depth/cloud_camera.h"
-#include "cloud_to_depth/depth_image.h"
-#include "common/stream_nodelet.h"
+#include "openpose_ros_nodelets/cloud_to_depth/cloud_camera.h"
+#include "openpose_ros_nodelets/cloud_to_depth/depth_image.h"
+#include "openpose_ros_nodelets/common/stream_nodelet.h"
 
 namespace openpose_ros_nodelets
 {

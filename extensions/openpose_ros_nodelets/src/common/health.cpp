@@ -1,4 +1,4 @@
-#include "common/health.h"
+#include "openpose_ros_nodelets/common/health.h"
 
 #include <algorithm>
 #include <cctype>

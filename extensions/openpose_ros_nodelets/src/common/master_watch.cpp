@@ -1,4 +1,4 @@
-#include "common/master_watch.h"
+#include "openpose_ros_nodelets/common/master_watch.h"
 
 #include <atomic>
 #include <chrono>

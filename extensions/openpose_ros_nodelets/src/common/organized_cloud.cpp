@@ -1,4 +1,4 @@
-#include "common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "common/parameter_reader.h"
+#include "openpose_ros_nodelets/common/parameter_reader.h"
 
 #include <algorithm>
 #include <sstream>

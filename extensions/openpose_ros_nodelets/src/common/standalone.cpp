@@ -13,7 +13,7 @@
 #include <pluginlib/class_loader.hpp>
 #include <ros/ros.h>
 
-#include "common/master_watch.h"
+#include "openpose_ros_nodelets/common/master_watch.h"
 
 namespace
 {

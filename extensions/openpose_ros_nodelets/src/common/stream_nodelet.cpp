@@ -1,4 +1,4 @@
-#include "common/stream_nodelet.h"
+#include "openpose_ros_nodelets/common/stream_nodelet.h"
 
 #include <algorithm>
 #include <chrono>
@@ -8,7 +8,7 @@
 #include <ros/master.h>
 #include <tf2/exceptions.h>
 
-#include "common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
 
 namespace openpose_ros_nodelets
 {

@@ -1,4 +1,4 @@
-#include "floor/floor_finder.h"
+#include "openpose_ros_nodelets/floor/floor_finder.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,11 +12,11 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <tf2_ros/transform_broadcaster.h>
 
-#include "common/organized_cloud.h"
-#include "common/stream_nodelet.h"
-#include "common/transforms.h"
-#include "floor/floor_finder.h"
-#include "floor/floor_tracker.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/stream_nodelet.h"
+#include "openpose_ros_nodelets/common/transforms.h"
+#include "openpose_ros_nodelets/floor/floor_finder.h"
+#include "openpose_ros_nodelets/floor/floor_tracker.h"
 
 namespace openpose_ros_nodelets
 {

@@ -1,4 +1,4 @@
-#include "floor/floor_tracker.h"
+#include "openpose_ros_nodelets/floor/floor_tracker.h"
 
 #include <cmath>
 

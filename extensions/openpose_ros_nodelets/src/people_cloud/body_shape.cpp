@@ -1,4 +1,4 @@
-#include "people_cloud/body_shape.h"
+#include "openpose_ros_nodelets/people_cloud/body_shape.h"
 
 #include <algorithm>
 #include <limits>

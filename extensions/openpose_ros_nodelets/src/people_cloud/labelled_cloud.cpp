@@ -1,4 +1,4 @@
-#include "people_cloud/labelled_cloud.h"
+#include "openpose_ros_nodelets/people_cloud/labelled_cloud.h"
 
 #include <algorithm>
 #include <cstring>
@@ -8,7 +8,7 @@
 
 #include <boost/make_shared.hpp>
 
-#include "common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
 
 namespace openpose_ros_nodelets
 {

@@ -15,11 +15,11 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <sensor_msgs/PointCloud2.h>
 
-#include "common/organized_cloud.h"
-#include "common/stream_nodelet.h"
-#include "common/transforms.h"
-#include "people_cloud/labelled_cloud.h"
-#include "people_cloud/people_labeller.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/stream_nodelet.h"
+#include "openpose_ros_nodelets/common/transforms.h"
+#include "openpose_ros_nodelets/people_cloud/labelled_cloud.h"
+#include "openpose_ros_nodelets/people_cloud/people_labeller.h"
 
 namespace openpose_ros_nodelets
 {

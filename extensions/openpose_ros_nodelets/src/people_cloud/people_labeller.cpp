@@ -1,4 +1,4 @@
-#include "people_cloud/people_labeller.h"
+#include "openpose_ros_nodelets/people_cloud/people_labeller.h"
 
 #include <algorithm>
 #include <array>

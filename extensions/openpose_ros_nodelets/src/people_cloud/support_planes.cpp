@@ -1,4 +1,4 @@
-#include "people_cloud/support_planes.h"
+#include "openpose_ros_nodelets/people_cloud/support_planes.h"
 
 #include <algorithm>
 #include <limits>

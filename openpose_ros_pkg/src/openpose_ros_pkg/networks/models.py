@@ -47,14 +47,14 @@ def how_to_get(model: Model, folder: Path) -> str:
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
     if isinstance(model.source, Archive):
-        return (f'run `./run model get {model.name}` in the checkout, which fetches it (without a checkout: '
-                f'`python3 -m openpose_ros_pkg.networks.weights get {model.name}`); without network, run it on another '
-                f'machine and copy {names} from there to {target}; for another place, set the parameter '
-                "'model_folder'")
+        return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
+                f'{model.name}`), which fetches it; without network, run it elsewhere and copy {names} from there to '
+                f"{target}; for another place, set the parameter 'model_folder'")
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'
-    return (f'bring {names} and run `./run model {model.name} --from FILES or FOLDER`, which checks them and copies '
-            f"them to {target}; for another place, set the parameter 'model_folder'; source: {model.source.where}; "
+    return (f'bring {names} and run `rosrun openpose_ros_pkg openpose_models get {model.name} --from FILES or FOLDER` '
+            f'(in a checkout: `./run model get ...`), which checks them and copies them to {target}; for another '
+            f"place, set the parameter 'model_folder'; source: {model.source.where}; "
             f'licence: {model.licence}')
 
 

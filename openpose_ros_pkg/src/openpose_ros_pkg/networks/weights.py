@@ -1,6 +1,5 @@
-"""Get and check the weights of the networks: `python3 -m openpose_ros_pkg.networks.weights list|get|check`."""
+"""What the program openpose_models does: list, get and check the weights of the networks."""
 import argparse
-import signal
 import sys
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence
@@ -12,18 +11,20 @@ from openpose_ros_pkg.networks.model_types import Archive, Model
 from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, weights_path
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
+# Kept beside weights that are under it and whose archive holds no copy.
+APACHE = Path(__file__).with_name('data') / 'apache-2.0.txt'
+
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command line and return the exit status."""
-    parser = argparse.ArgumentParser(prog='openpose_ros_pkg.networks.weights',
-                                     description='Weights of the networks.')
+    parser = argparse.ArgumentParser(prog='openpose_models', description='Weights of the networks.')
     commands = parser.add_subparsers(dest='command', required=True)
     commands.add_parser('list', help='show the networks, and which are here')
     get_parser = commands.add_parser('get', help='fetch or copy the weights, unless they are here and right')
-    get_parser.add_argument('--licence', type=Path, metavar='FILE', help='text of Apache-2.0, to keep beside them')
     get_parser.add_argument('--from', dest='brought', nargs='+', type=Path, default=[], metavar='PATH',
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
+    commands.add_parser('folder', help='print the folder that holds them')
     names = f'one of {", ".join([*MODELS, *LANDMARK_MODELS, *ALIASES])}, or a description (.yaml)'
     fetched = ' and '.join(model.name for model in FETCHED)
     get_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: {fetched}')
@@ -38,10 +39,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.command == 'list':
             _say_list(folder)
             return 0
+        if options.command == 'folder':
+            say(str(model_folder_of(folder)))
+            return 0
         if options.command == 'get':
-            licence = options.licence.read_text() if options.licence else ''
             return _for_each(options.models or [model.name for model in FETCHED],
-                             lambda name: get(_find(name, folder), folder, licence, options.brought))
+                             lambda name: get(_find(name, folder), folder, APACHE.read_text(), options.brought))
         return _for_each(options.models or _models_here(folder), lambda name: _check(name, folder))
     except (OpenposeRosError, OSError) as error:
         sys.stderr.write(f'error: {error}\n')
@@ -110,11 +113,6 @@ def _say_list(model_folder: str) -> None:
 
 def _not_here(model: Model) -> str:
     if model.description is None and isinstance(model.source, Archive):
-        return f'not here: ./run model get {model.name}'
+        return f'not here: openpose_models get {model.name}'
     names = ' and '.join(file.name for file in model.files)
-    return f'not here: bring {names}, then ./run model {model.name} --from FILES or FOLDER'
-
-
-if __name__ == '__main__':
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # temporary folders are removed
-    sys.exit(main())
+    return f'not here: bring {names}, then openpose_models get {model.name} --from FILES or FOLDER'

@@ -5,7 +5,7 @@
 
 #include <sensor_msgs/CameraInfo.h>
 
-#include "common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
 
 namespace openpose_ros_nodelets
 {

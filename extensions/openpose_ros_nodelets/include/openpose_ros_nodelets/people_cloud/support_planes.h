@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "people_cloud/body_shape.h"
+#include "openpose_ros_nodelets/people_cloud/body_shape.h"
 
 namespace openpose_ros_nodelets
 {

@@ -12,9 +12,9 @@
 #include <ros/master.h>
 #include <std_srvs/SetBool.h>
 
-#include "common/health.h"
-#include "common/master_watch.h"
-#include "common/parameter_reader.h"
+#include "openpose_ros_nodelets/common/health.h"
+#include "openpose_ros_nodelets/common/master_watch.h"
+#include "openpose_ros_nodelets/common/parameter_reader.h"
 
 namespace openpose_ros_nodelets
 {

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/organized_cloud.h"
-#include "people_cloud/body_shape.h"
-#include "people_cloud/support_planes.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
+#include "openpose_ros_nodelets/people_cloud/body_shape.h"
+#include "openpose_ros_nodelets/people_cloud/support_planes.h"
 
 namespace openpose_ros_nodelets
 {

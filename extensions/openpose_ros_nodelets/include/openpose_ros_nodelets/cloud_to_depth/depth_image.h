@@ -8,7 +8,7 @@
 #include <boost/make_shared.hpp>
 #include <sensor_msgs/Image.h>
 
-#include "common/organized_cloud.h"
+#include "openpose_ros_nodelets/common/organized_cloud.h"
 
 namespace openpose_ros_nodelets
 {

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "floor/floor_finder.h"
+#include "openpose_ros_nodelets/floor/floor_finder.h"
 
 namespace openpose_ros_nodelets
 {
