@@ -1,9 +1,12 @@
-"""package.xml says what the code really uses, and the names at the top lead into the packages."""
+"""package.xml says what the code really uses, and what releases by bloom and builds of distributions need."""
 import re
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 import yaml
+from catkin_pkg.changelog import get_changelog_from_path
+from catkin_pkg.package import parse_package
+from catkin_pkg.packages import find_packages, verify_equal_package_versions
 
 from development import PACKAGES, ROOT
 from imports import imported_modules
@@ -64,11 +67,40 @@ def test_manifest_says_who_maintains_the_package_and_under_which_licence(package
     assert root.find('name').text == package
     for role in ('maintainer', 'author'):
         assert re.fullmatch(r'[\w.+-]+@[\w-]+(\.[\w-]+)+(?<!\.invalid)', root.find(role).get('email'))
-    assert root.find('url[@type="website"]').text.startswith('https://')
     licence = root.find('license')
     assert licence.text == 'Apache-2.0'
     assert (PACKAGES[package] / licence.get('file')).read_bytes() == (ROOT / 'LICENSE').read_bytes()
-    assert re.search(r'^install\(FILES LICENSE ', (PACKAGES[package] / 'CMakeLists.txt').read_text(), re.MULTILINE)
+    rules = (PACKAGES[package] / 'CMakeLists.txt').read_text()
+    assert re.search(r'^(install\(FILES LICENSE |catkin_metapackage\(\)$)', rules, re.MULTILINE)
+
+
+def test_all_manifests_name_the_same_places():
+    """Website, repository and bug tracker of the project: to move it, replace one address in all of them."""
+    places = {tuple((url.get('type'), url.text) for url in manifest(package).iter('url')) for package in PACKAGES}
+    website = manifest('openpose_ros').find('url[@type="website"]').text
+    assert re.fullmatch(r'https://[\w.-]+/[\w/-]+', website)
+    assert places == {(('website', website), ('repository', f'{website}.git'), ('bugtracker', f'{website}/issues'))}
+
+
+def test_the_metapackage_has_every_package():
+    assert depends('openpose_ros', 'exec_depend') == set(PACKAGES) - {'openpose_ros'}
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_running_needs_no_headers(package):
+    """On distributions that split packages, what is for compilers alone is not installed with the programs."""
+    assert not [key for key in depends(package, 'exec_depend', 'depend') if key.endswith('-dev')]
+
+
+def test_packages_can_be_released_together():
+    """What bloom asks of a repository: its parser finds no fault, and all versions are equal."""
+    warnings = []
+    for folder in PACKAGES.values():
+        parse_package(str(folder), warnings=warnings)
+    assert not warnings
+    found = find_packages(str(ROOT), exclude_subspaces=True)
+    assert {package.name for package in found.values()} == set(PACKAGES)
+    verify_equal_package_versions(found.values())
 
 
 @pytest.mark.parametrize('package', PACKAGES)
@@ -79,19 +111,6 @@ def test_changelog_has_the_form_of_rep_132_and_the_version_of_the_manifests(pack
     assert text.startswith(f'{bar}\n{title}\n{bar}\n\n')
     sections = re.findall(r'\n\n(\S.*)\n-+\n\* ', text)
     assert text.count('\n---') == len(sections), 'a section has a title, a line below it, and entries'
-    assert all(re.fullmatch(r'\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)', section) for section in sections[1:])
-    released = [section.split()[0] for section in sections if section != 'Forthcoming']
-    assert {*released[:1]} <= {manifest(name).find('version').text for name in PACKAGES}, 'a new package has no release'
-
-
-def test_the_launch_files_at_the_top_are_those_of_the_packages():
-    files = {path.name: path for package in PACKAGES for path in (PACKAGES[package] / 'launch').glob('*.launch')}
-    links = {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()}
-    assert links.items() <= files.items()
-
-
-@pytest.mark.parametrize('link, target', [
-    ('msg', 'openpose_ros_msgs/msg'), ('srv', 'openpose_ros_msgs/srv'),
-    *((f'tests/{package}', f'{PACKAGES[package]}/test') for package in PYTHON_PACKAGES)])
-def test_names_at_the_top_lead_into_the_packages(link, target):
-    assert (ROOT / link).resolve() == ROOT / target
+    versions = [version for version, _, _ in get_changelog_from_path(str(PACKAGES[package])).foreach_version()]
+    assert len(versions) == len(sections) - (sections[0] == 'Forthcoming'), 'each has a version and a date'
+    assert versions[:1] in ([], [manifest(package).find('version').text]), 'none: the package was never released'
