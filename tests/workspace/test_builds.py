@@ -34,7 +34,8 @@ def check_space(space, environment):
             node_imports += ''.join(re.findall(r'^(?:import|from) .*\n', script.read_text(), re.MULTILINE))
     output = shell(f"""
         source {space}/setup.bash
-        for package in {' '.join(PACKAGES)}; do rospack find $package; done
+        for package in {' '.join(set(PACKAGES) - {'openpose_ros'})}; do rospack find $package; done
+        rosstack find openpose_ros
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'
@@ -110,6 +111,35 @@ def build_examples(page, names, space, environment, folder):
     return built
 
 
+def build_user_of_nodelets(space, environment, folder):
+    """Another package includes every header of the nodelets and calls a function of their libraries."""
+    package, headers = folder / 'src/user_of_nodelets', space / 'include'
+    (package / 'src').mkdir(parents=True)
+    included = sorted(path.relative_to(headers) for path in (headers / 'openpose_ros_nodelets').rglob('*.h'))
+    assert len(included) == len(list((PACKAGES['openpose_ros_nodelets'] / 'include').rglob('*.h'))) > 10
+    (package / 'src/program.cpp').write_text(''.join(f'#include <{path}>\n' for path in included) + """
+int main()
+{
+  using namespace openpose_ros_nodelets;
+  return findFloor(Points::ConstPtr(new Points), Eigen::Vector3f::UnitZ(), 0.1, FloorSettings()).floor ? 1 : 0;
+}
+""")
+    (package / 'CMakeLists.txt').write_text("""cmake_minimum_required(VERSION 3.0.2)
+project(user_of_nodelets)
+set(CMAKE_CXX_STANDARD 17)
+find_package(catkin REQUIRED COMPONENTS openpose_ros_nodelets)
+catkin_package()
+include_directories(${catkin_INCLUDE_DIRS})
+add_executable(program src/program.cpp)
+target_link_libraries(program ${catkin_LIBRARIES})
+""")
+    (package / 'package.xml').write_text("""<package format="3">
+        <name>user_of_nodelets</name><version>0.0.0</version><description>Finds no floor.</description>
+        <maintainer email="user@example.com">user</maintainer><license>none</license>
+        <buildtool_depend>catkin</buildtool_depend><depend>openpose_ros_nodelets</depend></package>""")
+    shell(f'source {space}/setup.bash; catkin_make {SETTINGS}; devel/lib/user_of_nodelets/program', folder, environment)
+
+
 def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, environment):
     checkout = copy_checkout(tmp_path / 'checkout')
     shell(f'catkin_make --source . -Dopenpose_ros_pkg_VENV={ROOT}/.venv install', checkout, environment)
@@ -131,6 +161,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
     build_examples('ros_api.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
+    build_user_of_nodelets(tmp_path / 'elsewhere/space', environment, tmp_path / 'nodelets')
 
 
 @pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')

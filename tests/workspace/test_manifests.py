@@ -18,6 +18,7 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib'
                'scipy': 'python3-scipy', 'toml': 'python3-toml', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
+CALLED = {'openpose_ros_pkg': {'python3-venv'}}  # openpose_models makes an environment to fetch weights with
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
 
 
@@ -45,7 +46,7 @@ def used_by_code(package):
 
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_run_time_dependencies_are_those_of_the_code(package):
-    assert depends(package, 'exec_depend', 'depend') == used_by_code(package)
+    assert depends(package, 'exec_depend', 'depend') == used_by_code(package) | CALLED.get(package, set())
 
 
 def test_message_dependencies_are_those_of_the_messages():

@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from development import PACKAGES as FOLDERS
-from workspaces import NOT_SOURCE, SETTINGS, shell
+from workspaces import NOT_SOURCE, shell
 
 CHECK = """
 import importlib, importlib.util, pkgutil, sys
@@ -46,7 +46,7 @@ def test_package_alone(package, spaces, environment, tmp_path):
     assert all((spaces / name).is_dir() for name in needed), 'what it needs could not be installed'
     shutil.copytree(str(FOLDERS[package]), str(tmp_path / 'src' / package), symlinks=True, ignore=NOT_SOURCE)
     sources = '\n'.join(f'source {spaces / name}/setup.bash --extend' for name in needed)
-    build = f'catkin_make_isolated --install --install-space {spaces / package} {SETTINGS}'
+    build = f'catkin_make_isolated --install --install-space {spaces / package} -DPYTHON_EXECUTABLE=/usr/bin/python3'
     shell(f'{sources}\n{build}', tmp_path, environment)
     for folder in ('src', 'build_isolated', 'devel_isolated'):
         shutil.rmtree(str(tmp_path / folder))
@@ -57,6 +57,7 @@ def test_package_alone(package, spaces, environment, tmp_path):
         {sources}
         source {spaces / package}/setup.bash --extend
         export ROS_MASTER_URI=http://localhost:1
+        if grep -rI {tmp_path} {spaces / package}; then echo 'a path of the build is installed'; exit 1; fi
         /usr/bin/python3 check.py {package} '{strangers}'
         {'' if package == METAPACKAGE else f'test -s {spaces / package}/share/{package}/LICENSE'}
         for program in $(find {spaces / package}/lib/{package} -type f 2>/dev/null); do
