@@ -217,7 +217,7 @@ class DoctorTest(unittest.TestCase):
             ('a clock ahead', {**GOOD, DEPTH: (Image, later(depth, 0.3))}, (), 'stamps', 'ahead of the clock',
              'chronyc tracking'),
             ('a recording', {topic: (kind, later(make, -1e8)) for topic, (kind, make) in GOOD.items()}, (), 'stamps',
-             'played without its clock', 'rosbag play --clock'),
+             'played without its own', 'rosbag play --clock'),
             ('unregistered', {**GOOD, RAW_DEPTH: (Image, lambda stamp: depth(stamp, 'camera_depth')),
                               RAW_INFO: (CameraInfo, wide_info)},
              ('--image', IMAGE, '--depth', RAW_DEPTH), 'registration', 'not registered',

@@ -204,13 +204,23 @@ def test_a_flat_cloud_has_a_depth_image_beside_it():
     (arrivals(age=3.5), '3.5 s behind the clock', 'chronyc'),
     (arrivals(age=-0.3), '0.3 s ahead of the clock', 'chronyc'),
     (arrivals(age=900.0), '900 s behind', 'chronyc'),
-    (arrivals(age=9000.0), 'played without its clock', 'rosparam set use_sim_time true && rosbag play --clock'),
+    (arrivals(age=9000.0), 'played without its own', 'rosparam set use_sim_time true && rosbag play --clock'),
     (tuple(each._replace(stamp=0) for each in arrivals()), '30 of 30 messages have stamp 0', '/header'),
     (tuple(each._replace(stamp=10**12 + number // 2) for number, each in enumerate(arrivals())),
      '15 of 30 stamps are not newer', 'rostopic echo')])
 def test_stamps(stamps, text, line):
     found = wrong(with_camera(points=replace(DEPTH, arrivals=stamps)), 'stamps')
     assert text in found[0].text and line in found[0].line
+
+
+def test_stamps_of_a_recording_are_those_of_its_clock():
+    playing = replace(WELL, master=Master('', sim_time=True, clock=Clock(300, 1000.0)))
+    late = {'image': replace(COLOUR, arrivals=arrivals(age=3.5)), 'points': replace(DEPTH, arrivals=arrivals(age=3.5))}
+    assert not wrong(with_camera(playing, **late), 'stamps')
+    again = arrivals(begin=1000.0) + arrivals(begin=990.0)
+    assert not wrong(with_camera(playing, image=replace(COLOUR, arrivals=again)), 'stamps')
+    live = with_camera(playing, image=replace(COLOUR, arrivals=arrivals(age=-1e6)))
+    assert '/driver takes another time' in wrong(live, 'stamps')[0].text
 
 
 def test_two_nodes_that_publish_one_topic_are_named():

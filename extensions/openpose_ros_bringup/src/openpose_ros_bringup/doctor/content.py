@@ -15,9 +15,9 @@ from openpose_ros_bringup.doctor.findings import (
     unknown,
     wrong,
 )
-from openpose_ros_bringup.doctor.snapshot import Camera, Snapshot, Stream
+from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
+from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
 from skeleton_extract_3d.points.plausibility import summarize
@@ -26,7 +26,7 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 # Encodings of depth images.
 _DEPTH = ('16UC1', 'mono16', '32FC1')
 # Ages of messages when they come; others are of another clock, or of a recording without its clock [s].
-_AGES = (-0.05, 1.0)
+_AGES, _AGES_IN_RECORDINGS = (-0.05, 1.0), (-10.0, 10.0)
 # A recording is older [s].
 _RECORDED = 3600.0
 # Points that miss their pixels by a greater share of the image's width do not belong to the image.
@@ -100,22 +100,28 @@ def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
         yield wrong(f'{stream.topic}: {stamps.count(0)} of {len(stamps)} messages have stamp 0: the driver has to fill '
                     'header.stamp', f'rostopic echo -n 3 {stream.topic}/header    # stamp: secs 0; update the driver')
         return
-    backwards = sum(later <= earlier for earlier, later in zip(stamps, stamps[1:]))
+    backwards = sum(-PAIRING.reset_backstep <= later - earlier <= 0 for earlier, later in zip(stamps, stamps[1:]))
     nodes = seen.published[stream.topic].nodes if stream.topic in seen.published else ()
     if backwards:
-        cause = f'two nodes publish it: {", ".join(nodes)}' if len(nodes) > 1 else 'the driver repeats messages, or a '\
-            'bag began again'
+        cause = f'two nodes publish it: {", ".join(nodes)}' if len(nodes) > 1 else 'the driver repeats messages'
         yield wrong(f'{stream.topic}: {backwards} of {len(stamps)} stamps are not newer than the one before: {cause}',
                     f'rosnode kill {nodes[-1]}' if len(nodes) > 1 else f'rostopic echo {stream.topic}/header/stamp')
-    age, master = _age(stream), seen.master
-    if _AGES[0] <= age <= _AGES[1] or (master.sim_time and not master.clock.ticks):
+    yield from _age_fault(stream, seen.master, ', '.join(nodes))
+
+
+def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
+    age, (least, most) = _age(stream), _AGES_IN_RECORDINGS if master.sim_time else _AGES
+    if least <= age <= most or (master.sim_time and not master.clock.ticks):
         return
-    if age > _RECORDED:
-        yield wrong(f'{stream.topic}: stamps are {age:.0f} s old: a recording that is played without its clock',
+    text = f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"}'
+    if master.sim_time:
+        yield wrong(f'{text} /clock: {nodes} takes another time', 'rosparam set use_sim_time false    # for a camera; '
+                    'with a bag, end the driver that runs beside it')
+    elif age > _RECORDED:
+        yield wrong(f'{text} the clock: a recording that is played without its own',
                     'rosparam set use_sim_time true && rosbag play --clock FILE.bag')
     else:
-        yield wrong(f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"} the clock of '
-                    f'this machine: clocks differ, or messages come late (by {", ".join(nodes)})',
+        yield wrong(f'{text} the clock of this machine: clocks differ, or messages of {nodes} come late',
                     'chronyc tracking    # on both machines; ROS needs clocks that agree')
 
 

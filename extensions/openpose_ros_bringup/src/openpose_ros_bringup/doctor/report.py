@@ -37,8 +37,8 @@ def report(findings: Findings, prefix: str = '') -> str:
         title = f'{number:2d} {name}'
         for finding in dict.fromkeys(found):  # each once
             state = '-' if finding.state == UNKNOWN else finding.state
-            lines += textwrap.wrap(f'{title:<17}{state:<8}{finding.text}', _WIDTH, subsequent_indent=_INDENT,
-                                   drop_whitespace=False, break_long_words=False, break_on_hyphens=False)
+            lines += textwrap.wrap(finding.text, _WIDTH, initial_indent=f'{title:<17}{state:<8}',
+                                   subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
             title = ''
             if finding.line:
                 lines.append(f'{_INDENT}-> {prefix if finding.line.startswith("ros") else ""}{finding.line}')

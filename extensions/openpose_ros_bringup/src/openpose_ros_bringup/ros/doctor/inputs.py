@@ -48,27 +48,28 @@ def find_cameras(wanted: Wanted, nodes: Sequence[ChainNode], published: Mapping[
     if read:
         return list({source.camera.image.topic: source for source in read}.values())
     kinds = {topic: there.kind for topic, there in published.items() if _is_within(topic, wanted.namespace)}
-    for dimensions in (3, 2):
-        choice = choose_camera(kinds, dimensions)
-        seen = [choice.chosen] if choice.chosen else choice.others[:1]
-        if seen:
-            return [_of_preset(seen[0].preset, seen[0].ns)]
-    known = _most_alike(kinds)
+    known = _known_camera(kinds)
     topics = {} if known else _guess(kinds)
-    return [_of_preset(known, None)] if known else [_of_topics(topics)] if topics else []
+    return [known] if known else [_of_topics(topics)] if topics else []
 
 
 def _is_within(name: str, namespace: str) -> bool:
     return name.startswith(f'/{namespace.strip("/")}/') if namespace.strip('/') else True
 
 
-def _most_alike(kinds: Mapping[str, str]) -> Optional[CameraPreset]:
-    """Return the preset of which most topics are published, compressed ones included; None: not half of any."""
+def _known_camera(kinds: Mapping[str, str]) -> Optional[Source]:
+    """Return the preset of which all topics are published, or most of them; None: not half of any."""
     bases = {topic[:-len('/compressed')] if topic.endswith('/compressed') else topic for topic in kinds}
-    shares = {name: sum(topic in bases for topic in preset.inputs()) / len(preset.inputs())
-              for name, preset in read_presets().items()}
-    best = max(shares, key=lambda name: shares[name])
-    return read_presets()[best] if shares[best] >= _LEAST_SHARE else None
+    seen: List[Tuple[CameraPreset, Optional[str]]] = []
+    for dimensions in (3, 2):
+        choice = choose_camera(kinds, dimensions)
+        if choice.chosen is not None and choice.chosen.preset.dimensions == dimensions:
+            return _of_preset(choice.chosen.preset, choice.chosen.ns)
+        seen += [(other.preset, other.ns) for other in choice.others]
+    seen += [(preset, None) for preset in read_presets().values()]
+    shares = [sum(topic in bases for topic in preset.inputs(ns=ns)) / len(preset.inputs()) for preset, ns in seen]
+    best = shares.index(max(shares))
+    return _of_preset(*seen[best]) if shares[best] >= _LEAST_SHARE else None
 
 
 def _guess(kinds: Mapping[str, str]) -> Dict[str, str]:
@@ -87,7 +88,10 @@ def _guess(kinds: Mapping[str, str]) -> Dict[str, str]:
 
     depth = min((topic for topic in raw if 'depth' in topic), key=order, default='')
     points = min((topic for topic, kind in own.items() if kind == PointCloud2._type), key=order, default='')
-    return {'image': image, **({'depth': depth} if depth else {'points': points} if points else {})}
+    if not depth:
+        return {'image': image, **({'points': points} if points else {})}
+    infos = [topic for topic in (_sibling(depth), _sibling(image)) if topic in own]
+    return {'image': image, 'depth': depth, **({'camera_info': infos[0]} if infos else {})}
 
 
 def _of_preset(preset: CameraPreset, namespace: Optional[str]) -> Source:
