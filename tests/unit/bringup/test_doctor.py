@@ -339,6 +339,12 @@ def test_a_chain_that_does_not_run_or_reads_other_topics():
     assert 'reads other topics' in found.text and found.line.endswith('camera:=astra')
     found, = wrong(replace(WELL, nodes=[], unresponsive=[NODE]), 'subscribers')
     assert 'no status' in found.text
+    found, = wrong(replace(WELL, nodes=[], starting=[NODE]), 'subscribers')
+    assert 'is not ready' in found.text and '/rosout_agg' in found.line
+
+
+def test_a_bag_that_begins_again_is_normal():
+    assert not wrong(replace(WELL, nodes=[replace(WORKING, level=1, text='time jumped back: a bag')]), 'subscribers')
 
 
 def test_rviz_without_what_draws_people():

@@ -10,6 +10,8 @@ _LEAST_SHARE = 0.6
 _GREATEST_AGE = 0.5
 # Greatest load average per core; least available memory [MB].
 _GREATEST_LOAD, _LEAST_MEMORY = 1.5, 500.0
+# A warning that a bag in a loop causes.
+_NORMAL = 'time jumped back'
 _RESULTS = '/openpose_ros/skeleton_3d/detected_poses_3d'
 _MARKERS = 'visualization_markers'
 
@@ -30,7 +32,8 @@ def check_load(seen: Snapshot) -> Iterator[Finding]:
     if not faults:
         yield right('; '.join([f'{machine.load:.1f} programs run on {machine.cores} cores',
                                f'{machine.memory:.0f} MB of memory are available',
-                               *(f'{node.name} {node.text}' for node in seen.nodes)]))
+                               *(f'{node.name}: {_number(node, "rate [Hz]"):.1f} Hz' for node in seen.nodes
+                                 if not node.rests)]))
 
 
 def _rate_faults(seen: Snapshot, camera: Camera, node: ChainNode) -> Iterator[Finding]:
@@ -65,8 +68,11 @@ def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
     for name in seen.unresponsive:
         yield wrong(f'{name} publishes results, but no status on /diagnostics: it hangs, or has ended',
                     f'rosnode ping -c 1 {name} || rosnode cleanup')
+    for name in seen.starting:
+        yield wrong(f'{name} is not ready: it loads its networks, or waits for its camera',
+                    'rostopic echo /rosout_agg/msg    # its log; then ask the doctor again')
     if not seen.nodes:
-        if not seen.unresponsive:
+        if not (seen.unresponsive or seen.starting):
             yield wrong('no node finds people: the chain does not run',
                         launch_line(seen.cameras[0], rviz='true') if seen.cameras
                         else f'{BRINGUP} camera:=NAME rviz:=true')
@@ -86,11 +92,11 @@ def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
     if node.rests:
         return wrong(f'{node.name} rests: no node subscribes to its results',
                      f'rostopic hz {node.results or _RESULTS}    # or RViz: {BRINGUP} chain:=false rviz:=true')
-    if node.level != 0:
+    if node.level != 0 and not node.text.startswith(_NORMAL):
         return wrong(f'{node.name}: {node.text}', f'rosnode info {node.name}')
     people = '' if seen.people is None else (f'; {seen.people.most} people in {seen.people.frames} results'
                                              + ('' if seen.people.most else ': is anyone in view?'))
-    return right(f'{node.name}: {node.text}{people}')
+    return right(f'{node.name} works{people}')
 
 
 def _viewers(seen: Snapshot) -> Iterator[Finding]:

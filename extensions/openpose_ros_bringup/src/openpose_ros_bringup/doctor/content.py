@@ -88,8 +88,10 @@ def check_stamps(seen: Snapshot) -> Iterator[Finding]:
         if not came:
             yield unknown(_NO_MESSAGE)
         elif not faults:
-            ages = ', '.join(f'{stream.topic} {_age(stream):.3f} s old' for stream in came)
-            yield right(f'{ages}' + ('; images and points pair' if len(came) == 2 else ''))
+            texts = [f'{stream.topic} {_age(stream):.3f} s old' for stream in came if _passes(seen.master)]
+            if len(came) == 2:
+                texts.append('images and points pair')
+            yield right('; '.join(texts) or 'stamps increase')
 
 
 def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
@@ -111,7 +113,7 @@ def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
 
 def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
     age, (least, most) = _age(stream), _AGES_IN_RECORDINGS if master.sim_time else _AGES
-    if least <= age <= most or (master.sim_time and not master.clock.ticks):
+    if least <= age <= most or not _passes(master):
         return
     text = f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"}'
     if master.sim_time:
@@ -123,6 +125,11 @@ def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
     else:
         yield wrong(f'{text} the clock of this machine: clocks differ, or messages of {nodes} come late',
                     'chronyc tracking    # on both machines; ROS needs clocks that agree')
+
+
+def _passes(master: Master) -> bool:
+    """Tell whether time passes."""
+    return not master.sim_time or master.clock.ticks > 0
 
 
 def _age(stream: Stream) -> float:

@@ -195,6 +195,7 @@ class Snapshot:
         seconds: that the doctor looked.
         published, subscribed: topics with their publishers, and with the names of their subscribers.
         unresponsive: nodes that publish results but send no status.
+        starting: nodes of the chain that publish no results yet.
         people: results that came; None: not asked for, as the chain rests.
     """
 
@@ -206,6 +207,7 @@ class Snapshot:
     tf: Tf = field(default_factory=Tf)
     nodes: Sequence[ChainNode] = ()
     unresponsive: Sequence[str] = ()
+    starting: Sequence[str] = ()
     machine: Machine = field(default_factory=lambda: Machine(0.0, 1, 1e6))
     people: Optional[People] = None
 

@@ -14,6 +14,8 @@ from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
 _RESULTS = re.compile(r'(.*/)openpose_ros/(skeleton_3d/detected_poses_3d|detected_poses|skeleton_3d/detected_poses)')
+# Names that the launch files give these nodes.
+_NAMES = ('skeleton_extract_3d_node', 'openpose_ros_service_node', 'openpose_ros_service_node_3d')
 # Types of colour images.
 IMAGES = (Image._type, CompressedImage._type)
 # Entries of `READS`: topic and type of an input.
@@ -74,6 +76,12 @@ def inputs_of(node: ChainNode) -> Sequence[Tuple[str, str]]:
 def nodes_with_results(published: Mapping[str, PublishedTopic]) -> List[str]:
     """Return the nodes that publish people."""
     return sorted({node for topic, there in published.items() if _RESULTS.fullmatch(topic) for node in there.nodes})
+
+
+def starting_nodes(published: Mapping[str, PublishedTopic]) -> List[str]:
+    """Return the nodes with names of nodes that publish people, which publish none yet."""
+    running = published['/rosout'].nodes if '/rosout' in published else []
+    return sorted({node for node in running if node.rpartition('/')[2] in _NAMES} - set(nodes_with_results(published)))
 
 
 def _chain_node(name: str, first: Reported, newest: Reported, published: Mapping[str, PublishedTopic]) -> ChainNode:

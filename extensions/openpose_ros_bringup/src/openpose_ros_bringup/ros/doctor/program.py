@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from openpose_ros_bringup.doctor.frames import frames_needed
 from openpose_ros_bringup.doctor.report import diagnose, faults, report
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, People, Snapshot, Tf
-from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results
+from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
 from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras
 from openpose_ros_bringup.ros.doctor.network import Graph, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
@@ -77,7 +77,8 @@ def look(options: argparse.Namespace) -> Snapshot:
         replace(master, clock=ticks.read(), unreachable=unreachable(_nodes(sources, expected, graph))),
         time.monotonic() - begin, graph.published, graph.subscribed, [each.read() for each in listeners],
         Tf(_fixed_frame(options, nodes)), status.read(graph.published),
-        [node for node in expected if node not in status.nodes()], read_machine(), people.read())
+        [node for node in expected if node not in status.nodes()], starting_nodes(graph.published), read_machine(),
+        people.read())
     tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), edges=frames.edges())
     frames.stop()
     return replace(seen, tf=tf)
