@@ -153,7 +153,7 @@ def parameter(name, value):
 
 def doctor(*options, **variables):
     """Return the exit status of the doctor and its output: state, text and line of each finding by check."""
-    done = subprocess.run(['rosrun', 'openpose_ros_bringup', 'doctor', *options], stdout=subprocess.PIPE, text=True,
+    done = subprocess.run(['rosrun', 'openpose_ros_bringup', 'doctor', '--seconds', '3', *options], stdout=subprocess.PIPE, text=True,
                           timeout=60, check=False, stdin=subprocess.DEVNULL, env={**os.environ, **variables})
     found, name = {}, ''
     for line in done.stdout.splitlines()[:-1]:
