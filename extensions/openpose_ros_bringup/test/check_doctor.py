@@ -153,8 +153,9 @@ def parameter(name, value):
 
 def doctor(*options, **variables):
     """Return the exit status of the doctor and its output: state, text and line of each finding by check."""
-    done = subprocess.run(['rosrun', 'openpose_ros_bringup', 'doctor', '--seconds', '3', *options], stdout=subprocess.PIPE, text=True,
-                          timeout=60, check=False, stdin=subprocess.DEVNULL, env={**os.environ, **variables})
+    done = subprocess.run(['rosrun', 'openpose_ros_bringup', 'doctor', '--seconds', '3', *options], text=True,
+                          stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, env={**os.environ, **variables},
+                          timeout=60, check=False)
     found, name = {}, ''
     for line in done.stdout.splitlines()[:-1]:
         begin = re.match(r'(?:[ \d]\d (\w+)|) +(right|WRONG|-) {3,}(.*)', line)
