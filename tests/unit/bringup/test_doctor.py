@@ -290,12 +290,17 @@ def test_frames_that_the_node_is_told():
 
 @pytest.mark.parametrize('rotation, text', [
     (FORGOTTEN, 'looks straight up'), (MOUNTED @ np.diag([-1, -1, 1]), 'is upside down'),
-    (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), 'lies on its side'),
-    (np.diag([1, -1, -1]), 'looks straight down')])
+    (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), 'lies on its side')])
 def test_a_camera_that_tf_turns_wrongly(rotation, text):
     seen = replace(WELL, tf=replace(MOUNT, lookups={('base', OPTICAL): Lookup(rotation, np.zeros(3))}))
     found, = wrong(seen, 'frames')
     assert text in found.text and found.line.endswith(f'0 0 0 -1.5708 0 -1.5708 base {OPTICAL}')
+
+
+def test_cameras_that_look_down_or_into_their_own_frame_are_right():
+    down = replace(MOUNT, lookups={('base', OPTICAL): Lookup(np.diag([1, -1, -1]), np.zeros(3))})
+    own = Tf('other_optical', {OPTICAL: Edge('x')}, {('other_optical', OPTICAL): Lookup(np.eye(3), np.zeros(3))})
+    assert not wrong(replace(WELL, tf=down), 'frames') and not wrong(replace(WELL, tf=own), 'frames')
 
 
 def test_a_cloud_that_is_not_in_an_optical_frame():

@@ -105,7 +105,7 @@ def check_frames(seen: Snapshot) -> Iterator[Finding]:
             continue
         fixed = seen.tf.fixed_frame
         pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
-        fault = '' if pose.rotation is None else _pose_fault(pose.rotation)
+        fault = '' if pose.rotation is None or 'optical' in fixed else _pose_fault(pose.rotation)
         if fault:
             parent = seen.tf.edges[points.frame_id].parent if points.frame_id in seen.tf.edges else fixed
             yield wrong(f"by tf, in '{fixed}', {fault}: is '{points.frame_id}' turned as an optical frame "
@@ -148,7 +148,6 @@ def _pose_fault(rotation: np.ndarray) -> str:
     """Return what is odd about a camera whose optical frame is turned by this in a frame with z up."""
     _, down, forward = rotation[2]
     odd: Dict[str, bool] = {'the camera looks straight up': forward > _UPRIGHT,
-                            'the camera looks straight down': forward < -_UPRIGHT,
                             'the camera is upside down': down > _UPRIGHT,
                             'the camera lies on its side': abs(rotation[2, 0]) > _UPRIGHT}
     return next((text for text, is_so in odd.items() if is_so), '')

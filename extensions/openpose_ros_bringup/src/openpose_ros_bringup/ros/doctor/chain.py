@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CompressedImage, Image
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode
-from openpose_ros_bringup.ros.doctor.network import private_parameters
+from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
@@ -78,10 +78,10 @@ def nodes_with_results(published: Mapping[str, PublishedTopic]) -> List[str]:
     return sorted({node for topic, there in published.items() if _RESULTS.fullmatch(topic) for node in there.nodes})
 
 
-def starting_nodes(published: Mapping[str, PublishedTopic]) -> List[str]:
+def starting_nodes(graph: Graph) -> List[str]:
     """Return the nodes with names of nodes that publish people, which publish none yet."""
-    running = published['/rosout'].nodes if '/rosout' in published else []
-    return sorted({node for node in running if node.rpartition('/')[2] in _NAMES} - set(nodes_with_results(published)))
+    return sorted({node for node in graph.nodes if node.rpartition('/')[2] in _NAMES}
+                  - set(nodes_with_results(graph.published)))
 
 
 def _chain_node(name: str, first: Reported, newest: Reported, published: Mapping[str, PublishedTopic]) -> ChainNode:

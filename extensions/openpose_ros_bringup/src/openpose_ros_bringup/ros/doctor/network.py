@@ -23,6 +23,11 @@ class Graph(NamedTuple):
     published: Mapping[str, PublishedTopic]
     subscribed: Mapping[str, Sequence[str]]
 
+    @property
+    def nodes(self) -> Sequence[str]:
+        """All nodes: each publishes its log."""
+        return self.published['/rosout'].nodes if '/rosout' in self.published else ()
+
 
 def read_master() -> Tuple[Master, Graph]:
     """Return the state of the master; of one that does not answer, that."""

@@ -26,7 +26,7 @@ from openpose_ros_bringup.doctor.report import diagnose, faults, report
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, People, Snapshot, Tf
 from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
 from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras
-from openpose_ros_bringup.ros.doctor.network import Graph, read_machine, read_master, unreachable
+from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_bringup.ros.doctor.transforms import FrameListener
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
@@ -76,8 +76,8 @@ def look(options: argparse.Namespace) -> Snapshot:
     seen = Snapshot(
         replace(master, clock=ticks.read(), unreachable=unreachable(_nodes(sources, expected, graph))),
         time.monotonic() - begin, graph.published, graph.subscribed, [each.read() for each in listeners],
-        Tf(_fixed_frame(options, nodes)), status.read(graph.published),
-        [node for node in expected if node not in status.nodes()], starting_nodes(graph.published), read_machine(),
+        Tf(options.fixed_frame or _fixed_frame(nodes, graph)), status.read(graph.published),
+        [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
         people.read())
     tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), edges=frames.edges())
     frames.stop()
@@ -90,10 +90,12 @@ def _wanted(options: argparse.Namespace) -> Wanted:
     return Wanted(options.camera, topics, options.namespace)
 
 
-def _fixed_frame(options: argparse.Namespace, nodes: Sequence[ChainNode]) -> str:
-    """Return the frame that is asked for, or in which a node follows people."""
-    return options.fixed_frame or next((str(node.parameters['tracking_frame']) for node in nodes
-                                        if node.parameters.get('tracking_frame')), '')
+def _fixed_frame(nodes: Sequence[ChainNode], graph: Graph) -> str:
+    """Return the frame in which a node follows people, or that of the view; empty: none is named."""
+    views = [private_parameters(node) for node in graph.nodes if node.endswith('/view')]
+    named = [*(node.parameters.get('tracking_frame') for node in nodes), *(view.get('fixed_frame') for view in views),
+             *('world' for view in views if view.get('floor') is True)]
+    return next((str(frame) for frame in named if frame), '')
 
 
 def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> List[str]:

@@ -1,0 +1,116 @@
+"""What the doctor reads of messages, nodes and names of topics."""
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_bringup.doctor.snapshot import ChainNode, Stream
+from openpose_ros_bringup.ros.doctor import network
+from openpose_ros_bringup.ros.doctor.inputs import Wanted, find_cameras
+from openpose_ros_bringup.ros.doctor.streams import Listener
+from openpose_ros_pkg.camera_presets import find_preset, read_presets
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.ros.convert import pixels_to_image
+from openpose_ros_pkg.ros.demand import READS
+from openpose_ros_pkg.stream.silent_topic import PublishedTopic
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.ros.convert import camera_to_message
+
+IMAGE, COMPRESSED, CLOUD, INFO = (kind._type for kind in (Image, CompressedImage, PointCloud2, CameraInfo))
+AUTO = Wanted('auto', {}, '')
+
+
+def published(topics):
+    return {topic: PublishedTopic(kind, ['/driver']) for topic, kind in topics.items()}
+
+
+def node(reads, name='/skeleton_extract_3d_node', **parameters):
+    return ChainNode(name, values={READS: ', '.join(f'{topic} ({kind})' for topic, kind in reads)},
+                     parameters=parameters)
+
+
+def topics_of(camera):
+    return {stream.role: stream.topic for stream in camera.streams}
+
+
+@pytest.mark.parametrize('name', sorted(read_presets()))
+def test_each_preset_that_is_published_is_found(name):
+    preset = find_preset(name)
+    source, = find_cameras(AUTO, [], published(preset.inputs()))
+    assert {stream.topic: stream.kind for stream in source.camera.streams} == preset.inputs()
+    named, = find_cameras(Wanted(name, {}, ''), [], {})
+    assert (named.camera.driver, named.rectified) == (preset.driver_line, preset.rectified)
+
+
+@pytest.mark.parametrize('missing', ['image', 'depth', 'camera_info'])
+def test_a_preset_of_which_a_topic_is_misspelt(missing):
+    preset = find_preset('realsense')
+    topics = {topic: kind for topic, kind in preset.inputs().items() if topic != preset.topic(missing)}
+    assert find_cameras(AUTO, [], published(topics))[0].camera.preset == 'realsense'
+
+
+def test_a_camera_without_a_preset():
+    topics = {'/hero/rgb/image_raw': IMAGE, '/hero/depth_registered/image': IMAGE, '/hero/rgb/camera_info': INFO,
+              '/hero/ir/image': IMAGE, '/openpose_ros/detected_poses_image': IMAGE}
+    assert topics_of(find_cameras(AUTO, [], published(topics))[0].camera) == {
+        'image': '/hero/rgb/image_raw', 'depth': '/hero/depth_registered/image', 'camera_info': '/hero/rgb/camera_info'}
+    clouds = {'/hero/rgb/image_raw/compressed': COMPRESSED, '/hero/points': CLOUD}
+    assert topics_of(find_cameras(AUTO, [], published(clouds))[0].camera) == {
+        'image': '/hero/rgb/image_raw', 'points': '/hero/points'}
+    assert find_cameras(AUTO, [], published({'/hero/points': CLOUD})) == []
+
+
+def test_the_cameras_that_nodes_read():
+    realsense = find_preset('realsense')
+    reads = [(realsense.topic(role, 'left'), kind) for role, kind in
+             (('camera_info', INFO), ('image', IMAGE), ('depth', IMAGE))]
+    left = node([*reads, ('/floor', 'pcl_msgs/ModelCoefficients')], '/left/skeleton_extract_3d_node')
+    flat = node([('/x/image', IMAGE)], '/openpose_ros_service_node')
+    first, second = [source.camera for source in find_cameras(AUTO, [left, flat], {})]
+    assert (first.preset, first.namespace, first.node) == ('realsense', 'left', '/left/skeleton_extract_3d_node')
+    assert topics_of(first) == {role: realsense.topic(role, 'left') for role in ('image', 'depth', 'camera_info')}
+    assert (second.preset, second.points, second.node) == ('', None, '/openpose_ros_service_node')
+    assert [source.camera for source in find_cameras(AUTO._replace(namespace='left'), [left, flat], {})] == [first]
+    other, = find_cameras(AUTO._replace(camera='realsense'), [left, flat], {})
+    assert other.camera.node == ''  # no node reads it
+
+
+def test_topics_that_the_user_names():
+    source, = find_cameras(Wanted('auto', {'image': '/a/image', 'depth': '/a/depth'}, ''), [], {})
+    assert topics_of(source.camera) == {'image': '/a/image', 'depth': '/a/depth', 'camera_info': '/a/camera_info'}
+    with pytest.raises(ParameterError, match='need --image'):
+        find_cameras(Wanted('auto', {'points': '/a/points'}, ''), [], {})
+    with pytest.raises(ParameterError, match='realsence'):
+        find_cameras(Wanted('realsence', {}, ''), [], {})
+
+
+@pytest.mark.parametrize('rectified, expected', [(True, True), ('auto', True), (False, False), ('false', False)])
+def test_rectified_images(rectified, expected):
+    zed = find_preset('zed')
+    reads = [(zed.topic(role), kind) for role, kind in (('camera_info', INFO), ('image', IMAGE), ('depth', IMAGE))]
+    assert find_cameras(AUTO, [node(reads, rectified=rectified)], {})[0].rectified is expected
+
+
+def test_depth_without_a_camera_info_is_judged():
+    listener = Listener(Stream('depth', '/depth', IMAGE), {})
+    header = Header(frame_id='optical')
+    for pixels, encoding, fault in ((np.full((4, 6), 1500, np.uint16), '16UC1', ''),
+                                    (np.zeros((4, 6, 3), np.uint8), 'bgr8', "depth image has encoding 'bgr8'")):
+        listener.newest = pixels_to_image(pixels, encoding, header)
+        stream = listener.read(None, False)
+        assert stream.fault.startswith(fault) and (stream.size, stream.frame_id) == ((6, 4), 'optical')
+        assert (stream.points is None) is bool(fault)
+    listener.newest = pixels_to_image(np.full((4, 6), 1500, np.uint16), '16UC1', header)
+    camera = CameraModel(6, 4, np.array([[5, 0, 2.5], [0, 5, 1.5], [0, 0, 1]]))
+    assert listener.read(camera_to_message(camera, header), False).points.camera_model().matrix[0, 0] == 5
+
+
+@pytest.mark.parametrize('name, uri, fault', [
+    ('localhost', 'http://localhost:11311', ''), ('127.0.0.1', 'http://localhost:11311', ''),
+    ('no.such.host.invalid', 'http://localhost:11311', 'has no address here'),
+    ('192.0.2.1', 'http://localhost:11311', 'which is another machine'),
+    ('localhost', 'http://192.0.2.1:11311', 'can not call this one')])
+def test_names_of_this_machine(name, uri, fault, monkeypatch):
+    monkeypatch.setenv('ROS_HOSTNAME', name)
+    found = network._name_fault(name, uri)
+    assert (fault in found and 'ROS_HOSTNAME' in found) if fault else found == ''
