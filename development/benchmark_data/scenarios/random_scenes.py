@@ -16,7 +16,16 @@ NEAREST_JOINT = 0.9  # [m] from the camera
 
 
 def build_scene(plan: Plan) -> Scene:
-    """Build the people of a plan and arrange them so that no two, and no person and furniture, are in each other.
+    """Build the people of a plan and arrange them; see `arranged`."""
+    return arranged(plan, _scene)
+
+
+def arranged(plan: Plan, scene_of: Callable[[Stage], Scene]) -> Scene:
+    """Return the first scene in which no two people, and no person and furniture, are in each other, and all are seen.
+
+    Parameters
+    ----------
+    scene_of : arranges the people on a stage; ValueError: that is no scene
 
     Raises
     ------
@@ -26,24 +35,22 @@ def build_scene(plan: Plan) -> Scene:
     rigs = [Rig(Body(person)) for person in plan.people]
     problem = ''
     for attempt in range(ATTEMPTS):
-        stage = Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt)))
         try:
-            ACTIONS[plan.kind](stage)
-            while len(stage.movers) < len(rigs):
-                OTHERS[int(stage.rng.integers(0, len(OTHERS)))](stage)
-            _add_furniture(stage)
+            return scene_of(Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt))))
         except ValueError as error:
             problem = str(error)
-            continue
-        times = sample_times(DURATION)
-        problem = conflict(rigs, stage.movers, stage.room.boxes, times, stage.touching)
-        if problem:
-            continue
-        cameras = cameras_of(stage, times)
-        problem = unseen(stage, cameras, times)
-        if not problem:
-            return _scene(plan, stage, cameras)
     raise RuntimeError(f'{plan.name}: no arrangement in {ATTEMPTS} attempts; the last: {problem}')
+
+
+def check(problem: str) -> None:
+    """Raise ValueError for what `conflict` or `unseen` tells."""
+    if problem:
+        raise ValueError(problem)
+
+
+def check_conflict(stage: Stage, times: Sequence[float]) -> None:
+    """Raise ValueError where people, or a person and furniture, are in each other."""
+    check(conflict(stage.rigs, stage.movers, stage.room.boxes, times, stage.touching))
 
 
 def _add_furniture(stage: Stage) -> None:
@@ -120,7 +127,15 @@ def shown(camera: Camera, points: np.ndarray, others: Sequence[Tuple[np.ndarray,
     return visible
 
 
-def _scene(plan: Plan, stage: Stage, cameras: Sequence[Callable[[int], Camera]]) -> Scene:
+def _scene(stage: Stage) -> Scene:
+    plan, times = stage.plan, sample_times(DURATION)
+    ACTIONS[plan.kind](stage)
+    while len(stage.movers) < len(stage.rigs):
+        OTHERS[int(stage.rng.integers(0, len(OTHERS)))](stage)
+    _add_furniture(stage)
+    check_conflict(stage, times)
+    cameras = cameras_of(stage, times)
+    check(unseen(stage, cameras, times))
     return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, stage.rigs, stage.movers, cameras,
                  moving=plan.view.moving, sensor=plan.view.sensor, frames=FRAMES, light=plan.light,
                  exposure=plan.exposure, description=describe(plan))

@@ -5,17 +5,15 @@ import numpy as np
 
 from ..people import acts
 from ..people.actor import Actor, Place
-from ..people.body import Body
-from ..people.contact import conflict, sample_times
+from ..people.contact import sample_times
 from ..people.geometry import heading
 from ..people.gestures import RAMP, Gesture
-from ..people.rig import Rig
 from ..rendering.camera import Camera
 from ..rendering.depth_sensors import SENSORS
 from ..sequence import Scene, fixed
 from .actions import Stage, stand, walk_somewhere
 from .plan import Plan, describe
-from .random_scenes import ATTEMPTS, cameras_of, unseen
+from .random_scenes import arranged, cameras_of, check, check_conflict, unseen
 
 RATE = 10.0  # [Hz] of both kinds
 SIGNAL_FRAMES, STAGE_FRAMES = 61, 30
@@ -36,35 +34,23 @@ class Signaller(NamedTuple):
 # ---- gestures ------------------------------------------------------------------------------------------------------
 
 def build_signals(plan: Plan) -> Scene:
-    """Build one or two people who make gestures for six seconds, stand and sit.
+    """Build one or two people who make gestures for six seconds, stand and sit; see `arranged`."""
+    return arranged(plan, _signals)
 
-    Raises
-    ------
-    RuntimeError
-        No arrangement was found.
-    """
-    rigs = [Rig(Body(person)) for person in plan.people]
-    problem = ''
-    for attempt in range(ATTEMPTS):
-        stage = Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt)))
-        try:
-            signallers = [Signaller(_facing_camera(stage, k), str(stage.rng.choice(['shoulder', 'eye'])))
-                          for k in range(len(rigs))]
-            targets = _targets(stage, signallers)
-            for signaller in signallers:
-                stage.movers.append(_signal(stage, signaller, targets))
-        except ValueError as error:
-            problem = str(error)
-            continue
-        times = sample_times(SIGNAL_TIME, 25)
-        problem = conflict(rigs, stage.movers, stage.room.boxes, times, stage.touching)
-        cameras = cameras_of(stage, times)
-        problem = problem or unseen(stage, cameras, times)
-        if not problem:
-            return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, rigs, stage.movers, cameras,
-                         sensor=plan.view.sensor, frames=SIGNAL_FRAMES, fps=RATE, light=plan.light,
-                         exposure=plan.exposure, targets=targets, description=describe(plan))
-    raise RuntimeError(f'{plan.name}: no arrangement in {ATTEMPTS} attempts; the last: {problem}')
+
+def _signals(stage: Stage) -> Scene:
+    plan, times = stage.plan, sample_times(SIGNAL_TIME, 25)
+    signallers = [Signaller(_facing_camera(stage, k), str(stage.rng.choice(['shoulder', 'eye'])))
+                  for k in range(len(stage.rigs))]
+    targets = _targets(stage, signallers)
+    for signaller in signallers:
+        stage.movers.append(_signal(stage, signaller, targets))
+    check_conflict(stage, times)
+    cameras = cameras_of(stage, times)
+    check(unseen(stage, cameras, times))
+    return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, stage.rigs, stage.movers, cameras,
+                 sensor=plan.view.sensor, frames=SIGNAL_FRAMES, fps=RATE, light=plan.light, exposure=plan.exposure,
+                 targets=targets, description=describe(plan))
 
 
 def _facing_camera(stage: Stage, k: int) -> Place:
@@ -148,35 +134,23 @@ def _outward_angle(place: Place, target: np.ndarray, side: str) -> float:
 # ---- several cameras -----------------------------------------------------------------------------------------------
 
 def build_stage(plan: Plan) -> Scene:
-    """Build three or four people who walk and stand, seen from the front and from both sides.
+    """Build three or four people who walk and stand, seen from the front and from both sides; see `arranged`."""
+    return arranged(plan, _stage)
 
-    Raises
-    ------
-    RuntimeError
-        No arrangement was found.
-    """
-    rigs = [Rig(Body(person)) for person in plan.people]
-    problem = ''
-    for attempt in range(ATTEMPTS):
-        stage = Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt)))
-        try:
-            for k in range(len(rigs)):
-                (walk_somewhere if k < 2 else stand)(stage)
-        except ValueError as error:
-            problem = str(error)
-            continue
-        times = sample_times((STAGE_FRAMES - 1) / RATE)
-        problem = conflict(rigs, stage.movers, stage.room.boxes, times, stage.touching)
-        stage.room.front_wall()
-        cameras = _around(stage)
-        for camera in cameras:
-            inside = stage.room.contains(camera.origin, 0.1)
-            problem = problem or ('' if inside else 'a camera is outside') or unseen(stage, [fixed(camera)], times)
-        if not problem:
-            return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, rigs, stage.movers,
-                         [fixed(camera) for camera in cameras], sensor=plan.view.sensor, frames=STAGE_FRAMES, fps=RATE,
-                         light=plan.light, exposure=plan.exposure, description=describe(plan))
-    raise RuntimeError(f'{plan.name}: no arrangement in {ATTEMPTS} attempts; the last: {problem}')
+
+def _stage(stage: Stage) -> Scene:
+    plan, times = stage.plan, sample_times((STAGE_FRAMES - 1) / RATE)
+    for k in range(len(stage.rigs)):
+        (walk_somewhere if k < 2 else stand)(stage)
+    check_conflict(stage, times)
+    stage.room.front_wall()
+    cameras = _around(stage)
+    for camera in cameras:
+        check('' if stage.room.contains(camera.origin, 0.1) else 'a camera is outside')
+        check(unseen(stage, [fixed(camera)], times))
+    return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, stage.rigs, stage.movers,
+                 [fixed(camera) for camera in cameras], sensor=plan.view.sensor, frames=STAGE_FRAMES, fps=RATE,
+                 light=plan.light, exposure=plan.exposure, description=describe(plan))
 
 
 def _around(stage: Stage) -> List[Camera]:

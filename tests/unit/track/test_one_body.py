@@ -24,7 +24,6 @@ from synthetic_scene import (
     without_joints,
 )
 
-ONE_BODY = METHOD.track.one_body
 LONGEST = METHOD.track.identity.gap
 SWAP = list(COCO_18.swap)
 UPPER = [joint for joint, name in enumerate(COCO_18.joints) if not name.endswith(('hip', 'knee', 'ankle'))]
