@@ -14,6 +14,7 @@ from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields
+from openpose_ros_tools.calibration.known_cameras import read_known_cameras
 from openpose_ros_tools.mocap.marker_map import read_marker_map, shipped_maps
 from skeleton_extract_3d.node_params import PeopleSettings
 from skeleton_extract_3d.points.camera import calibrated_camera
@@ -36,6 +37,21 @@ MARKERS = {'joints': {'nose': {'markers': ['F1', 'F2']}, 'left_wrist': ['LWRA', 
                       'neck': {'joints': ['nose']},
                       'left_ankle': {'markers': ['A'], 'shift': {'metres': 0.04, 'from': ['L'], 'to': ['R']}},
                       'head_top': {'first_of': ['HTOP', ['LFHD', 'RFHD']]}}}
+CALIB_TOML = (b'[a]\nsize = [640.0, 480.0]\nmatrix = [[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]\n'
+              b'distortions = [0.1, 0.0, 0.0, 0.0]\nrotation = [1.0, 0.0, 0.0]\ntranslation = [0.0, 0.0, 1.0]\n')
+QUALISYS = (b'<?xml version="1.0"?><calibration><cameras><camera serial="1" model="Video"><fov_video left="0" top="0" '
+            b'right="639" bottom="479"/><transform x="1" y="2" z="3" r11="1" r12="0" r13="0" r21="0" r22="1" r23="0" '
+            b'r31="0" r32="0" r33="1"/><intrinsic focalLengthU="32000" focalLengthV="32000" centerPointU="20480" '
+            b'centerPointV="15360" skew="0" radialDistortion1="0" radialDistortion2="0" radialDistortion3="0" '
+            b'tangentalDistortion1="0" tangentalDistortion2="0"/></camera></cameras></calibration>')
+KALIBR = {f'cam{number}': {
+    'camera_model': 'pinhole', 'distortion_model': 'radtan', 'distortion_coeffs': [0.1, 0.0, 0.0, 0.0],
+    'resolution': [640, 480], 'intrinsics': [500.0, 500.0, 320.0, 240.0], 'T_cn_cnm1': np.eye(4).tolist(),
+    'timeshift_cam_imu': 0.01} for number in range(2)}
+EASYMOCAP = {'names': ['a'], 'K_a': {'rows': 3, 'cols': 3, 'data': [500.0, 0, 320, 0, 500, 240, 0, 0, 1]},
+             'dist_a': {'data': [0.0] * 5}, 'W_a': 640, 'H_a': 480, 'R_a': {'data': [1.0, 0, 0]},
+             'T_a': {'data': [0.0, 0, 1]}}
+OWN_FILE = {**yaml.safe_load(CALIBRATION), 'R': np.eye(3).tolist(), 'T': [0.0, 0.0, 1.0]}
 DEEP = b'a: ' + b'[' * 5000
 BOMB = b'a0: &a0 [x]\n' + b''.join(b'a%d: &a%d [%s]\n' % (i, i, b', '.join([b'*a%d' % (i - 1)] * 10))
                                   for i in range(1, 10))
@@ -64,6 +80,19 @@ def test_calibration(tmp_path_factory, content):
     camera = survives(camera_of, written(tmp_path_factory, 'camera.yaml', content), size=len(content))
     if camera is not None:
         assert np.isfinite(camera.matrix).all() and camera.matrix[0, 0] > 0 and np.isfinite(camera.distortion).all()
+
+
+@pytest.mark.parametrize('name, contents', [
+    ('a.toml', st.one_of(mutated(CALIB_TOML), st.just(b'a = ' + b'[' * 5000))),
+    ('a.qca.txt', st.one_of(mutated(QUALISYS), st.just(b'<a>' * 50000))),
+    ('a.yaml', texts(KALIBR, EASYMOCAP, OWN_FILE))])
+@given(data=st.data())
+def test_calibrations_of_other_programs(tmp_path_factory, name, contents, data):
+    content = data.draw(contents)
+    known = survives(read_known_cameras, [written(tmp_path_factory, name, content)], size=len(content))
+    for camera in known.cameras if known is not None else ():
+        np.testing.assert_allclose(camera.rotation @ camera.rotation.T, np.eye(3), atol=1e-9)
+        assert np.isfinite(camera.translation).all() and calibrated_camera(camera.calibration).matrix[0, 0] > 0
 
 
 @given(texts(SEQUENCE))
@@ -99,9 +128,14 @@ def test_examples_are_right(tmp_path):
     """Else only the first check would be tried."""
     for name, read, value in (('sequence.yaml', lambda path: read_sequence_values(path.parent), SEQUENCE),
                               ('own.yaml', read_description, MODEL), ('markers.yaml', read_marker_map, MARKERS),
-                              ('camera.yaml', camera_of, CAMERA_INFO), ('open3d.yaml', camera_of, OPEN3D)):
+                              ('camera.yaml', camera_of, CAMERA_INFO), ('open3d.yaml', camera_of, OPEN3D),
+                              *(('room.yaml', lambda path: read_known_cameras([path]), value)
+                                for value in (KALIBR, EASYMOCAP, OWN_FILE))):
         (tmp_path / name).write_bytes(_dumped(value))
         assert read(tmp_path / name) is not None
+    for name, content in (('a.toml', CALIB_TOML), ('a.qca.txt', QUALISYS)):
+        (tmp_path / name).write_bytes(content)
+        assert read_known_cameras([tmp_path / name]).cameras
     assert shipped_maps()
 
 

@@ -116,8 +116,8 @@ def read_known_cameras(paths: Sequence[Path], size: Optional[Tuple[int, int]] = 
         return _files_of_cameras(values)
     except BadInputError:
         raise
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, ElementTree.ParseError,
-            np.linalg.LinAlgError, cv2.error) as error:
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError,
+            ElementTree.ParseError, np.linalg.LinAlgError, cv2.error) as error:
         names = ', '.join(map(str, paths))
         raise BadInputError(f'{names}: {error!r}; expected {_EXPECTED}') from error
 

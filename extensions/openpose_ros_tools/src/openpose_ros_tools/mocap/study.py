@@ -10,6 +10,7 @@ import pandas as pd
 
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import Figures, number_or_none
+from openpose_ros_tools.motion.angles import between
 from openpose_ros_tools.tables.keypoint_selection import upright_axis
 from skeleton_extract_3d.people import MEASURED
 
@@ -114,6 +115,5 @@ def _series(comparison: Comparison, ours: np.ndarray, theirs: np.ndarray
 
 def _included(points: np.ndarray) -> np.ndarray:
     """Return the angles (N,) [deg] at the second of three points, (N, 3, 3)."""
-    first, second = points[:, 0] - points[:, 1], points[:, 2] - points[:, 1]
-    across = np.linalg.norm(np.cross(first, second), axis=1)
-    return np.degrees(np.arctan2(across, np.einsum('ij,ij->i', first, second)))
+    return between(points[:, 0] - points[:, 1], points[:, 2] - points[:, 1])
+

@@ -50,16 +50,16 @@ def joint_angles(joints: Sequence[str], positions: np.ndarray) -> Dict[str, np.n
         hip, knee, ankle = (f'{side}_{part}' for part in ('hip', 'knee', 'ankle'))
         shoulder, elbow, wrist = (f'{side}_{part}' for part in ('shoulder', 'elbow', 'wrist'))
         thigh, arm = _in(pelvis, to(hip, knee)), _in(thorax, to(shoulder, elbow))
-        elevation = _between(arm, np.array([0.0, -1.0, 0.0]))
+        elevation = between(arm, np.array([0.0, -1.0, 0.0]))
         angles.update({
             f'{side}_hip_flexion': _turn(thigh[:, 0], -thigh[:, 1]),
             f'{side}_hip_adduction': _turn(-right * thigh[:, 2], np.hypot(thigh[:, 0], thigh[:, 1])),
-            f'{side}_knee_flexion': _between(to(hip, knee), to(knee, ankle)),
-            f'{side}_ankle_dorsiflexion': 90 - _between(to(ankle, knee), to(f'{side}_heel', f'{side}_big_toe')),
+            f'{side}_knee_flexion': between(to(hip, knee), to(knee, ankle)),
+            f'{side}_ankle_dorsiflexion': 90 - between(to(ankle, knee), to(f'{side}_heel', f'{side}_big_toe')),
             f'{side}_shoulder_elevation': elevation,
             f'{side}_shoulder_plane': np.where(np.abs(elevation - 90) < 90 - _RAISED,
                                                _turn(arm[:, 0], right * arm[:, 2]), np.nan),
-            f'{side}_elbow_flexion': _between(to(shoulder, elbow), to(elbow, wrist))})
+            f'{side}_elbow_flexion': between(to(shoulder, elbow), to(elbow, wrist))})
     head, face = _in(thorax, to('neck', 'ears')), _in(thorax, to('ears', 'nose'))
     angles.update({'neck_flexion': _turn(head[:, 0], head[:, 1]), 'neck_bending': _turn(head[:, 2], head[:, 1]),
                    'neck_rotation': _turn(-face[:, 2], face[:, 0])})
@@ -81,7 +81,7 @@ def _turn(opposite: np.ndarray, along: np.ndarray) -> np.ndarray:
     return np.degrees(np.arctan2(opposite, along))
 
 
-def _between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the angle between vectors, (N, 3) or (3,)."""
+def between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the angles (N,) [deg] between vectors (N, 3); the second may be one, (3,)."""
     across = np.linalg.norm(np.cross(first, second), axis=1)
     return _turn(across, (first * second).sum(axis=1))
