@@ -41,9 +41,9 @@ class Backend(Protocol):
 
 
 def _precision(default: str) -> str:
-    doc = ('f32: reproducible. auto: OpenVINO may use bf16 where the processor has it, about twice as fast, and a GPU '
-           'f16; joints move by less than a pixel. Where it computes the known image of a network wrongly, f32 takes '
-           'its place. The default is auto in nodes, and f32 in programs for files and recordings.')
+    doc = ('f32: reproducible. auto: OpenVINO may use bf16 (arm64: f16) where the processor has it, about twice as '
+           'fast, and a GPU f16; joints move by less than a pixel. Where it computes the known image of a network '
+           'wrongly, f32 takes its place. The default is auto in nodes, and f32 in programs for files and recordings.')
     return cast(str, parameter(default, doc, choices=('f32', 'auto')))
 
 
