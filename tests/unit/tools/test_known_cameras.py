@@ -64,18 +64,14 @@ def check(folder, names, points=POINTS):
         assert len(apart) == len(POINTS) and apart.max() < 0.01, (name, apart.max())
 
 
-def opencv_file(path, **matrices):
-    """Write values as OpenCV does."""
+def opencv_file(path, names=(), **matrices):
+    """Write values as OpenCV does, and a list of names below them."""
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     for key, value in matrices.items():
-        if isinstance(value, list):
-            storage.startWriteStruct(key, cv2.FILE_NODE_SEQ)
-            for each in value:
-                storage.write('', each)
-            storage.endWriteStruct()
-        else:
-            storage.write(key, value)
+        storage.write(key, value)
     storage.release()
+    if names:
+        path.write_text(path.read_text() + 'names:\n' + ''.join(f'   - "{name}"\n' for name in names))
 
 
 # ---- the formats
