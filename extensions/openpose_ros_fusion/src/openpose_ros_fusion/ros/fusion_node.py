@@ -15,6 +15,7 @@ from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.node_params import LIVE_PARAMETERS, FusionSettings
 from openpose_ros_fusion.rig import read_rig
 from openpose_ros_fusion.ros.camera_input import CameraInput
+from openpose_ros_fusion.ros.rig_frames import RigBroadcaster
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
@@ -60,6 +61,9 @@ class PeopleFusionNode:
         self._cameras = [CameraInput(name, name in params.cameras.split(), params, rig, self._notify)
                          for name in params.names]
         self._by_name = {camera.name: camera for camera in self._cameras}
+        if rig is not None:
+            self._broadcaster = RigBroadcaster(self._fixed_frame, [rig.camera(name) for name in params.names],
+                                               lambda name: self._by_name[name].frame_id, self._health)
         self._demand = demand
         self._health.show(self._values)
         self._health.show_lasting(self._fault)

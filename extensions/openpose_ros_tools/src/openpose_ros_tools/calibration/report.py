@@ -1,12 +1,10 @@
-"""Texts of a calibration: the report, and the launch file that publishes the cameras."""
-from typing import List, Mapping, Tuple
-from xml.sax.saxutils import quoteattr
+"""Texts of a calibration."""
+from typing import List
 
 import numpy as np
 
-from openpose_ros_fusion.rig import Rig, rig_camera
+from openpose_ros_fusion.rig import Rig
 from openpose_ros_tools.calibration.calibrate import Calibrated
-from skeleton_extract_3d.points.transform import Transform
 
 
 def report(found: Calibrated) -> str:
@@ -22,26 +20,6 @@ def report(found: Calibrated) -> str:
     if found.floor:
         lines += ['', f'floor by {found.floor.ankles} ankles, uncertain by {found.floor.std:.1f} degrees']
     return '\n'.join(lines + [f'warning: {warning}' for warning in found.warnings]) + '\n'
-
-
-def launch_text(rig: Rig, mounts: Mapping[str, Tuple[str, Transform]]) -> str:
-    """Return a launch file that publishes where the cameras are.
-
-    Args:
-        mounts: by optical frame the frame at the root of the camera's own transforms, and the transform from the former
-            to the latter: then that root is published, as a frame has one parent. Others are published themselves.
-    """
-    lines = ['<launch>', '  <!-- written by calibrate_cameras: x y z, quaternion x y z w, parent, child -->']
-    for camera in rig.cameras:
-        if camera.frame_id in mounts:
-            frame, (rotation, shift) = mounts[camera.frame_id]
-            turn = camera.pose[0] @ rotation.T
-            camera = rig_camera(camera.name, frame, (turn, camera.translation - turn @ shift))
-        numbers = ' '.join(f'{value:.6f}' for value in (*camera.translation, *camera.rotation))
-        name = ''.join(letter if letter.isalnum() else '_' for letter in camera.name).strip('_')
-        lines += [f'  <node pkg="tf2_ros" type="static_transform_publisher" name="pose_of_{name}"',
-                  f'        args={quoteattr(f"{numbers} {rig.fixed_frame} {camera.frame_id}")}/>']
-    return '\n'.join([*lines, '</launch>']) + '\n'
 
 
 def shared_frames(rig: Rig) -> List[str]:

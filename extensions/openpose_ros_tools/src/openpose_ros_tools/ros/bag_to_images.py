@@ -55,8 +55,8 @@ from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
 from openpose_ros_tools.ros.camera_topics import CLOUD, TopicFinder
 from openpose_ros_tools.ros.image_messages import file_of_message
-from openpose_ros_tools.ros.static_frames import frames_above
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
+from skeleton_extract_3d.ros.static_frames import frames_above
 
 _log = logging.getLogger(__name__)
 

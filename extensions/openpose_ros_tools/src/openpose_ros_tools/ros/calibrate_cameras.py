@@ -7,8 +7,6 @@ per camera. A camera is named by the namespace of its topics; in the root namesp
 
     rig.yaml     the cameras in the frame of the room: z up from the floor below the first camera, which looks along x;
                  and clock offsets, which are to be added to the stamps of a camera
-    rig.launch   static transforms for tf2: of the optical frames or, where the recording has the static transforms of
-                 a camera, of the frame at their root
     rig.png      cameras and people from above
     report.txt   how good it is: what is printed as well
 
@@ -34,7 +32,7 @@ from tqdm import tqdm
 from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
-from openpose_ros_tools.calibration.report import launch_text, report, shared_frames
+from openpose_ros_tools.calibration.report import report, shared_frames
 from openpose_ros_tools.command_options import add_output, command_parser, named_value, positive_number
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.plots.plotting import save_figure
@@ -42,7 +40,7 @@ from openpose_ros_tools.plots.rig_plot import rig_figure
 from openpose_ros_tools.ros.camera_recordings import CameraOptions, recordings_of_files, recordings_of_topics
 
 _log = logging.getLogger(__name__)
-_FILES = ('rig.yaml', 'rig.launch', 'rig.png', 'report.txt')
+_FILES = ('rig.yaml', 'rig.png', 'report.txt')
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -66,15 +64,13 @@ def _run(options: argparse.Namespace) -> int:
     with output_folder(options.output, options.overwrite, _FILES) as folder:
         recorded = (recordings_of_files(options.files, cameras) if options.files else
                     recordings_of_topics(options.seconds, cameras))
-        found = calibrate(recorded.cameras, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
+        found = calibrate(recorded, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
         write_rig(folder / 'rig.yaml', found.rig)
-        (folder / 'rig.launch').write_text(launch_text(found.rig, recorded.mounts(options.fixed_frame)))
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)
         (folder / 'report.txt').write_text(text)
     for frame in shared_frames(found.rig):
-        _log.warning("several cameras have the frame '%s', which tf can not tell apart: rig.launch needs other names",
-                     frame)
+        _log.warning("several cameras have the frame '%s', which tf can not tell apart", frame)
     sys.stdout.write(text)
     return DONE
 

@@ -1,7 +1,6 @@
 """The people of several cameras, out of bags, tables and running topics, for the calibration of the cameras."""
 import re
 import time
-from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
@@ -10,9 +9,7 @@ import numpy as np
 import rosgraph
 import roslib.message
 import rospy
-from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo
-from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
@@ -22,17 +19,14 @@ from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
 from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
-from openpose_ros_tools.ros.static_frames import frames_above
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow, measured_people, table_of
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
-from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros.convert import camera_from_message
 
 # Topics of people below the namespace of a camera, those with depth first.
 _TOPICS = ('openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses')
 _INFO = 'sensor_msgs/CameraInfo'
-_STATIC = '/tf_static'
 # Beside the people of the fusion node there is a topic `cameras` of this type.
 _FUSED = 'openpose_ros_msgs/FusedCameraArray'
 _COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
@@ -40,33 +34,6 @@ _NO_PEOPLE = ('rosrun openpose_ros_tools process_bag BAG finds the people of ima
               'calibrate_cameras reads what it writes')
 # A running topic is looked for in this period [s].
 _PAUSE = 0.2
-
-
-class Recorded(NamedTuple):
-    """The people of all cameras.
-
-    Attributes:
-        cameras: their recordings.
-        links: static transforms by their child frames.
-    """
-
-    cameras: List[CameraRecording]
-    links: Dict[str, TransformStamped]
-
-    def mounts(self, fixed_frame: str) -> Dict[str, Tuple[str, Transform]]:
-        """Return the frames at the roots of the cameras' own static transforms.
-
-        What is above them was known of where the cameras stand: the fixed frame, and frames that cameras share.
-
-        Returns:
-            by optical frame the root, and the transform from the former to the latter; of cameras that have such
-            transforms.
-        """
-        chains = {camera.frame_id: frames_above(camera.frame_id, self.links) for camera in self.cameras}
-        above = Counter(frame for chain in chains.values() for frame, _ in chain)
-        above[fixed_frame.strip('/')] += 2
-        own = {frame: [link for link in chain if above[link[0]] < 2] for frame, chain in chains.items()}
-        return {frame: links[-1] for frame, links in own.items() if links}
 
 
 class CameraOptions(NamedTuple):
@@ -101,7 +68,7 @@ def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
     return found
 
 
-def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> Recorded:
+def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[CameraRecording]:
     """Return the people of all cameras in bags and CSV files.
 
     A camera is named by the namespace of its topics; where this is the root, or in a CSV, by the file. Bags with the
@@ -112,14 +79,12 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> Record
     """
     tables: Dict[str, List[KeypointTable]] = {}
     models: Dict[str, CameraModel] = {}
-    static: List[TransformStamped] = []
     for path in paths:
         if not is_bag(path):
             tables.setdefault(path.stem, []).append(read_keypoint_csv(path))
             continue
         with open_bag(path) as bag:
             types = topic_types(bag)
-            static += [one for message, _ in bag_messages(bag, _STATIC) for one in message.transforms]
         topics = people_topics(types)
         if not topics:
             raise BadInputError(f'{path} has no people of a camera (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]}); '
@@ -131,11 +96,10 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> Record
             model = _model_of_bag(path, types, namespace, table, options.rectified)
             if model is not None:
                 models.setdefault(name, model)
-    return _recordings({name: _joined(name, parts) for name, parts in tables.items()}, models, static,
-                       options)
+    return _recordings({name: _joined(name, parts) for name, parts in tables.items()}, models, options)
 
 
-def recordings_of_topics(seconds: float, options: CameraOptions) -> Recorded:
+def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraRecording]:
     """Return the people of all cameras that publish them, of some time [s] from the first message on.
 
     Raises:
@@ -150,7 +114,6 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> Recorded:
         raise BadInputError(f'no camera publishes people (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]})')
     messages: Dict[str, List[Any]] = {name: [] for name in topics}
     infos: List[Tuple[str, CameraInfo]] = []
-    static: List[TFMessage] = []
     with ExitStack() as stack:
         for name, topic in topics.items():
             kind = roslib.message.get_message_class(types[topic])
@@ -158,7 +121,6 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> Recorded:
         for topic in (topic for topic, kind in types.items() if kind == _INFO):
             stack.callback(rospy.Subscriber(topic, CameraInfo, lambda info, topic=topic: infos.append((topic, info))
                                             ).unregister)
-        stack.callback(rospy.Subscriber(_STATIC, TFMessage, static.append).unregister)
         begin: Optional[float] = None
         while begin is None or time.monotonic() - begin < seconds:
             time.sleep(_PAUSE)
@@ -172,18 +134,18 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> Recorded:
         model = _model_of(infos, '' if name == 'camera' else name, tables[name], options.rectified)
         if model is not None:
             models[name] = model
-    return _recordings(tables, models, [one for message in list(static) for one in message.transforms], options)
+    return _recordings(tables, models, options)
 
 
 def _recordings(tables: Mapping[str, KeypointTable], models: Mapping[str, CameraModel],
-                static: Sequence[TransformStamped], options: CameraOptions) -> Recorded:
+                options: CameraOptions) -> List[CameraRecording]:
     names = list(options.names) or sorted(tables)
     for name in (*names, *options.calibrations):
         if name not in tables:
             raise BadInputError(f"there is no camera '{name}'; there are {', '.join(sorted(tables))}")
     given = {name: calibrated_camera(read_calibration(path)) for name, path in options.calibrations.items()}
     cameras = [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
-    return Recorded(cameras, {one.child_frame_id.strip('/'): one for one in static})
+    return cameras
 
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:
