@@ -94,7 +94,7 @@ def test_people_in_the_image_alone():
     topics = Topics('', {}, {'Image': '/image'})
     values = rviz_configuration(TEMPLATE, 'world', topics, Viewpoint(np.zeros(3), 3.0, 0.0))
     assert not displays(values, 'Marker') and not displays(values, 'PointCloud2')
-    assert displays(values, 'Image')[0]['Image Topic'] == '/image'
+    assert displays(values, 'Image')[0]['Image Topic'] == '/image' and not values['Panels']
 
 
 @pytest.mark.parametrize('frame, floor', [('world', True), ('base_link', True), (f'optical{TURNED}', False)])

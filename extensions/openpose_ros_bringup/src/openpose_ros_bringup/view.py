@@ -21,6 +21,13 @@ _DISTANCE = 1.1 / math.sin(math.radians(22.5))
 _NEAREST, _FARTHEST = 2.0, 12.0  # [m]
 # Direction of view: turned from that of the camera, so that depth shows, and down [rad].
 _TURN, _PITCH = 0.4, 0.25
+# Width of the image and the displays beside the view, and of an image alone, in a window that is 1440 wide [px].
+_BESIDE, _ALONE = 448, 1360
+# RViz's window as Qt's QMainWindow::saveState writes it: Image above Displays on the left, with the width to be filled in.
+_WINDOW = ('000000ff00000000fd0000000100000000{:08x}00000329fc0200000002fb0000000a0049006d006100670065010000003e'
+           '0000012b0000001600fffffffb000000100044006900730070006c006100790073010000016f000001f8000000cb00ffffff'
+           '000001510000032900000004000000040000000800000008fc0000000100000002000000010000000a0054006f006f006c0073'
+           '0100000000ffffffff0000000000000000')
 # Orthographic view from above: pixels per metre of a window that is 800 pixels high.
 _SCALE = 300.0
 
@@ -101,6 +108,9 @@ def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, 
     x, y, z = (round(float(value), 3) for value in view.focal)
     manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': round(view.distance, 3),
                                         'Yaw': round(view.yaw, 3), 'Pitch': view.pitch})
+    values['Window Geometry']['QMainWindow State'] = _WINDOW.format(_BESIDE if topics.markers else _ALONE)
+    if not topics.markers:
+        values['Panels'] = []
     # seen from above, what is away from the camera is up
     manager['Views']['Saved'][0].update(X=x, Y=y, Angle=round(view.yaw - _TURN + np.pi / 2, 3),
                                         Scale=round(_SCALE / max(view.distance / _DISTANCE, 1.0), 1))
