@@ -23,7 +23,7 @@ _NEAREST, _FARTHEST = 2.0, 12.0  # [m]
 _TURN, _PITCH = 0.4, 0.25
 # Width of the image and the displays beside the view, and of an image alone, in a window that is 1440 wide [px].
 _BESIDE, _ALONE = 448, 1360
-# RViz's window as Qt's QMainWindow::saveState writes it: Image above Displays on the left, with the width to be filled in.
+# RViz's window as Qt's QMainWindow::saveState writes it: Image above Displays on the left, whose width is filled in.
 _WINDOW = ('000000ff00000000fd0000000100000000{:08x}00000329fc0200000002fb0000000a0049006d006100670065010000003e'
            '0000012b0000001600fffffffb000000100044006900730070006c006100790073010000016f000001f8000000cb00ffffff'
            '000001510000032900000004000000040000000800000008fc0000000100000002000000010000000a0054006f006f006c0073'
