@@ -29,7 +29,9 @@ from skeleton_extract_3d.ros import convert
 
 RATE = 15.0
 INPUT = '/openpose_ros/skeleton_3d'
-NODES = {'people_msgs_node': 'people_msgs', 'spencer_node': 'spencer_tracking_msgs', 'vision_msgs_node': 'vision_msgs'}
+NODES = {'people_msgs_node': 'people_msgs', 'spencer_node': 'spencer_tracking_msgs', 'vision_msgs_node': 'vision_msgs',
+         'jsk_node': 'jsk_recognition_msgs', 'hri_node': 'hri_msgs'}
+START = 'roslaunch openpose_ros_bringup people.launch chain:=false'
 # To and fro along y, at 1 m/s, for as long as the test takes.
 WALK = held(*((4.0 * leg, replace(STANDING, facing=90.0, place=(2.0, (-2.0, 2.0)[leg % 2]))) for leg in range(60)))
 
@@ -72,21 +74,32 @@ class BridgesTest(unittest.TestCase):
         cls.launched = subprocess.Popen(
             ['roslaunch', 'openpose_ros_bridges', 'bridges.launch', 'people_msgs:=true', 'spencer:=true',
              'vision_msgs:=true', 'fixed_frame:=room', 'respawn:=false'], env=cls.environment)
+        # without signals: its namespace has none
+        cls.others = [cls.start('jsk_node'), cls.start('people_msgs_node', '__ns:=alone'),
+                      cls.start('hri_node', '__ns:=alone')]
         cls.player = Player()
-        cls.diagnostics = Diagnostics(*NODES)
-        cls.people, cls.tracks, cls.images, cls.space = (
+        cls.diagnostics = Diagnostics('people_msgs_node', 'spencer_node', 'vision_msgs_node', 'jsk_node')
+        cls.people, cls.tracks, cls.images, cls.space, cls.poses_2d, cls.poses, cls.skeletons = (
             Recorder(topic, getattr(importlib.import_module(f'{package}.msg'), name)) for topic, package, name in (
                 ('/people', 'people_msgs', 'People'),
                 ('/spencer/perception/tracked_persons', 'spencer_tracking_msgs', 'TrackedPersons'),
                 (f'{INPUT}/detections_2d', 'vision_msgs', 'Detection2DArray'),
-                (f'{INPUT}/detections_3d', 'vision_msgs', 'Detection3DArray')))
+                (f'{INPUT}/detections_3d', 'vision_msgs', 'Detection3DArray'),
+                ('/jsk_node/pose_2d', 'jsk_recognition_msgs', 'PeoplePoseArray'),
+                ('/jsk_node/pose', 'jsk_recognition_msgs', 'PeoplePoseArray'),
+                ('/jsk_node/skeleton', 'jsk_recognition_msgs', 'HumanSkeletonArray')))
         cls.player.start()
 
     @classmethod
     def tearDownClass(cls):
-        cls.launched.terminate()
-        cls.launched.wait()
+        for process in (cls.launched, *cls.others):
+            process.terminate()
+            process.wait()
         shutil.rmtree(str(cls.folder))
+
+    @classmethod
+    def start(cls, node, *arguments):
+        return subprocess.Popen(['rosrun', 'openpose_ros_bridges', node, *arguments], env=cls.environment)
 
     def test_a_person_walks(self):
         people, tracks = self.people.wait(20)[10:], self.tracks.wait(20)[10:]
@@ -107,6 +120,23 @@ class BridgesTest(unittest.TestCase):
         self.assertEqual((detection.bbox.center.x, detection.bbox.center.y), (120.0, 150.0))
         (detection,) = self.space.wait(1)[0].detections
         self.assertAlmostEqual(detection.bbox.center.position.x, 2.0, delta=0.1)
+
+    def test_limbs_and_bones(self):
+        (person,) = self.poses_2d.wait(1)[0].poses
+        self.assertEqual((person.limb_names, list(person.scores)), (['Nose', 'Neck'], [0.75, 0.25]))
+        (person,) = self.poses.wait(1)[0].poses
+        self.assertEqual((len(person.limb_names), person.limb_names[4]), (18, 'RWrist'))
+        self.assertAlmostEqual(person.poses[1].position.x, 2.0, delta=0.1)
+        message = self.skeletons.wait(1)[0]
+        self.assertEqual([number.data for number in message.human_ids], [5])
+        self.assertIn('Neck->RShoulder', message.skeletons[0].bone_names)
+
+    def test_missing_signals_are_named(self):
+        Recorder('/alone/people', importlib.import_module('people_msgs.msg').People)
+        for node in ('/alone/people_msgs_node', '/alone/hri_node'):
+            self.diagnostics.await_text(node, f'no message on /alone{INPUT}/people_signals: no node publishes it',
+                                        f'to start one: {START} ns:=alone')
+        self.assertFalse([text for text in self.diagnostics.texts('people_msgs_node') if START in text])
 
     def test_the_input_ends(self):
         def last():
@@ -132,7 +162,7 @@ class BridgesTest(unittest.TestCase):
                 (Path(folder) / package).mkdir()
                 (Path(folder) / package / '__init__.py').touch()
             environment = {**os.environ, 'PYTHONPATH': f"{folder}:{os.environ.get('PYTHONPATH', '')}"}
-            for node, package in {**NODES, 'hri_node': 'hri_msgs'}.items():
+            for node, package in NODES.items():
                 ended = subprocess.run(['rosrun', 'openpose_ros_bridges', node, f'__name:=lone_{node}'],
                                        env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                        text=True, timeout=60, check=False)

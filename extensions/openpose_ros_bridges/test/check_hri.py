@@ -42,23 +42,25 @@ TIMEOUT = 30.0
 class Scene:
     """Sends what a camera sees, until it is told that a person leaves, or that it is to be silent."""
 
-    def __init__(self):
+    def __init__(self, namespace=''):
         self.ids, self.missing, self.sends = [5, 6], (), True
-        self._space = rospy.Publisher(f'{INPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=5)
-        self._image = rospy.Publisher(f'{INPUT}/detected_poses', PersonDetectionArray, queue_size=5)
-        self._info = rospy.Publisher(f'{INPUT}/camera_info', CameraInfo, queue_size=5)
+        self._space, self._image, self._info = (
+            rospy.Publisher(f'{namespace}{INPUT}/{topic}', kind, queue_size=5) for topic, kind in (
+                ('detected_poses_3d', PersonDetection_3dArray), ('detected_poses', PersonDetectionArray),
+                ('camera_info', CameraInfo)))
         self._timer = rospy.Timer(rospy.Duration(0.1), self._send)
 
     def _send(self, _event):
         if not self.sends:
             return
+        ids = self.ids  # the test changes them
         header = Header(stamp=rospy.Time.now(), frame_id='room')
-        everywhere = people_of([POSES[name] for name in self.ids], self.ids, np.random.RandomState(0))
+        everywhere = people_of([POSES[name] for name in ids], ids, np.random.RandomState(0))
         people = without(everywhere, self.missing)
-        keypoints = np.full((len(self.ids), 18, 3), (np.nan, np.nan, 0.0), np.float32)
+        keypoints = np.full((len(ids), 18, 3), (np.nan, np.nan, 0.0), np.float32)
         keypoints[:, COCO_18.index['left_eye']] = (320, 120, 0.5)
         keypoints[:, COCO_18.index['right_eye']] = (304, 120, 0.75)
-        in_image = People2D(COCO_18, keypoints, np.ones(len(self.ids)), people.ids)
+        in_image = People2D(COCO_18, keypoints, np.ones(len(ids)), people.ids)
         persons = convert_2d.people_to_messages(in_image, header)
         self._info.publish(CameraInfo(header=header, width=2 * SIZE[0], height=2 * SIZE[1], binning_x=2, binning_y=2))
         self._image.publish(convert_2d.people_to_array(persons, header, COCO_18))
@@ -76,7 +78,8 @@ def topics_of(body):
 def models():
     """Return the ids of the bodies whose robot models are on the parameter server."""
     names = rosgraph.Master(rospy.get_name()).getParamNames()
-    return sorted(name.rpartition('_')[2] for name in names if name.startswith('/human_description_'))
+    start = '/human_description_'
+    return sorted(name[len(start):] for name in names if name.startswith(start))
 
 
 def place(name, joint):
@@ -186,17 +189,19 @@ class HriTest(unittest.TestCase):
         self.scene.ids = [6]
         await_true(lambda: set(display.models) == {'p6'}, 'one has left')
         # another person, whose arm and head are not seen
-        self.scene.ids, self.scene.missing = [6, 7], ('left_elbow', 'left_wrist', 'nose')
+        self.scene.missing = 'left_elbow', 'left_wrist', 'nose'
+        self.scene.ids = [6, 7]
         await_true(lambda: set(display.models) == {'p6', 'p7'}, 'bodies are shown')
         await_true(lambda: not display.links_without_frame('base_link'), 'every link has a frame')
         self.assertEqual(display.faults, [])
 
     def test_hri_rviz_shows_no_body_without_hips(self):
         from hri_msgs.msg import IdsList
-        display, libhri = RvizSkeletons(IdsList, self.frames), Recorder(f'{BODIES}/tracked', IdsList)
-        self.scene.ids, self.scene.missing = [6], ('left_hip',)
-        await_true(lambda: libhri.messages and libhri.messages[-1].ids == ['p6'], 'tracked')
-        await_true(lambda: not models(), 'no model of the one, and the other one has left')
+        display, ids = RvizSkeletons(IdsList, self.frames), Recorder(f'{BODIES}/tracked', IdsList)
+        self.scene.missing = 'left_hip',
+        self.scene.ids = [7]
+        await_true(lambda: ids.messages and ids.messages[-1].ids == ['p7'], 'tracked')
+        await_true(lambda: not models(), 'no model of the one, and the others have left')
         self.assertEqual(set(display.models), set())
 
     def test_libhri_tells_of_the_bodies(self):
@@ -212,6 +217,27 @@ class HriTest(unittest.TestCase):
         self.scene.ids = [6]
         await_true(lambda: listener.names == ['p6'], 'one has left')
         await_true(lambda: self.frames.can_transform('base_link', 'person_anonymous_p6', rospy.Time()), 'person')
+
+    def test_people_of_several_chains_are_one_list(self):
+        import hri_msgs.msg
+        left, right = Scene('/left'), Scene('/right')
+        right.ids = [6]
+        listener = LibhriBodies(hri_msgs.msg, self.frames)
+        lists = Recorder(f'{BODIES}/tracked', hri_msgs.msg.IdsList)
+        self.stop(self.node)
+        self.node = self.start('hri_node', '_cameras:=left /right')
+        self.addCleanup(rospy.delete_param, '/hri_node/cameras')
+        both = ['left_p5', 'left_p6', 'right_p6']
+        await_true(lambda: listener.names == both == models(), 'bodies of both')
+        await_true(lambda: set(listener.rois) == set(both) and all(map(listener.transform, both)), 'where they are')
+        first, heard = len(lists.messages), {id(roi) for roi in listener.rois.values()}
+        await_true(lambda: not heard & {id(roi) for roi in listener.rois.values()}, 'more of all of them')
+        self.assertTrue(all(sorted(message.ids) == both for message in lists.messages[first:]))
+        right.sends = False
+        await_true(lambda: listener.names == both[:2], 'one chain has ended')
+        await_true(lambda: models() == both[:2] and not topics_of('right'), 'its models and topics, too')
+        left.sends = False
+        await_true(lambda: listener.names == models() == [], 'both have ended')
 
     def test_no_model_stays_after_the_node(self):
         rospy.set_param('/human_description_other1', '<robot/>')

@@ -10,12 +10,13 @@ from std_msgs.msg import Header
 from foreign_packages import DEFINITIONS, write_packages
 from openpose_ros_bridges.node_params import VisionParams
 from openpose_ros_bridges.ros.hri_messages import HriMessages
+from openpose_ros_bridges.ros.jsk_node import JskMessages, limb_name
 from openpose_ros_bridges.ros.people_nodes import PeopleMessages, SpencerMessages
 from openpose_ros_bridges.ros.vision_msgs_node import VisionMessages
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.records import Facing, FloorPose, Gesture, PersonSignals, Posture, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -33,7 +34,12 @@ MD5SUMS = {'people_msgs/People': '18722f4b8db20cc2369740732357847b',
            'hri_msgs/NormalizedRegionOfInterest2D': '33eb96af02d4b1dd1457132b5c2149c2',
            'hri_msgs/Skeleton2D': 'efedc2dc59671380a1d9b497f0740be4',
            'hri_msgs/BodyPosture': '52f95070a71954a985e0ab92dd4d4eb9',
-           'hri_msgs/Gesture': 'c64cc745a3c18d0a7abe6aed5be4f345'}
+           'hri_msgs/Gesture': 'c64cc745a3c18d0a7abe6aed5be4f345',
+           'jsk_recognition_msgs/PeoplePoseArray': '57d49e8e639421734a0ce15bfde9d80d',
+           'jsk_recognition_msgs/HumanSkeletonArray': '4013ce44abe9aafa9055e095797a9d50'}
+# Of people_pose_estimation_2d.py of jsk_perception 1.2.19.
+JSK_LIMBS = ['Nose', 'Neck', 'RShoulder', 'RElbow', 'RWrist', 'LShoulder', 'LElbow', 'LWrist', 'RHip', 'RKnee',
+             'RAnkle', 'LHip', 'LKnee', 'LAnkle', 'REye', 'LEye', 'REar', 'LEar']
 
 
 def forget(packages):
@@ -126,13 +132,18 @@ def test_tracked_persons(packages):
     np.testing.assert_array_equal(np.diag(np.reshape(other.twist.covariance, (6, 6))), UNKNOWN)
 
 
-def test_detections_in_an_image(packages):
-    messages = VisionMessages(VisionParams(margin_2d=0.1))
-    assert checked(messages.convert_2d(empty(PersonDetectionArray))).detections == []
+def in_image():
+    """Return a person with two keypoints, and one without any."""
     keypoints = np.full((2, 18, 3), (np.nan, np.nan, 0.0), np.float32)
     keypoints[0, :2] = [[100.0, 50.0, 0.75], [140.0, 250.0, 0.25]]
     persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(2), np.array([7, 9])), CAMERA)
-    message = checked(messages.convert_2d(convert_2d.people_to_array(persons, CAMERA, COCO_18)))
+    return convert_2d.people_to_array(persons, CAMERA, COCO_18)
+
+
+def test_detections_in_an_image(packages):
+    messages = VisionMessages(VisionParams(margin_2d=0.1))
+    assert checked(messages.convert_2d(empty(PersonDetectionArray))).detections == []
+    message = checked(messages.convert_2d(in_image()))
     (detection,) = message.detections
     assert (message.header, detection.header) == (CAMERA, CAMERA)
     assert numbers(detection.bbox.center) == [120.0, 150.0, 0.0]
@@ -160,6 +171,44 @@ def test_detections_in_space(packages):
     assert other.results[0].score == 0.0
 
 
+def test_poses_in_an_image(packages):
+    messages = JskMessages()
+    assert checked(messages.convert_2d(empty(PersonDetectionArray))).poses == []
+    message = checked(messages.convert_2d(in_image()))
+    assert message.header == CAMERA
+    one, other = message.poses
+    assert (one.limb_names, one.scores) == (['Nose', 'Neck'], [0.75, 0.25])
+    assert [numbers(pose.position) for pose in one.poses] == [[100.0, 50.0, 0.0], [140.0, 250.0, 0.0]]
+    assert all(numbers(pose.orientation) == [0.0, 0.0, 0.0, 1.0] for pose in one.poses)
+    assert (other.limb_names, other.poses, other.scores) == ([], [], [])
+    with pytest.raises(BadInputError, match="pose_model 'no such' is unknown"):
+        messages.convert_2d(PersonDetectionArray(pose_model='no such'))
+
+
+def test_poses_and_skeletons_in_space(packages):
+    messages = JskMessages()
+    assert checked(messages.convert_3d(empty(PersonDetection_3dArray))).poses == []
+    none = checked(messages.convert_skeletons(empty(PersonDetection_3dArray)))
+    assert (none.header, none.human_ids, none.skeletons) == (CAMERA, [], [])
+    one, other = checked(messages.convert_3d(people())).poses
+    assert (one.limb_names, one.scores) == (['Nose', 'Neck'], [0.75, 0.75])
+    assert [numbers(pose.position) for pose in one.poses] == [[1.0, 2.0, 3.0], [2.0, 4.0, 3.5]]
+    assert other.scores == [0.0, 0.0]  # INFERRED
+    message = checked(messages.convert_skeletons(people()))
+    assert [number.data for number in message.human_ids] == [7, 9]
+    for skeleton, nose, neck in zip(message.skeletons, ([1.0, 2.0, 3.0], [5.0, 0.0, 3.0]),
+                                    ([2.0, 4.0, 3.5], [5.0, 1.0, 3.0])):
+        assert (skeleton.header, skeleton.bone_names) == (CAMERA, ['Neck->Nose'])
+        (bone,) = skeleton.bones
+        assert (numbers(bone.start_point), numbers(bone.end_point)) == (neck, nose)
+
+
+def test_limbs_are_named_as_jsk_perception_names_them():
+    assert [limb_name(joint) for joint in COCO_18.joints] == JSK_LIMBS
+    assert {limb_name(joint) for joint in BODY_25.joints} - set(JSK_LIMBS) == {
+        'MidHip', 'LBigToe', 'LSmallToe', 'LHeel', 'RBigToe', 'RSmallToe', 'RHeel'}
+
+
 def test_messages_of_hri_msgs_are_those_of_its_release(packages):
     messages = HriMessages()
     for kind in (messages.ids, messages.region, messages.skeleton, messages.posture, messages.gesture):
@@ -171,8 +220,10 @@ def test_messages_of_hri_msgs_are_those_of_its_release(packages):
     (SpencerMessages, 'spencer_tracking_msgs', 'TrackedPerson', 'uint32 track_id', 'track_id is uint32, not uint64'),
     (lambda: VisionMessages(VisionParams()), 'vision_msgs', 'ObjectHypothesisWithPose',
      'string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose', 'id is string, not int64'),
+    (JskMessages, 'jsk_recognition_msgs', 'PeoplePose', 'string[] limb_names\ngeometry_msgs/Pose[] poses',
+     'scores is missing'),
     (HriMessages, 'hri_msgs', 'IdsList', 'std_msgs/Header header\nuint32[] ids', r'ids is uint32\[\], not string\[\]')],
-    ids=['people', 'spencer', 'vision', 'hri'])
+    ids=['people', 'spencer', 'vision', 'jsk', 'hri'])
 def test_other_definitions_are_refused(packages, make, package, message, other, text):
     packages({package: {**DEFINITIONS.get(package, {}), message: other}})
     with pytest.raises(ForeignPackageError, match=f'{package}/{message} is defined otherwise than .*: .*{text}'):

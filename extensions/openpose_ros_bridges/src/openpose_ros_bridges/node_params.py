@@ -41,16 +41,21 @@ class HriParams(Parameters):
 
     id_prefix: str = parameter(
         'p', 'Bodies are named by this and the number of the person. Letters, digits and underscores, a letter first.')
+    cameras: str = parameter(
+        '', 'Namespaces of chains whose people are not fused, separated by spaces: a body of left is named left_p5. '
+            'Empty: the chain in the namespace of the node.')
     persons: bool = parameter(
         False, 'Publish each body also as an anonymous person below /humans/persons, with its frame at the head. Where '
                'another node manages persons, leave that to it.')
     publish_tf: bool = parameter(
-        True, 'Publish the frames body_ID, and those of the links whose joints are known, on /tf. The node works then '
-              'also while its topics have no subscribers.')
+        True, 'Publish the frames body_ID, and those of the links of its robot model, on /tf. The node works then also '
+              'while its topics have no subscribers.')
     image_width: int = parameter(0, 'Width of the images, where no camera info says it. 0: camera info does.',
                                  unit='px', minimum=0, maximum=100_000)
     image_height: int = parameter(0, 'Height of the images, where no camera info says it. 0: camera info does.',
                                   unit='px', minimum=0, maximum=100_000)
+    signals: bool = parameter(
+        True, 'Publish posture and gesture of each body, which people_signals_node tells; false: without them.')
     roi_margin: float = parameter(
         0.1, 'Regions are wider than the keypoints by this share of their longer side, on each side.', minimum=0.0,
         maximum=1.0)
@@ -68,5 +73,6 @@ class HriSettings:
 
 
 # The parameters of each file in config/; a node loads the file of its name.
-CONFIG_FILES: Dict[str, Type[Any]] = {'hri_node.yaml': HriSettings, 'people_msgs_node.yaml': BridgeSettings,
-                                      'spencer_node.yaml': BridgeSettings, 'vision_msgs_node.yaml': VisionSettings}
+CONFIG_FILES: Dict[str, Type[Any]] = {'hri_node.yaml': HriSettings, 'jsk_node.yaml': BridgeSettings,
+                                      'people_msgs_node.yaml': BridgeSettings, 'spencer_node.yaml': BridgeSettings,
+                                      'vision_msgs_node.yaml': VisionSettings}

@@ -21,6 +21,8 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     Args:
         optional: the node does without its messages: it says nothing while none comes.
+        start: command that starts a publisher in the root namespace; with `ns:=NAME` in another one. Named where there
+            is no publisher.
 
     Attributes:
         kind: type of its messages, as package/Type.
@@ -28,11 +30,11 @@ class InputSubscriber(message_filters.SimpleFilter):
         on_error: called with a BadInputError for bytes that are no message of this type; they are not passed on.
     """
 
-    def __init__(self, topic: str, message_type: Any, optional: bool = False) -> None:
+    def __init__(self, topic: str, message_type: Any, optional: bool = False, start: str = '') -> None:
         super().__init__()
         self.resolved_name: str = rospy.resolve_name(topic)
         self.kind: str = message_type._type
-        self.optional = optional
+        self.optional, self.start = optional, start
         self._waits_since = 0.0
         self.lost = 0
         self.on_error: Callable[[Exception], None] = lambda error: None

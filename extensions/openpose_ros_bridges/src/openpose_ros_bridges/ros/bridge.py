@@ -4,7 +4,7 @@ from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, 
 
 import genpy
 import rospy
-from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.params.nodes import DemandParams
@@ -19,9 +19,11 @@ from openpose_ros_signals.ros.input_end import InputEnd
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 
 IN_SPACE = 'openpose_ros/skeleton_3d'
-# Topics of people, and of what they do.
+# Topics of people, in space and in the image, and of what they do.
 PEOPLE = (f'{IN_SPACE}/detected_poses_3d', PersonDetection_3dArray)
+IN_IMAGE = (f'{IN_SPACE}/detected_poses', PersonDetectionArray)
 SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
+START_SIGNALS = 'roslaunch openpose_ros_bringup people.launch chain:=false'
 # Signals have the stamp of their people; half a millisecond allows for rounded ones [s].
 _SAME_STAMP = 0.0005
 
@@ -77,7 +79,8 @@ class Bridge:
             publisher = demand.advertise(output.topic, output.kind, RESULTS_QUEUE)
             worker = NewestWinsWorker(_Publisher(output, publisher, self._health).publish, self._health.frame_failed,
                                       output.topic)
-            sources = [InputSubscriber(topic, kind) for topic, kind in output.inputs]
+            sources = [InputSubscriber(*source, start=START_SIGNALS if source == SIGNALS else '')
+                       for source in output.inputs]
             newest: Union[InputSubscriber, StampSynchronizer] = sources[0]
             if len(sources) == 2:
                 newest = StampSynchronizer(sources, PairingParams(slop=_SAME_STAMP), self._health,

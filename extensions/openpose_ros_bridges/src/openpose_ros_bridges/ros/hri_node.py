@@ -2,6 +2,8 @@
 import re
 import threading
 import time
+from dataclasses import dataclass
+from functools import partial
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Type
 
 import genpy
@@ -16,21 +18,21 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_bridges.body_model import BodyPose, Pose, body_poses
 from openpose_ros_bridges.human_description import links_of
 from openpose_ros_bridges.node_params import HriParams, HriSettings
+from openpose_ros_bridges.ros.bridge import IN_SPACE, START_SIGNALS
 from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.human_descriptions import HumanDescriptions
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.demand import Demand, in_camera
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.ros.node import introduce, run_node
+from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.ros.input_end import InputEnd
 from skeleton_extract_3d.points.transform import quaternions
 from skeleton_extract_3d.ros import convert
 
-_NAMESPACE = 'openpose_ros/skeleton_3d'
 BODIES, PERSONS = '/humans/bodies', '/humans/persons'
 # Images may come for so long before the camera info that tells their size [s].
 _BEFORE_INFO = 2.0
@@ -73,18 +75,44 @@ class _Topics:
         self._ended(*names)
 
 
+@dataclass
+class _Chain:
+    """What is known of a chain.
+
+    Attributes:
+        prefix: of the ids of its bodies.
+        size: width and height of its images [px]; 0: not known.
+        info: topic that tells the size.
+        first_image: when the first image came while its size was not known [s].
+        frame_id: of its people.
+        names: ids of the bodies that are tracked.
+    """
+
+    prefix: str
+    size: np.ndarray
+    info: str
+    first_image: float = float('inf')
+    frame_id: str = ''
+    names: Sequence[str] = ()
+
+    def name(self, person: int) -> str:
+        """Return the id of the body of a person."""
+        return f'{self.prefix}{person}'
+
+
 class HriNode:
-    """Publishes people as REP-155 has them."""
+    """Publishes people as REP-155 has them, of one chain or several.
+
+    Raises:
+        ParameterError: `id_prefix` begins no name, or `cameras` are no namespaces.
+    """
 
     def __init__(self, settings: HriSettings) -> None:
         self._params = params = settings.hri
-        if not re.fullmatch('[A-Za-z][A-Za-z0-9_]*', params.id_prefix):
-            raise ParameterError(f'id_prefix: {params.id_prefix!r} is no beginning of a name, expected letters, digits '
-                                 'and underscores, a letter first')
+        prefixes = _prefixes(params)
         self._messages, self._health = HriMessages(), Health()
-        self._size, self._first_image = np.array([params.image_width, params.image_height]), float('inf')
         self._lock = threading.Lock()
-        self._models = HumanDescriptions(rf'{params.id_prefix}\d+', self._health)
+        self._models = HumanDescriptions(rf"({'|'.join(prefixes.values())})\d+", self._health)
         self._bodies = _Topics(BODIES, params.forget, self._models.forget)
         self._persons = _Topics(PERSONS, params.forget)
         self._demand = Demand(settings.demand.lazy and not params.publish_tf, self._health)
@@ -92,63 +120,80 @@ class HriNode:
         lists = ('tracked', 'known') if params.persons else ()
         self._person_lists = [self._demand.advertise(f'{PERSONS}/{name}', self._messages.ids, RESULTS_QUEUE)
                               for name in lists]
-        self._frame_id, self._people = '', InputEnd(self._clear)
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=RESULTS_QUEUE) if params.publish_tf else None
         self._workers: List[NewestWinsWorker] = []
-        people = self._input('detected_poses_3d', PersonDetection_3dArray, self._in_space)
-        # what these add to the bodies is missing without them
-        self._info = self._input('camera_info', CameraInfo, self._camera_info, optional=True)
-        in_image = self._input('detected_poses', PersonDetectionArray, self._in_image, optional=True)
-        signals = self._input('people_signals', PersonSignalsArray, self._signals, optional=True)
+        self._chains: List[_Chain] = []
+        inputs = [source for camera, prefix in prefixes.items() for source in self._read(camera, prefix)]
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in self._workers))})
-        self._demand.read(people, in_image, signals, self._info)
-        introduce(self._demand.inputs, bodies=f'{BODIES}/{params.id_prefix}ID')
+        self._demand.read(*inputs)
+        introduce(self._demand.inputs, bodies=', '.join(f'{BODIES}/{prefix}ID' for prefix in prefixes.values()))
         rospy.on_shutdown(self._end)
 
-    def _input(self, topic: str, kind: Type[Any], process: Any, optional: bool = False) -> InputSubscriber:
-        worker = NewestWinsWorker(process, self._health.frame_failed, topic)
-        self._workers.append(worker)
-        subscriber = InputSubscriber(f'{_NAMESPACE}/{topic}', kind, optional)
-        subscriber.registerCallback(worker.submit)
-        return subscriber
+    def _read(self, camera: str, prefix: str) -> List[InputSubscriber]:
+        """Return the inputs of a chain."""
+        def source(topic: str, kind: Type[Any], process: Callable[..., None], **how: Any) -> InputSubscriber:
+            worker = NewestWinsWorker(partial(process, chain), self._health.frame_failed, topic)
+            self._workers.append(worker)
+            subscriber = InputSubscriber(in_camera(camera, f'{IN_SPACE}/{topic}'), kind, **how)
+            subscriber.registerCallback(worker.submit)
+            return subscriber
 
-    def _name(self, person: int) -> str:
-        return f'{self._params.id_prefix}{person}'
+        size = np.array([self._params.image_width, self._params.image_height])
+        chain = _Chain(prefix, size, in_camera(camera, f'{IN_SPACE}/camera_info'))
+        self._chains.append(chain)
+        end = InputEnd(partial(self._clear, chain))
+        # what images add to the bodies is missing without them
+        inputs = [source('detected_poses_3d', PersonDetection_3dArray, partial(self._in_space, end)),
+                  source('camera_info', CameraInfo, self._camera_info, optional=True),
+                  source('detected_poses', PersonDetectionArray, self._in_image, optional=True)]
+        if self._params.signals:
+            inputs.append(source('people_signals', PersonSignalsArray, self._signals, start=START_SIGNALS))
+        return inputs
 
-    def _camera_info(self, message: CameraInfo) -> None:
+    def _camera_info(self, chain: _Chain, message: CameraInfo) -> None:
         if message.width and message.height and not self._params.image_width:
-            self._size = np.array(convert_2d.calibration_from_message(message).image_size)
+            chain.size = np.array(convert_2d.calibration_from_message(message).image_size)
 
-    def _in_space(self, message: PersonDetection_3dArray) -> None:
+    def _in_space(self, end: InputEnd, chain: _Chain, message: PersonDetection_3dArray) -> None:
         people, header = convert.people_from_array(message), message.header
-        names = [self._name(person) for person in people.ids.tolist()]
-        bodies = {self._name(person): body for person, body in body_poses(people).items()}
-        self._people.heard()
+        bodies = {chain.name(person): body for person, body in body_poses(people).items()}
+        end.heard()
         with self._lock:
             if rospy.is_shutdown():
                 return  # no model stays after the node
-            self._frame_id = header.frame_id
-            self._bodies.keep(names)
+            chain.frame_id, chain.names = header.frame_id, [chain.name(person) for person in people.ids.tolist()]
+            self._bodies.keep(self._names)
             lengths = {name: self._models.lengths(name, body) for name, body in bodies.items()}
-            self._tracked.publish(self._messages.ids(header=header, ids=names))
+            self._publish_lists(header)
             for name, body in bodies.items():
                 self._publish_body(name, body, header)
             if self._params.persons:
-                self._publish_persons(names, bodies, header)
+                self._publish_persons(chain.names, bodies)
         if self._tf is not None and bodies:
             self._tf.publish(TFMessage([
                 transform for name, body in bodies.items() for transform in transforms_of(
                     name, body, links_of(body, lengths[name]), header, self._params)]))
         self._health.frame_done(header.stamp)
 
-    def _clear(self) -> None:
-        """Tell that no body is tracked, and end all topics: readers keep a list until the next one."""
+    @property
+    def _names(self) -> List[str]:
+        """Ids of the bodies of all chains."""
+        return [name for chain in self._chains for name in chain.names]
+
+    def _publish_lists(self, header: Header) -> None:
+        """Tell which bodies and persons are tracked."""
+        self._tracked.publish(self._messages.ids(header=header, ids=self._names))
+        for publisher in self._person_lists:
+            publisher.publish(self._messages.ids(header=header, ids=[person_of(name) for name in self._names]))
+
+    def _clear(self, chain: _Chain) -> None:
+        """Tell that no body of a chain is tracked; with the last one end all topics: readers keep a list."""
         with self._lock:
-            none = self._messages.ids(header=Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
-            for publisher in (self._tracked, *self._person_lists):
-                publisher.publish(none)
-            self._bodies.clear()
-            self._persons.clear()
+            chain.names = ()
+            self._publish_lists(Header(stamp=rospy.get_rostime(), frame_id=chain.frame_id))
+            if not self._names:
+                self._bodies.clear()
+                self._persons.clear()
 
     def _end(self) -> None:
         with self._lock:
@@ -163,39 +208,51 @@ class HriNode:
         self._bodies.publish(name, 'joint_states', JointState(
             header=header, name=[f'{joint}_{name}' for joint in body.joints], position=list(body.joints.values())))
 
-    def _publish_persons(self, names: Sequence[str], bodies: Dict[str, BodyPose], header: Header) -> None:
-        persons = [person_of(name) for name in names]
-        self._persons.keep(persons)
-        for publisher in self._person_lists:
-            publisher.publish(self._messages.ids(header=header, ids=persons))
-        for name, person in zip(names, persons):
+    def _publish_persons(self, names: Sequence[str], bodies: Dict[str, BodyPose]) -> None:
+        self._persons.keep([person_of(name) for name in self._names])
+        for name in names:
+            person = person_of(name)
             self._persons.publish(person, 'anonymous', Bool(True), latch=True)
             self._persons.publish(person, 'body_id', String(name), latch=True)
             self._persons.publish(person, 'location_confidence', Float32(1.0 if name in bodies else 0.0))
 
-    def _in_image(self, message: PersonDetectionArray) -> None:
-        if not self._size.all():
-            self._first_image = min(self._first_image, time.monotonic())
-            if time.monotonic() - self._first_image < _BEFORE_INFO:
+    def _in_image(self, chain: _Chain, message: PersonDetectionArray) -> None:
+        if not chain.size.all():
+            chain.first_image = min(chain.first_image, time.monotonic())
+            if time.monotonic() - chain.first_image < _BEFORE_INFO:
                 return
-            raise BadInputError('the size of the images is not known: there is no camera info on '
-                                f'{self._info.resolved_name}, and image_width and image_height are not set')
-        people = convert_2d.people_from_array(message)
+            raise BadInputError(f'the size of the images is not known: there is no camera info on {chain.info}, and '
+                                'image_width and image_height are not set')
+        people, header = convert_2d.people_from_array(message), message.header
         with self._lock:
             for row, person in enumerate(people.ids.tolist()):
-                region = self._messages.region_of(people, row, message.header, self._params.roi_margin, self._size)
+                region = self._messages.region_of(people, row, header, self._params.roi_margin, chain.size)
                 if region is not None:
-                    self._bodies.publish(self._name(person), 'roi', region)
-                    self._bodies.publish(self._name(person), 'skeleton2d', self._messages.skeleton_of(
-                        people, row, message.header, self._size))
+                    self._bodies.publish(chain.name(person), 'roi', region)
+                    self._bodies.publish(chain.name(person), 'skeleton2d', self._messages.skeleton_of(
+                        people, row, header, chain.size))
 
-    def _signals(self, message: PersonSignalsArray) -> None:
+    def _signals(self, chain: _Chain, message: PersonSignalsArray) -> None:
         with self._lock:
             for person in message.persons:
-                name, gesture = self._name(person.person_ID), self._messages.gesture_of(person)
+                name, gesture = chain.name(person.person_ID), self._messages.gesture_of(person)
                 self._bodies.publish(name, 'posture', self._messages.posture_of(person))
                 if gesture is not None:
                     self._bodies.publish(name, 'gesture', gesture)
+
+
+def _prefixes(params: HriParams) -> Dict[str, str]:
+    """Return how the ids of the bodies of each chain begin, by its namespace; '' is the node's own."""
+    if not re.fullmatch('[A-Za-z][A-Za-z0-9_]*', params.id_prefix):
+        raise ParameterError(f'id_prefix: {params.id_prefix!r} is no beginning of a name, expected letters, digits '
+                             'and underscores, a letter first', 'id_prefix')
+    cameras = params.cameras.split()
+    for camera in cameras:
+        check_topic_name('cameras', camera)
+    prefixes = {camera: f"{camera.strip('/~').replace('/', '_')}_{params.id_prefix}" for camera in cameras}
+    if len(set(prefixes.values())) < len(cameras):
+        raise ParameterError(f"parameter 'cameras' names one twice: {params.cameras}", 'cameras')
+    return prefixes or {'': params.id_prefix}
 
 
 def person_of(body: str) -> str:

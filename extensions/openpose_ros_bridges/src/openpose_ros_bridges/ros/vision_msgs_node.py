@@ -8,7 +8,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 from openpose_ros_bridges.located import box_round, covariance, region_round, reliability_of, sigma_of
 from openpose_ros_bridges.node_params import VisionParams, VisionSettings
-from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE, Bridge, Output
+from openpose_ros_bridges.ros.bridge import IN_IMAGE, IN_SPACE, PEOPLE, Bridge, Output
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
@@ -77,9 +77,8 @@ class VisionMessages:
 
 def _make(settings: VisionSettings) -> Bridge:
     messages = VisionMessages(settings.vision)
-    images = ((f'{IN_SPACE}/detected_poses', PersonDetectionArray),)
     return Bridge(settings.demand,
-                   Output(f'{IN_SPACE}/detections_2d', messages.array_2d, images, messages.convert_2d),
+                   Output(f'{IN_SPACE}/detections_2d', messages.array_2d, (IN_IMAGE,), messages.convert_2d),
                    Output(f'{IN_SPACE}/detections_3d', messages.array_3d, (PEOPLE,), messages.convert_3d))
 
 
