@@ -3,6 +3,7 @@
 import itertools
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -198,7 +199,7 @@ class DoctorTest(unittest.TestCase):
                 ('image', (Image, image)), ('camera_info', (CameraInfo, info)))}, (), 'subscribers', 'does not run',
              'people.launch image:=/robot/eye/rgb/image dimensions:=2 rviz:=true'),
             ('another type', {**GOOD, DEPTH: (PointCloud2, cloud)}, (), 'topics',
-             'published as sensor_msgs/PointCloud2', 'roslaunch realsense2_camera rs_camera.launch align_depth:=true'),
+             'published as sensor_msgs/PointCloud2', f'points_source:=point_cloud points:={DEPTH}'),
             ('compressed alone', {COMPRESSED: (CompressedImage, lambda stamp: bgr_to_jpeg(BGR, header(stamp), 90)),
                                   **without(IMAGE)}, (), 'topics', 'below it there is', 'image_transport:=compressed'),
             ('a driver that hangs', {**GOOD, DEPTH: (Image, None)}, (), 'rates', 'which sends nothing',
@@ -265,6 +266,9 @@ class DoctorTest(unittest.TestCase):
             self.check('a driver that died', 'master', '/dead_driver is registered', 'rosnode cleanup')
         master.unregisterPublisher(IMAGE, 'http://localhost:9')
         self.check('no master', 'master', 'does not answer', 'roscore', ROS_MASTER_URI='http://localhost:9')
+        with socket.create_server(('localhost', 0)) as silent:  # takes connections, and answers nothing
+            uri = f'http://localhost:{silent.getsockname()[1]}'
+            self.check('a master that hangs', 'master', 'does not answer', 'roscore', ROS_MASTER_URI=uri)
 
     def test_the_chain(self):
         detector = FakeDetector('detect_poses_3d')

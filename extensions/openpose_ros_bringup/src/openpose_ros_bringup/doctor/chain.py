@@ -30,7 +30,7 @@ def check_load(seen: Snapshot) -> Iterator[Finding]:
         faults.append(wrong(f'{machine.load:.1f} programs want to run on {machine.cores} cores', 'top'))
     yield from faults
     if not faults:
-        yield right('; '.join([f'{machine.load:.1f} programs run on {machine.cores} cores',
+        yield right('; '.join([f'this machine: {machine.load:.1f} programs run on {machine.cores} cores',
                                f'{machine.memory:.0f} MB of memory are available',
                                *(f'{node.name}: {_number(node, "rate [Hz]"):.1f} Hz' for node in seen.nodes
                                  if not node.rests)]))

@@ -6,7 +6,8 @@ import numpy as np
 
 from openpose_ros_bringup.doctor.findings import (
     Finding,
-    depth_image_line,
+    depth_in_place_of_cloud,
+    depth_line,
     driver_line,
     launch_line,
     others_like,
@@ -56,10 +57,15 @@ def _encoding_fault(camera: Camera, stream: Stream, seen: Snapshot) -> Optional[
     doubt = None if stream.points is None else summarize(stream.points).doubt
     if doubt is None:
         return None
-    unit = 'float32 depth is in metres (REP 118)' if doubt.event == 'implausible depth' else 'see what it holds'
-    return wrong(f'{stream.topic}: {doubt.text}', _line_of_other(camera, stream, registered_topics(stream, seen)) if
-                 registered_topics(stream, seen) else f'rosrun image_view image_view image:={stream.topic}    # {unit}'
-                 if stream.role == 'depth' else f'rostopic echo -n 1 --noarr {stream.topic}    # {unit}')
+    return wrong(f'{stream.topic}: {doubt.text}', _line_of_doubt(camera, stream, doubt.event, seen))
+
+
+def _line_of_doubt(camera: Camera, stream: Stream, event: str, seen: Snapshot) -> str:
+    others = registered_topics(stream, seen)
+    if others:
+        return _line_of_other(camera, stream, others)
+    hint = 'float32 depth is in metres (REP 118): a setting of the driver' if event == 'implausible depth' else 'see it'
+    return f'rostopic echo -n 1 --noarr {stream.topic}    # {hint}'
 
 
 def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
@@ -68,7 +74,9 @@ def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
     if stream.role == 'depth' and 'compressed depth' in stream.fault:
         return f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
     others = others_like(stream, seen)
-    return ((stream.role == 'points' and not others and depth_image_line(camera, seen))
+    if stream.role == 'depth' and others:
+        return depth_line(camera, others[0], seen)
+    return ((stream.role == 'points' and not others and depth_in_place_of_cloud(camera, seen))
             or _line_of_other(camera, stream, others))
 
 
@@ -235,7 +243,7 @@ def _colour_cameras(camera: Camera) -> List[CameraModel]:
 def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:
     others = registered_topics(points, seen)
     if others and points.role == 'depth':
-        return launch_line(camera, depth=others[0], camera_info=f'{others[0].rpartition("/")[0]}/camera_info')
+        return depth_line(camera, others[0], seen)
     if others:
         return launch_line(camera, points=others[0])
     if points.role == 'depth' and camera.info is not None and camera.colour_info is not None:

@@ -42,11 +42,18 @@ def launch_line(camera: Camera, **changes: str) -> str:
     return ' '.join([BRINGUP, *(f'{key}:={value}' for key, value in arguments.items())])
 
 
-def depth_image_line(camera: Camera, seen: Snapshot) -> str:
+def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
+    """Return the line that starts the chain with another depth image, and the camera info beside it if there is one."""
+    info = f'{depth.rpartition("/")[0]}/camera_info'
+    if info not in seen.published and camera.colour_info is not None:
+        info = camera.colour_info.topic
+    return launch_line(camera, points_source='depth_image', depth=depth, camera_info=info)
+
+
+def depth_in_place_of_cloud(camera: Camera, seen: Snapshot) -> str:
     """Return the line that starts the chain with a depth image in place of the cloud; empty: there is none."""
     depth = others_like(Stream('depth', camera.image.topic, 'sensor_msgs/Image'), seen)
-    return launch_line(camera, points_source='depth_image', depth=depth[0],
-                       camera_info=f'{depth[0].rpartition("/")[0]}/camera_info') if depth else ''
+    return depth_line(camera, depth[0], seen) if depth else ''
 
 
 def driver_line(camera: Camera, otherwise: str) -> str:
@@ -58,7 +65,7 @@ def others_like(stream: Stream, seen: Snapshot) -> List[str]:
     """Return the other topics that may hold the same, the most similar name first; depth images are named so."""
     return sorted((name for name, there in seen.published.items() if there.kind == stream.kind
                    and name != stream.topic and '/openpose_ros/' not in name
-                   and (stream.role == 'points' or ('depth' in name) == ('depth' in stream.role))),
+                   and (stream.role not in ('image', 'depth') or ('depth' in name) == (stream.role == 'depth'))),
                   key=lambda name: (-SequenceMatcher(None, name, stream.topic).ratio(), name))
 
 

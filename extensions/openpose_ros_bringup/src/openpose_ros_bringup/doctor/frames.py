@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_bringup.doctor.findings import (
     Finding,
-    depth_image_line,
+    depth_in_place_of_cloud,
     launch_line,
     others_like,
     right,
@@ -140,7 +140,7 @@ def _line_of_axes(camera: Camera, points: Stream, seen: Snapshot) -> str:
     others = others_like(points, seen)
     if others:
         return launch_line(camera, points=others[0])
-    return depth_image_line(camera, seen) or (
+    return depth_in_place_of_cloud(camera, seen) or (
         f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver, not a transformed one')
 
 

@@ -4,7 +4,8 @@ from typing import Iterator, Optional
 from openpose_ros_bringup.doctor.findings import (
     BRINGUP,
     Finding,
-    depth_image_line,
+    depth_in_place_of_cloud,
+    depth_line,
     driver_line,
     launch_line,
     others_like,
@@ -20,7 +21,7 @@ LEAST_RATE = 2.0
 # Where the camera is not known.
 DRIVER = f'{BRINGUP} camera:=NAME driver:=true'
 _TRANSPORTS = {'image': 'compressed', 'depth': 'compressedDepth'}
-_COMPRESSED = 'sensor_msgs/CompressedImage'
+_IMAGE, _COMPRESSED, _CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2'
 
 
 def check_master(seen: Snapshot) -> Iterator[Finding]:
@@ -86,10 +87,14 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
             return launch_line(camera, **{stream.role: stream.topic, option: wanted})
         if there is not None and there.kind == _COMPRESSED and transport == wanted:
             return launch_line(camera, **{stream.role: base, option: wanted})
+    if there is not None and (stream.role, there.kind) == ('depth', _CLOUD):
+        return launch_line(camera, points_source='point_cloud', points=stream.topic)
+    if there is not None and (stream.role, there.kind) == ('points', _IMAGE):
+        return depth_line(camera, stream.topic, seen)
     others = others_like(stream, seen)
     if others:
         return launch_line(camera, **{stream.role: others[0]})
-    return (stream.role == 'points' and depth_image_line(camera, seen)) or driver_line(camera, DRIVER)
+    return (stream.role == 'points' and depth_in_place_of_cloud(camera, seen)) or driver_line(camera, DRIVER)
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:
