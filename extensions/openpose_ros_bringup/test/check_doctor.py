@@ -119,8 +119,8 @@ def extractor():
     """Run the extractor on the topics of the stand-in."""
     command = ['rosrun', 'skeleton_extract_3d', 'skeleton_extract_3d_node', '__name:=skeleton_extract_3d_node',
                f'~image:={IMAGE}', f'~depth_image:={DEPTH}', f'~camera_info:={INFO}', '_points_source:=depth_image',
-               '~skeleton_2d_detector:=detect_poses_3d', '_backend:=auto']
-    process = subprocess.Popen(command[:-1], stdin=subprocess.DEVNULL)
+               '~skeleton_2d_detector:=detect_poses_3d']
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
     try:
         Diagnostics('/skeleton_extract_3d_node')
         yield
@@ -279,13 +279,14 @@ class DoctorTest(unittest.TestCase):
                 self.check('another camera', 'subscribers', 'reads other topics', 'camera:=kinect2', '--camera',
                            'kinect2')
                 frames = []
-                rospy.Subscriber('/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray, frames.append)
+                subscriber = rospy.Subscriber('/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray,
+                                              frames.append)
                 await_true(lambda: len(frames) > 100, 'results')
                 status, found, output = doctor('--fixed-frame', 'base_link')
                 states = {name: {state for state, *_ in each} for name, each in found.items()}
                 self.assertEqual((status, set.union(*states.values()), len(states)), (0, {'right'}, 10), output)
                 self.assertIn('1 people in', output)
-                rospy.wait_for_service('/skeleton_extract_3d_node/enable', 10)
+                subscriber.unregister()
         detector.shutdown()
 
 
