@@ -5,11 +5,10 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Stream
-from openpose_ros_bringup.ros.doctor import network
+from openpose_ros_bringup.ros.doctor import network, program
 from openpose_ros_bringup.ros.doctor.inputs import Wanted, find_cameras
 from openpose_ros_bringup.ros.doctor.streams import Listener
 from openpose_ros_pkg.camera_presets import find_preset, read_presets
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.ros.convert import pixels_to_image
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
@@ -78,10 +77,17 @@ def test_the_cameras_that_nodes_read():
 def test_topics_that_the_user_names():
     source, = find_cameras(Wanted('auto', {'image': '/a/image', 'depth': '/a/depth'}, ''), [], {})
     assert topics_of(source.camera) == {'image': '/a/image', 'depth': '/a/depth', 'camera_info': '/a/camera_info'}
-    with pytest.raises(ParameterError, match='need --image'):
-        find_cameras(Wanted('auto', {'points': '/a/points'}, ''), [], {})
-    with pytest.raises(ParameterError, match='realsence'):
-        find_cameras(Wanted('realsence', {}, ''), [], {})
+
+
+@pytest.mark.parametrize('options, text', [
+    (['--points', '/a'], 'need --image'), (['--camera', 'realsence'], "did you mean 'realsense'?"),
+    (['--seconds', 'x'], 'invalid float')])
+def test_a_wrong_command_line(options, text, capsys):
+    try:
+        status = program.main(options)
+    except SystemExit as end:
+        status = end.code
+    assert status == 2 and text in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('rectified, expected', [(True, True), ('auto', True), (False, False), ('false', False)])

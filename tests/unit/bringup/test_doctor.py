@@ -321,14 +321,16 @@ def test_a_cloud_that_is_not_in_an_optical_frame():
     ({'values': {'age of the result, median [s]': '0.81'}}, {}, '0.81 s old', 'target_rate:=10'),
     ({}, {'memory': 120.0}, '120 MB of memory', 'top')])
 def test_load(node, machine, text, line):
-    seen = replace(WELL, nodes=[replace(WORKING, **node)], machine=WELL.machine._replace(**machine))
+    seen = replace(WELL, nodes=[replace(WORKING, **node)], machine=WELL.machine._replace(**machine), people=None)
     found, = wrong(seen, 'load')
     assert text in found.text and line in found.line
 
 
 def test_load_that_is_asked_for():
     slow = replace(WORKING, values={'rate [Hz]': '9.8'}, parameters={'target_rate': 10.0})
-    assert not wrong(replace(WELL, nodes=[slow]), 'load')
+    assert not wrong(replace(WELL, nodes=[slow], people=None), 'load')
+    began = replace(WORKING, values={'rate [Hz]': '3.8'})
+    assert not wrong(replace(WELL, nodes=[began], people=People(95, 2)), 'load')
     resting = replace(WORKING, text='idle: no subscriber', values={'rate [Hz]': '0.0'})
     assert not wrong(replace(WELL, nodes=[resting]), 'load')
 

@@ -32,12 +32,12 @@ def check_load(seen: Snapshot) -> Iterator[Finding]:
     if not faults:
         yield right('; '.join([f'this machine: {machine.load:.1f} programs run on {machine.cores} cores',
                                f'{machine.memory:.0f} MB of memory are available',
-                               *(f'{node.name}: {_number(node, "rate [Hz]"):.1f} Hz' for node in seen.nodes
+                               *(f'{node.name}: {_rate(seen, node):.1f} Hz' for node in seen.nodes
                                  if not node.rests)]))
 
 
 def _rate_faults(seen: Snapshot, camera: Camera, node: ChainNode) -> Iterator[Finding]:
-    rate, wanted = _number(node, 'rate [Hz]'), camera.image.rate
+    rate, wanted = _rate(seen, node), camera.image.rate
     target = node.parameters.get('target_rate')
     if isinstance(target, (int, float)) and target > 0:
         wanted = min(wanted, target)
@@ -47,6 +47,13 @@ def _rate_faults(seen: Snapshot, camera: Camera, node: ChainNode) -> Iterator[Fi
     age = _number(node, 'age of the result, median [s]')
     if age > _GREATEST_AGE and not seen.master.sim_time:
         yield wrong(f'{node.name}: results are {age:.2f} s old when they come', _faster(camera))
+
+
+def _rate(seen: Snapshot, node: ChainNode) -> float:
+    """Return the rate of results [Hz]: that of the last 5 s, or that which came, where the node began a moment ago."""
+    working = sum(not other.rests for other in seen.nodes)
+    came = seen.people.frames / seen.seconds / working if seen.people is not None else 0.0
+    return max(_number(node, 'rate [Hz]'), came)
 
 
 def _faster(camera: Camera) -> str:
@@ -100,9 +107,10 @@ def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
 
 
 def _viewers(seen: Snapshot) -> Iterator[Finding]:
-    """Tell where a node waits for markers that no node publishes."""
-    for topic, nodes in sorted(seen.subscribed.items()):
-        if topic.endswith(_MARKERS) and topic not in seen.published and nodes:
-            yield wrong(f'{", ".join(nodes)} waits for {topic}, which no node publishes',
-                        'rosrun skeleton_extract_3d skeleton_extract_3d_visualization_node')
+    """Tell where nodes wait for people as markers, and no node publishes any."""
+    wanted = {topic: nodes for topic, nodes in sorted(seen.subscribed.items()) if topic.endswith(_MARKERS) and nodes}
+    if wanted and not any(topic in seen.published for topic in wanted):
+        topic, nodes = next(iter(wanted.items()))
+        yield wrong(f'{", ".join(nodes)} waits for {topic}, which no node publishes',
+                    'rosrun skeleton_extract_3d skeleton_extract_3d_visualization_node')
 

@@ -9,7 +9,6 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Stream
 from openpose_ros_bringup.ros.doctor.chain import IMAGES, inputs_of
 from openpose_ros_pkg.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
 # Share of a preset's topics that is published where the others may be misspelt.
@@ -129,9 +128,7 @@ def _preset_of(topics: Sequence[str], node: ChainNode) -> Tuple[Optional[CameraP
 
 
 def _of_topics(topics: Mapping[str, str]) -> Source:
-    """Return the camera with topics by their roles; ParameterError: there is no image."""
-    if 'image' not in topics:
-        raise ParameterError('--points, --depth and --camera-info need --image')
+    """Return the camera with topics by their roles; the image is among them."""
     image = Stream('image', topics['image'], _image_type(topics['image']))
     if 'depth' not in topics:
         points = Stream('points', topics['points'], PointCloud2._type) if 'points' in topics else None

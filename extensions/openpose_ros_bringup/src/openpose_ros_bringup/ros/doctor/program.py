@@ -29,6 +29,7 @@ from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_bringup.ros.doctor.transforms import FrameListener
+from openpose_ros_pkg.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
@@ -44,11 +45,16 @@ _PERIOD = 0.05
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(rospy.myargv()[1:] if arguments is None else arguments)
+    parser = _parser()
+    options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
+    if (options.points or options.depth or options.camera_info) and not options.image:
+        parser.error('--points, --depth and --camera-info need --image')
     return run_command('doctor', lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.camera != AUTO:
+        find_preset(options.camera)  # refused at once
     _end_after(options.seconds + _GRACE)
     findings = diagnose(look(options))
     sys.stdout.write(report(findings, os.environ.get(PREFIX, '')))
@@ -179,7 +185,7 @@ def _end_after(seconds: float) -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='doctor', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--camera', default='auto', metavar='NAME', help='preset of the camera (default: auto)')
+    parser.add_argument('--camera', default=AUTO, metavar='NAME', help='preset of the camera (default: auto)')
     for role in ('image', 'points', 'depth', 'camera-info'):
         parser.add_argument(f'--{role}', metavar='TOPIC', help='of a camera without a preset')
     parser.add_argument('--fixed-frame', default='', metavar='FRAME', help="RViz's fixed frame")
