@@ -274,6 +274,7 @@ def test_what_the_node_says_of_registration():
     (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base {OPTICAL}'),
     (Tf('base', {'base': Edge('odom'), OPTICAL: Edge('camera_link')}), 'tf has base, camera_link',
      'static_transform_publisher 0 0 1.35 0 0 0 base camera_link'),
+    (Tf('map', {OPTICAL: Edge('base')}), "tf does not connect 'map'", 'static_transform_publisher 0 0 0 0 0 0 map base'),
     (Tf('base_lnk', {'base_link': Edge('odom')}), "tf does not know 'base_lnk'", 'fixed_frame:=base_link'),
     (Tf('base', {OPTICAL: Edge('base', False, 900.0)}, {('base', OPTICAL): Lookup(error='extrapolation into the future'
                                                                                      )}),

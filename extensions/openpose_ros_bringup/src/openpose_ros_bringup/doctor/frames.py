@@ -17,8 +17,9 @@ from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Strea
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.point_grid import PointGrid
 
-# x, y, z and yaw, pitch, roll of an optical frame in a room with z up: 1.35 m high, level.
-_OPTICAL_MOUNT, _LEVEL_MOUNT = '0 0 1.35 0 0 -1.5708', '0 0 1.35 0 0 0'
+# x, y, z [m] and yaw, pitch, roll, to begin with, in a room with z up: of an optical frame and of another frame of a
+# camera 1.35 m high and level, and of a robot.
+_OPTICAL_MOUNT, _CAMERA_MOUNT, _NO_MOUNT = '0 0 1.35 0 0 -1.5708', '0 0 1.35 0 0 0', '0 0 0 0 0 0'
 # An axis whose vertical part is greater points up or down.
 _UPRIGHT = 0.9
 # Least correlation of columns and rows with the directions of points in a frame with x forward and z up.
@@ -70,10 +71,10 @@ def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
     root, other = _root(tf, frame), _root(tf, target)
     if root != other:
         why = f'tf has {_named(known)}' if known else 'nothing comes on /tf and /tf_static'
-        mount = _OPTICAL_MOUNT if root == frame else _LEVEL_MOUNT
+        mount = _OPTICAL_MOUNT if root == frame else _CAMERA_MOUNT if 'camera' in root else _NO_MOUNT
         return wrong(f"tf does not connect '{target}' and '{frame}': {why}",
                      f'rosrun tf2_ros static_transform_publisher {mount} {target} {root}    # x y z yaw pitch roll of '
-                     'the camera')
+                     f'{root}')
     return wrong(f"tf connects '{target}' and '{frame}', but not at the stamp of the points: {error}",
                  f'rosrun tf tf_monitor {target} {frame}')
 
