@@ -1,5 +1,7 @@
 """The doctor's checks on known facts: each mistake is found by its check, and what is right is not blamed."""
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -99,6 +101,11 @@ def test_where_all_is_well_each_check_says_so(seen):
     assert list(findings) == list(CHECKS) and len(CHECKS) == 10
     assert {finding.state for found in findings.values() for finding in found} == {RIGHT}
     assert faults(findings) == 0 and report(findings).endswith('nothing is wrong\n')
+
+
+def test_the_page_has_a_line_for_each_check():
+    page = (Path(__file__).parents[3] / 'docs/nothing_in_rviz.md').read_text()
+    assert [name.lower() for name in re.findall(r'^\d+\. \*\*(\w+)\.', page, re.MULTILINE)] == list(CHECKS)
 
 
 def test_without_a_master_nothing_else_is_checked():
@@ -274,7 +281,8 @@ def test_what_the_node_says_of_registration():
     (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base {OPTICAL}'),
     (Tf('base', {'base': Edge('odom'), OPTICAL: Edge('camera_link')}), 'tf has base, camera_link',
      'static_transform_publisher 0 0 1.35 0 0 0 base camera_link'),
-    (Tf('map', {OPTICAL: Edge('base')}), "tf does not connect 'map'", 'static_transform_publisher 0 0 0 0 0 0 map base'),
+    (Tf('map', {OPTICAL: Edge('base')}), "tf does not connect 'map'",
+     'static_transform_publisher 0 0 0 0 0 0 map base'),
     (Tf('base_lnk', {'base_link': Edge('odom')}), "tf does not know 'base_lnk'", 'fixed_frame:=base_link'),
     (Tf('base', {OPTICAL: Edge('base', False, 900.0)}, {('base', OPTICAL): Lookup(error='extrapolation into the future'
                                                                                      )}),
