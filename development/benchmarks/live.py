@@ -35,7 +35,7 @@ EXTRACTOR = '/skeleton_extract_3d_node'
 TOTALS = ('total', 'age', 'added')  # sums of stages
 STAGES_2D = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
 MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
-# Points for the chain: arguments of demo.launch.
+# Points for the chain: arguments of people.launch.
 POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
                              f'camera_info:={MADE_DEPTH}/camera_info']}
@@ -58,15 +58,16 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
     children = [nodes.start_camera(session, bag, rate)]
     if points == 'cloud_to_depth':
         children.append(session.start('cloud_to_depth', [
-            'roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch', 'manager:=/camera']))
+            'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true', 'manager:=/camera']))
     if points == '-':
         seen = nodes.watch_nodes(session, [
             'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
-            f'_image_topic:={nodes.NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
+            f'_image_topic:={nodes.NAMESPACE}/image_color',
+            *(f'_{text}' for text in ['target_rate:=0', *arguments.launch])],
             ResultWatch(PEOPLE_2D, PersonDetectionArray), arguments, f'{SERVICE}/timing')
     else:
         seen = nodes.watch_nodes(session, [
-            'roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false', f'target_rate:={rate}',
+            'roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false', f'target_rate:={rate}',
             *POINTS[points], *arguments.launch], ResultWatch(nodes.PEOPLE_3D, PersonDetection_3dArray), arguments,
             f'{EXTRACTOR}/timing')
     for child in reversed(children):

@@ -253,13 +253,13 @@ class Soak:
     def _start_nodes(self) -> List[subprocess.Popen]:
         start, arguments = self._session.start, ['mode:=fast', 'points_source:=depth_image']
         return [
-            start('one', ['roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false',
+            start('one', ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
                           f'target_rate:={ONE.rate}', *arguments]),
             start('two', ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d',
                           'openpose_skeleton_extract.launch', f'image:={TWO.topics}/image_color',
                           f'depth:={TWO.topics}/image_depth_rect', f'camera_info:={TWO.topics}/camera_info',
                           'one_process:=false', f'target_rate:={TWO.rate}', *arguments]),
-            start('floor', ['roslaunch', 'openpose_ros_nodelets', 'floor.launch',
+            start('floor', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
                             f'points:={ONE.results("input_pointcloud")}']),
             start('record', ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',
                              f'topics:={" ".join(RECORDED)}'])]

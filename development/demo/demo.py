@@ -101,39 +101,28 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
     """Return the roslaunch command that starts the chain for the chosen source."""
     if arguments.camera is not None or (arguments.images and not (arguments.images / 'depth').is_dir()):
         source = arguments.camera if arguments.camera is not None else str(arguments.images.resolve())
-        return ['roslaunch', 'openpose_ros_pkg', 'demo_2d.launch', f'source:={source}']
+        return ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'camera:=files', f'source:={source}']
     if arguments.stage:
         return stage.launch_command(arguments.bag, arguments.rviz, arguments.signals)
-    chain = 'skeleton_extract_3d demo.launch' if not arguments.signals else 'openpose_ros_signals demo_signals.launch'
-    command = ['roslaunch', *chain.split(), f'rviz:={str(arguments.rviz).lower()}']
+    command = ['roslaunch', 'openpose_ros_bringup', 'people.launch', f'rviz:={str(arguments.rviz).lower()}',
+               f'signals:={str(arguments.signals).lower()}']
     if arguments.bag:
-        command += ['play:=false', f'image:={arguments.image}', f'points:={arguments.points}',
-                    f"image_transport:={'compressed' if arguments.compressed else 'raw'}",
-                    f'camera_frame:={bag_frame(arguments)}', f'world_tf:={str(not knows_world(arguments.bag)).lower()}']
+        command += [f'image:={arguments.image}', f'points:={arguments.points}']
+        if arguments.compressed:
+            command += ['image_transport:=compressed']
         if arguments.depth:
             depth, found, _ = arguments.depth.rpartition('/compressedDepth')
             command += ['points_source:=depth_image', f'depth:={depth if found else arguments.depth}',
-                        f"depth_transport:={'compressedDepth' if found else 'raw'}",
-                        f'camera_info:={arguments.camera_info}']
-    elif arguments.images:
-        sequence = RgbdSequence.read(arguments.images)
-        command += [f'folder:={arguments.images.resolve()}']
-        if sequence.T_world_camera is None:
-            command += ['world_tf:=true', f"camera_frame:={sequence.frame_id or 'camera_optical_frame'}"]
-    return command
+                        f'camera_info:={arguments.camera_info}', *(['depth_transport:=compressedDepth'] * bool(found))]
+        knows_world = is_in_world(arguments.bag)
+    else:
+        folder = [f'folder:={arguments.images.resolve()}'] if arguments.images else []
+        command += ['camera:=sequence', *folder]
+        knows_world = not arguments.images or RgbdSequence.read(arguments.images).T_world_camera is not None
+    return [*command, 'fixed_frame:=world' if knows_world else 'floor:=true']
 
 
-def bag_frame(arguments: argparse.Namespace) -> str:
-    """Return the frame_id of the points in the bag."""
-    topic = arguments.depth or arguments.points
-    with rosbag.Bag(str(arguments.bag)) as bag:
-        for _, message, _ in bag.read_messages(topics=[topic]):
-            return message.header.frame_id
-        topics = ', '.join(sorted(bag.get_type_and_topic_info().topics))
-    raise SessionError(f'{arguments.bag} has no messages on {topic}; its topics: {topics}')
-
-
-def knows_world(path: Path) -> bool:
+def is_in_world(path: Path) -> bool:
     """Return whether static transforms in a bag say where things are in the frame world."""
     with rosbag.Bag(str(path)) as bag:
         return any('world' in (one.header.frame_id, one.child_frame_id)
@@ -199,7 +188,9 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
         command = [*command, 'target_rate:=0']  # frames come seldom: there is time for all
     if not arguments.bag:
         publish_slow_clock(SLOW_MOTION)
-        command = [*command, f'rate:={SEQUENCE_RATE * SLOW_MOTION}']
+        rate = folder / 'log' / 'rate.yaml'
+        rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}}}\n')
+        command = [*command, f'config:={rate}']
     nodes = session.start('nodes_with_rviz', command)
     config = stage.rviz_configuration(arguments.bag, folder) if arguments.stage else None
     session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(rviz_configuration(arguments.view, folder, config)),
@@ -223,7 +214,7 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
         arguments.bag = output / 'stage.bag'
         stage.write_bag(arguments.stage, arguments.bag)
     command = launch_command(arguments)
-    dimension = 'stage' if arguments.stage else '2d' if 'demo_2d.launch' in command else '3d'
+    dimension = 'stage' if arguments.stage else '2d' if 'camera:=files' in command else '3d'
     with ExitStack() as stack:
         screen = None
         if dimension != '2d' and not (arguments.rviz or arguments.no_rviz):

@@ -40,7 +40,7 @@ def cameras_of(bag: Path) -> List[str]:
 
 def launch_command(bag: Path, rviz: bool, signals: bool) -> List[str]:
     """Return the roslaunch command that starts the chains of the cameras, their fusion, and the node of signals."""
-    return ['roslaunch', 'openpose_ros_fusion', 'several_cameras.launch', f"cameras:={' '.join(cameras_of(bag))}",
+    return ['roslaunch', 'openpose_ros_bringup', 'cameras.launch', f"cameras:={' '.join(cameras_of(bag))}",
             'points_source:=depth_image', 'target_rate:=0', f'rviz:={str(rviz).lower()}',
             f'signals:={str(signals).lower()}']
 

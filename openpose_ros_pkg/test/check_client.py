@@ -18,7 +18,7 @@ from session import Diagnostics, Recorder, await_true
 
 CLIENT, SERVICE_NODE, FAILED = 'openpose_ros_node', 'openpose_ros_service_node', 'service call failed'
 HUNG, COMPRESSED = 'hung/openpose_ros_node', 'compressed/openpose_ros_node'
-FAST = ('_net_input_width:=464', '_net_input_height:=256')
+FAST = ('_net_input_width:=464', '_net_input_height:=256', '_target_rate:=0')
 FRAMES = 40  # of the sequence that the camera plays
 ACCURACY = 10.0  # [px] of the median joint; people move by 10 to 20 from frame to frame
 GREY = np.full((48, 64, 3), 128, np.uint8)

@@ -51,7 +51,7 @@ SETTLED = 30
 TARGETS = Path(__file__).with_name('targets.yaml')
 PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
 # The same networks in each, and nothing that depends on how long they take.
-_DETECTION = {'mode': 'fast', 'precision': 'f32', 'following': 'never', 'publish_results': False}
+_DETECTION = {'mode': 'fast', 'precision': 'f32', 'target_rate': 0.0, 'publish_results': False}
 
 
 class Program(NamedTuple):

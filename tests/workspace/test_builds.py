@@ -51,7 +51,7 @@ END""", space.parent.parent, environment)
 
 def check_installed_files(space, environment):
     """The install space stands alone: it holds all files that the nodes read."""
-    for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_nodelets'):
+    for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_nodelets', 'openpose_ros_bringup'):
         for name in ('config', 'launch', 'rviz', 'demo'):
             for path in (PACKAGES[package] / name).rglob('*'):
                 installed = space / 'share' / package / path.relative_to(PACKAGES[package])
@@ -82,8 +82,8 @@ from session import Session
 from sensor_msgs.msg import CameraInfo
 
 with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
-    session.start('nodes', ['roslaunch', 'skeleton_extract_3d', 'demo.launch'])
-    session.start('nodelet', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch'])
+    session.start('nodes', ['roslaunch', 'openpose_ros_bringup', 'demo.launch'])
+    session.start('nodelet', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true'])
     rospy.init_node('check_nodes_run', disable_signals=True)
     topic = '/openpose_ros/skeleton_3d/detected_poses_3d'
     message = rospy.wait_for_message(topic, PersonDetection_3dArray, timeout=60)

@@ -72,8 +72,7 @@ class BridgesTest(unittest.TestCase):
         cls.environment = {**os.environ, 'PYTHONPATH': f"{cls.folder}:{os.environ.get('PYTHONPATH', '')}"}
         sys.path.insert(0, str(cls.folder))
         cls.launched = subprocess.Popen(
-            ['roslaunch', 'openpose_ros_bridges', 'bridges.launch', 'people_msgs:=true', 'spencer:=true',
-             'vision_msgs:=true', 'fixed_frame:=room', 'respawn:=false'], env=cls.environment)
+            ['roslaunch', str(Path(__file__).with_name('bridges.xml'))], env=cls.environment)
         # without signals: its namespace has none
         cls.others = [cls.start('jsk_node'), cls.start('people_msgs_node', '__ns:=alone'),
                       cls.start('hri_node', '__ns:=alone')]

@@ -1,7 +1,7 @@
 """What the detector computes for an image: which networks, at which sizes, and how people are refined on crops."""
 import functools
 from dataclasses import dataclass, replace
-from typing import Collection, Dict, Tuple
+from typing import Collection, Dict, Tuple, cast
 
 import numpy as np
 
@@ -16,6 +16,14 @@ from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
+
+
+def _target_rate(default: float) -> float:
+    doc = ('Compute less per image, as far as this processor needs to reach this rate: people are followed, and the '
+           'search for others is spread over several images (following); networks that can not follow, such as one '
+           'network alone, get smaller inputs. 0: never, so that results do not depend on the machine. Not with the '
+           'mode accurate. The default is 30 in nodes, and 0 in programs for files and recordings.')
+    return cast(float, parameter(default, doc, unit='Hz', minimum=0.0, maximum=1000.0))
 
 
 @dataclass(frozen=True)
@@ -56,12 +64,7 @@ class DetectorParams(Parameters):
     look_closer: int = parameter(
         -1, 'Crop refinement: maximum number of people that a network sees a second time, each on a crop of the '
             "image, the surest first; -1: the mode's number, 0 with one network alone.", minimum=-1, maximum=100)
-    target_rate: float = parameter(
-        0.0, 'Compute less per image, as far as this processor needs to reach this rate: people are followed, and the '
-             'search for others is spread over several images (following); networks that can not follow, such as one '
-             'network alone, get smaller inputs. 0: never, so that results do not depend on the machine. Not with the '
-             'mode accurate.',
-        unit='Hz', minimum=0.0, maximum=1000.0)
+    target_rate: float = _target_rate(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -95,9 +98,17 @@ class DetectorSettings:
 
 
 @dataclass(frozen=True)
+class LiveDetectorParams(DetectorParams):
+    """Which networks see an image, at which sizes, and how often. Names of sizes and scales are OpenPose's."""
+
+    target_rate: float = _target_rate(30.0)
+
+
+@dataclass(frozen=True)
 class LiveDetectorSettings(DetectorSettings):
     """All parameters of the detector, with the defaults of nodes."""
 
+    detector: LiveDetectorParams
     backend: LiveBackendParams
 
 

@@ -35,6 +35,7 @@ class PeopleNode:
     def __init__(self, settings: PeopleSettings) -> None:
         cameras = settings.cameras.names
         _check(cameras)
+        settings = _for_all_cameras(settings)
         settings = replace(settings, extraction=settle_camera(settings.extraction, cameras[0]))
         detection, extraction = settings.detection, settings.extraction
         if detection.stream.image_topic:
@@ -75,6 +76,14 @@ class PeopleNode:
         self._service.reconfigure(settings.detection)
         for extractor in self._extractors:
             extractor.reconfigure(settings.extraction)
+
+
+def _for_all_cameras(settings: PeopleSettings) -> PeopleSettings:
+    """Return the settings with the target rate of all cameras together, in place of that of each."""
+    detector = settings.detection.detector
+    rate = detector.detector.target_rate * len(settings.cameras.names)
+    detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
+    return replace(settings, detection=replace(settings.detection, detector=detector))
 
 
 def _check(cameras: Sequence[str]) -> None:

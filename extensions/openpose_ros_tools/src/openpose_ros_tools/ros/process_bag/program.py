@@ -70,6 +70,9 @@ from skeleton_extract_3d.node_params import ExtractorSettings
 
 _log = logging.getLogger(__name__)
 
+# Nodes whose parameters a configuration file by node may hold, in rising order of weight.
+_DETECTORS = ('openpose_ros_service_node', 'openpose_ros_service_node_3d', 'skeleton_extract_3d_node')
+
 
 def main(arguments: Optional[Sequence[str]] = None,
          create: Callable[[DetectorSettings], Detector] = create_detector) -> int:
@@ -88,12 +91,14 @@ def main(arguments: Optional[Sequence[str]] = None,
 def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     """Return the parameters in configuration files of the nodes that have a meaning here.
 
+    A file holds the parameters of a node, or those of several by node, as `config` of launch files has them.
+
     Raises:
         ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
     """
     known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings)}
-    # The nodes' precision is that of a live image; a recording gives the same people on each machine.
-    used = {field.name for field in parameter_fields(BagSettings)} - {'precision'}
+    # Those of the nodes are for live images; a recording gives the same people on each machine.
+    used = {field.name for field in parameter_fields(BagSettings)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}
     for path in paths:
         try:
@@ -102,6 +107,9 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
             raise ParameterError(f'--config {path} can not be read: {error}') from error
         if not isinstance(content, dict):
             raise ParameterError(f'--config {path}: expected keys with values, got {type(content).__name__}')
+        sections = {key: content.pop(key) for key, value in [*content.items()] if isinstance(value, dict)}
+        for node in _DETECTORS:
+            content.update(sections.get(node, {}))
         for key, value in content.items():
             if key not in known:
                 raise ParameterError(f"--config {path}: unknown parameter '{key}'")

@@ -49,7 +49,7 @@ from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 FUSED = 'people'
-"""Namespace of the fused people, as people_fusion.launch has it."""
+"""Namespace of the fused people, as cameras.launch has it."""
 
 
 @dataclass
