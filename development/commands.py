@@ -34,6 +34,12 @@ def launch(arguments: Sequence[str]) -> NoReturn:
     enter_workspace(['roslaunch', *arguments])
 
 
+def camera(arguments: Sequence[str]) -> NoReturn:
+    set_up([])
+    from development.camera import launch_command  # needs PyYAML, which the set-up brings
+    enter_workspace(launch_command(arguments, bool(os.environ.get('DISPLAY'))))
+
+
 def doctor(arguments: Sequence[str]) -> NoReturn:
     enter_workspace(['rosrun', 'openpose_ros_bringup', 'doctor', *arguments], OPENPOSE_ROS_PREFIX='./run shell ')
 
@@ -76,5 +82,5 @@ def test(arguments: Sequence[str]) -> NoReturn:
 
 
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
-    'setup': set_up, 'demo': demo, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test, 'model': model,
-    'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks}
+    'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,
+    'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks}

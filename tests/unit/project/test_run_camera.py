@@ -1,0 +1,33 @@
+"""./run camera: from a name to the launch command."""
+import pytest
+
+from development.camera import launch_command
+
+LAUNCH = ['roslaunch', 'openpose_ros_bringup', 'people.launch']
+
+
+@pytest.mark.parametrize('arguments, has_display, command', [
+    (['realsense'], True, ['camera:=realsense', 'driver:=true', 'dimensions:=3', 'rviz:=true']),
+    (['usb_cam'], False, ['camera:=usb_cam', 'driver:=true', 'dimensions:=2', 'rviz:=false']),
+    (['auto', 'mode:=fast'], False, ['camera:=auto', 'rviz:=false', 'mode:=fast']),
+    (['orbbec', 'femto_bolt.launch', 'rviz:=false'], True, [
+        'camera:=orbbec', 'driver:=true', 'dimensions:=3', 'driver_args:=femto_bolt.launch', 'rviz:=true',
+        'rviz:=false']),
+    (['files', 'source:=0'], False, ['camera:=files', 'driver:=false', 'dimensions:=2', 'rviz:=false', 'source:=0'])])
+def test_command(arguments, has_display, command):
+    assert launch_command(arguments, has_display) == LAUNCH + command
+
+
+def test_paths_are_absolute_as_nodes_have_folders_of_their_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'walk.mp4').touch()
+    (tmp_path / 'mine.yaml').write_text('mine: {image: a}')
+    assert launch_command(['files', 'source:=walk.mp4'], False)[-1] == f'source:={tmp_path}/walk.mp4'
+    assert launch_command(['mine.yaml'], False)[3] == f'camera:={tmp_path}/mine.yaml'
+
+
+@pytest.mark.parametrize('arguments, text', [
+    ([], 'usage: ./run camera NAME'), (['realsens'], "did you mean 'realsense'"), (['a'], 'kinect2       Kinect v2')])
+def test_unknown_name_gets_the_list(arguments, text):
+    with pytest.raises(SystemExit, match=text):
+        launch_command(arguments, False)
