@@ -21,10 +21,10 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     Args:
         optional: the node does without its messages: it says nothing while none comes.
-        start: command that starts a publisher in the root namespace; with `ns:=NAME` in another one. Named where there
-            is no publisher.
+        start: command that starts a publisher; named where there is none.
 
     Attributes:
+        start: that.
         kind: type of its messages, as package/Type.
         lost: messages that were sent while it was subscribed and did not come: gaps in `header.seq` of one publisher.
         on_error: called with a BadInputError for bytes that are no message of this type; they are not passed on.

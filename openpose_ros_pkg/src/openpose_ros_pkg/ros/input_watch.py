@@ -71,18 +71,13 @@ class InputWatch:
             topics = published_topics()
             text = why_silent(source.resolved_name, source.kind, topics, source.connected, rospy.get_name())
             if source.start and source.resolved_name not in topics:
-                text += f'; to start one: {source.start}{_in_namespace()}'
+                text += f'; to start one: {source.start}'
         except CALL_ERRORS:
             text = f'the ROS master {rosgraph.get_master_uri()} does not answer'
         stamp, since = self._clock
         if not rospy.rostime.is_wallclock() and time.monotonic() - since >= PATIENCE:
             return f'{why_clock_stands(stamp.to_sec())}; {text}'
         return text
-
-
-def _in_namespace() -> str:
-    namespace = rospy.get_namespace().strip('/')
-    return f' ns:={namespace}' if namespace else ''
 
 
 def _is_silent(source: InputSubscriber) -> bool:

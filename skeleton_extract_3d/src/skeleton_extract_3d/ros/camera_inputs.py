@@ -8,12 +8,13 @@ from skeleton_extract_3d.node_params import ExtractorParams, ExtractorSettings
 
 
 class InputTopics(NamedTuple):
-    """Names of the topics that the extractor reads."""
+    """Names of the topics that the extractor reads, and the command that starts their driver; empty: not known."""
 
     image: str = '~image'
     points: str = '~point_cloud'
     depth: str = '~depth_image'
     camera_info: str = '~camera_info'
+    driver_line: str = ''
 
 
 def settle_camera(settings: ExtractorSettings, within: str = '') -> ExtractorSettings:
@@ -46,4 +47,8 @@ def input_topics(params: ExtractorParams, is_one_of_several: bool) -> InputTopic
     if not params.camera:
         return InputTopics()
     camera = Camera(find_preset(params.camera), None if is_one_of_several else params.camera_ns)
-    return InputTopics(*(camera.topic(role, private) for role, private in InputTopics()._asdict().items()))
+    privates = InputTopics()[:4]
+    topics = InputTopics(*(camera.topic(role, private) for role, private in zip(InputTopics._fields, privates)))
+    used = topics.image, topics.points if params.points_source == 'point_cloud' else topics.depth
+    is_given = any(topic.startswith('~') for topic in used)
+    return topics if is_given else topics._replace(driver_line=camera.preset.driver_line)

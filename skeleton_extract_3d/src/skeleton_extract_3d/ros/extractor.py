@@ -157,6 +157,7 @@ class Extractor:
             points = InputSubscriber(self._demand.resolve(topics.points), PointCloud2)
         else:
             points = image_subscriber(self._demand.resolve(topics.depth), self._params.depth_transport)
+        images.start = points.start = self._camera_info.input.start = topics.driver_line
         self._synchronizer = StampSynchronizer((images, points), pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
         self._synchronizer.watch_pairs(self._demand.watch, (images, points), '{}:={}')

@@ -23,9 +23,14 @@ IN_SPACE = 'openpose_ros/skeleton_3d'
 PEOPLE = (f'{IN_SPACE}/detected_poses_3d', PersonDetection_3dArray)
 IN_IMAGE = (f'{IN_SPACE}/detected_poses', PersonDetectionArray)
 SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
-START_SIGNALS = 'roslaunch openpose_ros_bringup people.launch chain:=false'
 # Signals have the stamp of their people; half a millisecond allows for rounded ones [s].
 _SAME_STAMP = 0.0005
+
+
+def start_signals() -> str:
+    """Return the command that starts what publishes SIGNALS in the namespace of this node."""
+    namespace = rospy.get_namespace().strip('/')
+    return f"roslaunch openpose_ros_bringup people.launch chain:=false{f' ns:={namespace}' if namespace else ''}"
 
 
 class Output(NamedTuple):
@@ -79,7 +84,7 @@ class Bridge:
             publisher = demand.advertise(output.topic, output.kind, RESULTS_QUEUE)
             worker = NewestWinsWorker(_Publisher(output, publisher, self._health).publish, self._health.frame_failed,
                                       output.topic)
-            sources = [InputSubscriber(*source, start=START_SIGNALS if source == SIGNALS else '')
+            sources = [InputSubscriber(*source, start=start_signals() if source == SIGNALS else '')
                        for source in output.inputs]
             newest: Union[InputSubscriber, StampSynchronizer] = sources[0]
             if len(sources) == 2:

@@ -18,7 +18,7 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_bridges.body_model import BodyPose, Pose, body_poses
 from openpose_ros_bridges.human_description import links_of
 from openpose_ros_bridges.node_params import HriParams, HriSettings
-from openpose_ros_bridges.ros.bridge import IN_SPACE, START_SIGNALS
+from openpose_ros_bridges.ros.bridge import IN_SPACE, start_signals
 from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.human_descriptions import HumanDescriptions
 from openpose_ros_pkg.errors import BadInputError, ParameterError
@@ -147,7 +147,7 @@ class HriNode:
                   source('camera_info', CameraInfo, self._camera_info, optional=True),
                   source('detected_poses', PersonDetectionArray, self._in_image, optional=True)]
         if self._params.signals:
-            inputs.append(source('people_signals', PersonSignalsArray, self._signals, start=START_SIGNALS))
+            inputs.append(source('people_signals', PersonSignalsArray, self._signals, start=start_signals()))
         return inputs
 
     def _camera_info(self, chain: _Chain, message: CameraInfo) -> None:
