@@ -8,7 +8,7 @@ import struct
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import cv2
 import numpy as np
@@ -36,13 +36,16 @@ _CODES = {'rgb8': cv2.COLOR_BGR2RGB, 'bgr8': None, 'bgra8': cv2.COLOR_BGR2BGRA}
 class StandIn:
     """Publishes frames until it is stopped.
 
+    Args:
+        ns: namespace in place of the preset's.
+
     Attributes:
         sent: number of the frame of each stamp.
         xyz: of each frame the joints of its people in the frame of the camera, (P, 18, 3) [m]; NaN: hidden.
         uv: the same in the image, (P, 18, 2) [px].
     """
 
-    def __init__(self, preset: CameraPreset) -> None:
+    def __init__(self, preset: CameraPreset, ns: Optional[str] = None) -> None:
         self._preset = preset
         folder = Path(roslib.packages.get_pkg_dir('skeleton_extract_3d')) / 'demo/cross'
         self._sequence = RgbdSequence.read(folder)
@@ -51,7 +54,8 @@ class StandIn:
         self.xyz, uv = _truth(folder, 'xyz'), _truth(folder, 'uv')
         self.uv = [(joints + 0.5) * self._scale - 0.5 + (0, self._above) for joints in uv]
         kinds = {'image': Image, 'depth': Image, 'points': PointCloud2, 'camera_info': CameraInfo}
-        self._publishers = {role: _publisher(preset, role, kind) for role, kind in kinds.items() if preset.topic(role)}
+        self._publishers = {role: _publisher(preset, role, kind, ns) for role, kind in kinds.items()
+                            if preset.topic(role)}
         self._kept: Dict[int, Dict[str, Any]] = {}
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._play, daemon=True)
@@ -126,11 +130,11 @@ def _truth(folder: Path, key: str) -> List[np.ndarray]:
     return frames
 
 
-def _publisher(preset: CameraPreset, role: str, kind: Any) -> rospy.Publisher:
+def _publisher(preset: CameraPreset, role: str, kind: Any, ns: Optional[str]) -> rospy.Publisher:
     transport = {'image': preset.image_transport, 'depth': preset.depth_transport}.get(role, 'raw')
     if transport == 'raw':
-        return rospy.Publisher(preset.topic(role), kind, queue_size=1)
-    return rospy.Publisher(f'{preset.topic(role)}/{transport}', CompressedImage, queue_size=1)
+        return rospy.Publisher(preset.topic(role, ns), kind, queue_size=1)
+    return rospy.Publisher(f'{preset.topic(role, ns)}/{transport}', CompressedImage, queue_size=1)
 
 
 def _image(bgr: np.ndarray, preset: CameraPreset, header: Header) -> Any:

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, List, Optional, Sequence
 
 import numpy as np
 import rospy
@@ -26,6 +26,7 @@ from session import ENDS_WITH_PARENT, await_true
 MOST = {3: 0.12, 2: 8.0}
 # Results that are judged of each camera.
 RESULTS = 3
+PEOPLE = ('openpose_ros_bringup', 'people.launch')
 FAST = ('mode:=fast', 'signals:=false', 'markers:=false')
 OWN_CAMERA = """
 lab: {ns: lab, image: colour, depth: depth, camera_info: info, points_source: depth_image, frame: lab_optical_frame,
@@ -45,13 +46,14 @@ FAKE_DRIVER = {'package.xml': """<package format="2">
 
 
 class Launch:
-    """people.launch for a camera, with its results in a namespace of their own.
+    """A launch for a camera, with its results in a namespace of their own.
 
     Attributes:
         results: those with people.
     """
 
-    def __init__(self, ns: str, *arguments: str, dimensions: int = 3, packages: Optional[Path] = None) -> None:
+    def __init__(self, ns: str, *arguments: str, dimensions: int = 3, packages: Optional[Path] = None,
+                 file: Sequence[str] = PEOPLE) -> None:
         self.results: List[Any] = []
         topic, kind = {3: ('skeleton_3d/detected_poses_3d', PersonDetection_3dArray),
                        2: ('detected_poses', PersonDetectionArray)}[dimensions]
@@ -60,8 +62,7 @@ class Launch:
         if packages is not None:
             environment['ROS_PACKAGE_PATH'] = f"{packages}:{environment['ROS_PACKAGE_PATH']}"
         self._process = subprocess.Popen(
-            [*ENDS_WITH_PARENT, 'roslaunch', 'openpose_ros_bringup', 'people.launch', f'ns:=/{ns}', *FAST, *arguments],
-            env=environment, start_new_session=True)
+            [*ENDS_WITH_PARENT, 'roslaunch', *file, *arguments], env=environment, start_new_session=True)
 
     def _keep(self, message: Any) -> None:
         if message.persons:
@@ -93,13 +94,16 @@ class PresetsTest(unittest.TestCase):
         cls.folder.cleanup()
 
     def launch(self, ns: str, *arguments: str, **keywords: Any) -> Launch:
-        launch = Launch(ns, *arguments, **keywords)
+        """Start people.launch for a camera."""
+        return self.keep(Launch(ns, f'ns:=/{ns}', *FAST, *arguments, **keywords))
+
+    def keep(self, launch: Launch) -> Launch:
         self.launches.append(launch)
         self.addCleanup(launch.stop)
         return launch
 
-    def stand_in(self, preset: CameraPreset) -> StandIn:
-        stand_in = StandIn(preset)
+    def stand_in(self, preset: CameraPreset, ns: Optional[str] = None) -> StandIn:
+        stand_in = StandIn(preset, ns)
         self.addCleanup(stand_in.stop)
         return stand_in
 
@@ -168,6 +172,18 @@ class PresetsTest(unittest.TestCase):
         self.launch('both', 'camera:=auto')
         self.await_log('takes realsense (/camera/color/image_raw); there is also: oakd (/oak/rgb/image_rect)')
 
+    def test_two_cameras_of_a_kind_in_one_process(self) -> None:
+        preset = find_preset('orbbec')
+        stand_ins = [self.stand_in(preset, ns) for ns in ('left', 'right')]
+        left = self.keep(Launch('left', 'camera:=orbbec', 'cameras:=left right', 'mode:=fast',
+                                file=('skeleton_extract_3d', 'openpose_skeleton_extract.launch')))
+        right: List[Any] = []
+        subscriber = rospy.Subscriber('/right/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray,
+                                      right.append)
+        self.addCleanup(subscriber.unregister)
+        self.judge(left, preset, stand_ins[0])
+        await_true(lambda: any(message.persons for message in right), 'people of the other camera')
+
     def test_each_camera_of_the_table_has_a_test(self) -> None:
         tests = [name for name in dir(self) if name.startswith('test_')]
         self.assertEqual([name for name, preset in read_presets().items()
@@ -175,7 +191,7 @@ class PresetsTest(unittest.TestCase):
 
 
 def errors_of(result: Any, stand_in: StandIn) -> List[float]:
-    """Return for each person the median distance of the joints from those of the nearest true one."""
+    """Return for each person in view the median distance of the joints from those of the nearest true one."""
     in_space = hasattr(result.persons[0].nose, 'z')
     truth = (stand_in.xyz if in_space else stand_in.uv)[stand_in.sent[result.header.stamp]]
     errors = []
@@ -183,7 +199,9 @@ def errors_of(result: Any, stand_in: StandIn) -> List[float]:
         parts = [getattr(person, joint) for joint in COCO_18.joints]
         places = np.array([(part.x, part.y, part.z) if in_space else (part.x, part.y) for part in parts])
         places[[part.confidence == 0 for part in parts]] = np.nan
-        errors.append(float(min(np.nanmedian(np.linalg.norm(places - true, axis=1)) for true in truth)))
+        distances = [np.linalg.norm(places - true, axis=1) for true in truth]
+        medians = [float(np.nanmedian(each)) for each in distances if np.isfinite(each).any()]
+        errors += [min(medians)] if medians else []
     return errors
 
 
