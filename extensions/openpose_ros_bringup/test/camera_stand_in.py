@@ -61,6 +61,11 @@ class StandIn:
         self._thread = threading.Thread(target=self._play, daemon=True)
         self._thread.start()
 
+    @property
+    def listeners(self) -> int:
+        """Number of topics that have a subscriber."""
+        return sum(publisher.get_num_connections() > 0 for publisher in self._publishers.values())
+
     def stop(self) -> None:
         """End, and take the topics away."""
         self._ended.set()

@@ -10,23 +10,27 @@ from pathlib import Path
 from typing import Any, List, Optional, Sequence
 
 import numpy as np
+import rosbag
+import roslib.packages
 import rospy
 import rostest
 from camera_stand_in import StandIn
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Image
 
 sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
 from openpose_ros_pkg.camera_presets import CameraPreset, find_preset, read_presets
 from openpose_ros_pkg.skeletons import COCO_18
-from session import ENDS_WITH_PARENT, await_true
+from session import ENDS_WITH_PARENT, PATIENCE, await_true
 
 # Greatest median distance of the joints from the truth, in space [m] and in the image [px]: a wrong unit, matrix or
 # size is wrong by a fifth of 2 m, or of the image, and more.
 MOST = {3: 0.12, 2: 8.0}
 # Results that are judged of each camera.
 RESULTS = 3
-PEOPLE = ('openpose_ros_bringup', 'people.launch')
+PEOPLE = ('roslaunch', 'openpose_ros_bringup', 'people.launch')
+DRIVER, RECORDER = ('openpose_ros_bringup', 'camera_driver'), ('openpose_ros_bringup', 'record_camera')
 FAST = ('mode:=fast', 'signals:=false', 'markers:=false')
 OWN_CAMERA = """
 lab: {ns: lab, image: colour, depth: depth, camera_info: info, points_source: depth_image, frame: lab_optical_frame,
@@ -46,14 +50,14 @@ FAKE_DRIVER = {'package.xml': """<package format="2">
 
 
 class Launch:
-    """A launch for a camera, with its results in a namespace of their own.
+    """A command for a camera, with its results in a namespace of their own.
 
     Attributes:
         results: those with people.
     """
 
     def __init__(self, ns: str, *arguments: str, dimensions: int = 3, packages: Optional[Path] = None,
-                 file: Sequence[str] = PEOPLE) -> None:
+                 command: Sequence[str] = PEOPLE) -> None:
         self.results: List[Any] = []
         topic, kind = {3: ('skeleton_3d/detected_poses_3d', PersonDetection_3dArray),
                        2: ('detected_poses', PersonDetectionArray)}[dimensions]
@@ -62,7 +66,7 @@ class Launch:
         if packages is not None:
             environment['ROS_PACKAGE_PATH'] = f"{packages}:{environment['ROS_PACKAGE_PATH']}"
         self._process = subprocess.Popen(
-            [*ENDS_WITH_PARENT, 'roslaunch', *file, *arguments], env=environment, start_new_session=True)
+            [*ENDS_WITH_PARENT, *command, *arguments], env=environment, start_new_session=True)
 
     def _keep(self, message: Any) -> None:
         if message.persons:
@@ -155,6 +159,26 @@ class PresetsTest(unittest.TestCase):
         self.judge(self.launch('realsense', 'camera:=realsense', 'driver:=true', packages=folder.parent),
                    find_preset('realsense'))
 
+    def test_webcam_whose_driver_is_not_installed(self) -> None:
+        """A node of this project takes the driver's place."""
+        images = f'{roslib.packages.get_pkg_dir("skeleton_extract_3d")}/demo/cross/rgb'
+        self.keep(Launch('webcam', '--camera', 'usb_cam', '--source', images, command=('rosrun', *DRIVER)))
+        message = rospy.wait_for_message('/usb_cam/image_raw', Image, PATIENCE)
+        self.assertEqual(message.header.frame_id, find_preset('usb_cam').frame)
+
+    def test_recording_has_what_process_bag_needs(self) -> None:
+        preset, bag = find_preset('azure_kinect'), Path(self.folder.name) / 'azure.bag'
+        stand_in = self.stand_in(preset)
+        recorder = self.keep(Launch('recorder', '-O', str(bag), command=('rosrun', *RECORDER)))
+        await_true(lambda: stand_in.listeners == 3, 'the recorder')
+        first = len(stand_in.sent)
+        await_true(lambda: len(stand_in.sent) > first + 5, 'some frames')
+        recorder.stop()
+        recorder.wait()
+        with rosbag.Bag(str(bag)) as recorded:
+            counts = {topic: recorded.get_message_count(topic) for topic in preset.inputs()}
+        self.assertGreaterEqual(min(counts.values()), 5, counts)
+
     def test_file_of_a_camera_with_compressed_images(self) -> None:
         file = Path(self.folder.name) / 'lab.yaml'
         file.write_text(OWN_CAMERA)
@@ -176,7 +200,7 @@ class PresetsTest(unittest.TestCase):
         preset = find_preset('orbbec')
         stand_ins = [self.stand_in(preset, ns) for ns in ('left', 'right')]
         left = self.keep(Launch('left', 'camera:=orbbec', 'cameras:=left right', 'mode:=fast',
-                                file=('skeleton_extract_3d', 'openpose_skeleton_extract.launch')))
+                                command=('roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch')))
         right: List[Any] = []
         subscriber = rospy.Subscriber('/right/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray,
                                       right.append)

@@ -40,7 +40,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='camera_driver', description=__doc__)
     parser.add_argument('--camera', default='', help='name of cameras.yaml, or a YAML file with one camera')
     parser.add_argument('--ns', default='', help="namespace of the topics; empty: the preset's")
-    parser.add_argument('--source', default='', help='number of the webcam, where the package usb_cam is missing')
+    parser.add_argument('--source', default='', help='webcam number, video or folder, without the package usb_cam')
     parser.add_argument('words', nargs='*', metavar='NAME:=VALUE | FILE.launch',
                         help="arguments of the driver, and another launch file of its package")
     return parser
@@ -54,7 +54,8 @@ def _command(preset: CameraPreset, options: argparse.Namespace) -> List[str]:
         return []
     node = roslib.packages.find_node('openpose_ros_pkg', 'camera_node')[0]
     namespace = preset.topic('image', options.ns or None).rpartition('/')[0]
-    return [node, '__name:=camera_node', f'__ns:={namespace}', f'--source={options.source or 0}']
+    return [node, '__name:=camera_node', f'__ns:={namespace}', f'--source={options.source or 0}', '--loop',
+            f'--frame_id={preset.frame}']
 
 
 def _is_installed(package: str) -> bool:
