@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives, written
 from mocap_files import MOTIVE, TRC, c3d_file
-from openpose_ros_pkg.output.keypoint_file import FORMATS, people_to_storage, read_keypoint
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
@@ -59,14 +58,6 @@ def test_keypoint_csv(tmp_path_factory, content):
 @example(b'[' * 100000, None)
 def test_openpose_json(content, skeleton):
     check_people(survives(people_from_json, content, skeleton, size=len(content)))
-
-
-@pytest.mark.parametrize('kind', FORMATS)
-@given(st.data())
-def test_keypoint_matrix(tmp_path_factory, kind, data):
-    content = data.draw(mutated(people_to_storage(people(), kind).encode()))
-    path = written(tmp_path_factory, f'people.{kind}', content)
-    check_people(survives(read_keypoint, path, size=len(content)))
 
 
 @pytest.mark.parametrize('suffix', ['.csv', '.trc', '.c3d'])
