@@ -6,7 +6,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Stream
 from openpose_ros_bringup.ros.doctor import network, program
-from openpose_ros_bringup.ros.doctor.inputs import Wanted, find_cameras
+from openpose_ros_bringup.ros.doctor.inputs import Wanted, find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.streams import Listener
 from openpose_ros_pkg.camera_presets import find_preset, read_presets
 from openpose_ros_pkg.ros.convert import pixels_to_image
@@ -69,7 +69,8 @@ def test_the_cameras_that_nodes_read():
     assert (first.preset, first.namespace, first.node) == ('realsense', 'left', '/left/skeleton_extract_3d_node')
     assert topics_of(first) == {role: realsense.topic(role, 'left') for role in ('image', 'depth', 'camera_info')}
     assert (second.preset, second.points, second.node) == ('', None, '/openpose_ros_service_node')
-    assert [source.camera for source in find_cameras(AUTO._replace(namespace='left'), [left, flat], {})] == [first]
+    assert nodes_within('left', [left, flat]) == [left] and nodes_within('x', [left, flat]) == [flat]
+    assert nodes_within('', [left, flat]) == [left, flat] and nodes_within('lef', [left, flat]) == []
     other, = find_cameras(AUTO._replace(camera='realsense'), [left, flat], {})
     assert other.camera.node == ''  # no node reads it
 

@@ -33,6 +33,12 @@ class Source(NamedTuple):
     rectified: bool
 
 
+def nodes_within(namespace: str, nodes: Sequence[ChainNode]) -> List[ChainNode]:
+    """Return the nodes in a namespace, and those that read topics there."""
+    return [node for node in nodes
+            if any(_is_within(name, namespace) for name in (node.name, *(topic for topic, _ in inputs_of(node))))]
+
+
 def find_cameras(wanted: Wanted, nodes: Sequence[ChainNode], published: Mapping[str, PublishedTopic]) -> List[Source]:
     """Return the cameras to check; none where the topics are those of no camera.
 
@@ -43,7 +49,7 @@ def find_cameras(wanted: Wanted, nodes: Sequence[ChainNode], published: Mapping[
         return [_with_node(_of_topics(wanted.topics), nodes)]
     if wanted.camera != AUTO:
         return [_with_node(_of_preset(find_preset(wanted.camera), wanted.namespace or None), nodes)]
-    read = [_of_node(node) for node in nodes if _is_within(node.name, wanted.namespace)]
+    read = [_of_node(node) for node in nodes]
     if read:
         return list({source.camera.image.topic: source for source in read}.values())
     kinds = {topic: there.kind for topic, there in published.items() if _is_within(topic, wanted.namespace)}

@@ -25,7 +25,7 @@ from openpose_ros_bringup.doctor.frames import frames_needed
 from openpose_ros_bringup.doctor.report import diagnose, faults, report
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, People, Snapshot, Tf
 from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
-from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras
+from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_bringup.ros.doctor.transforms import FrameListener
@@ -36,8 +36,8 @@ from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 PREFIX = 'OPENPOSE_ROS_PREFIX'
 # Messages of images and points that are enough.
 _MESSAGES = 30
-# Nodes report once a second; they are waited for so long [s].
-_STATUS_PATIENCE = 3.0
+# Nodes report once a second, each for all of its cameras; they are waited for so long [s].
+_STATUS_PERIOD, _STATUS_PATIENCE = 1.2, 3.0
 # Least time to listen, and how much longer the whole may take before it is given up [s].
 _LEAST, _GRACE = 1.5, 30.0
 _PERIOD = 0.05
@@ -69,8 +69,10 @@ def look(options: argparse.Namespace) -> Snapshot:
     rospy.init_node('doctor', anonymous=True, disable_signals=True, disable_rosout=True, log_level=rospy.ERROR)
     status, ticks, frames = StatusListener(), _ClockListener(graph), FrameListener()
     expected = nodes_with_results(graph.published)
-    _wait(lambda: set(expected) <= set(status.nodes()), _STATUS_PATIENCE if expected else 0.0)
-    nodes = status.read(graph.published)
+    begin = time.monotonic()
+    _wait(lambda: set(expected) <= set(status.nodes()) and time.monotonic() - begin > _STATUS_PERIOD,
+          _STATUS_PATIENCE if expected else 0.0)
+    nodes = nodes_within(options.namespace, status.read(graph.published))
     sources = find_cameras(_wanted(options), nodes, graph.published)
     listeners = [CameraListener(source.camera, source.rectified, graph.published) for source in sources]
     people = _PeopleListener(nodes, graph)
@@ -82,7 +84,8 @@ def look(options: argparse.Namespace) -> Snapshot:
     seen = Snapshot(
         replace(master, clock=ticks.read(), unreachable=unreachable(_nodes(sources, expected, graph))),
         time.monotonic() - begin, graph.published, graph.subscribed, [each.read() for each in listeners],
-        Tf(options.fixed_frame or _fixed_frame(nodes, graph)), status.read(graph.published),
+        Tf(options.fixed_frame or _fixed_frame(nodes, graph)),
+        nodes_within(options.namespace, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
         people.read())
     tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), edges=frames.edges())
