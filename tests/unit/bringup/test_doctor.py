@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openpose_ros_bringup.doctor.findings import RIGHT, UNKNOWN, WRONG
+from openpose_ros_bringup.doctor.findings import RIGHT, UNKNOWN, WRONG, Finding
 from openpose_ros_bringup.doctor.report import CHECKS, diagnose, faults, report
 from openpose_ros_bringup.doctor.snapshot import (
     Arrival,
@@ -28,6 +28,9 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
 
+ROOT = Path(__file__).parents[3]
+LAUNCH = (ROOT / 'extensions/openpose_ros_bringup/launch/people.launch').read_text()
+ARGUMENTS = re.findall(r'<arg name="(\w+)" default=', LAUNCH)
 IMAGE, CLOUD, INFO = 'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CameraInfo'
 OPTICAL, NODE = 'camera_optical', '/skeleton_extract_3d_node'
 WIDTH, HEIGHT, FOCAL = 64, 48, 56.0
@@ -91,7 +94,11 @@ def with_published(seen=WELL, without=(), **others):
 
 
 def wrong(seen, name):
-    return [finding for finding in diagnose(seen)[name] if finding.state == WRONG]
+    found = [finding for finding in diagnose(seen)[name] if finding.state == WRONG]
+    for finding in found:
+        arguments = re.findall(r'(\w+):=', finding.line.partition('people.launch')[2])
+        assert set(arguments) <= set(ARGUMENTS), finding.line
+    return found
 
 
 @pytest.mark.parametrize('seen', [WELL, CLOUD_WELL, replace(WELL, cameras=[Camera(COLOUR, node=NODE)]),
@@ -104,7 +111,7 @@ def test_where_all_is_well_each_check_says_so(seen):
 
 
 def test_the_page_has_a_line_for_each_check():
-    page = (Path(__file__).parents[3] / 'docs/nothing_in_rviz.md').read_text()
+    page = (ROOT / 'docs/nothing_in_rviz.md').read_text()
     assert [name.lower() for name in re.findall(r'^\d+\. \*\*(\w+)\.', page, re.MULTILINE)] == list(CHECKS)
 
 
@@ -247,7 +254,8 @@ def test_pairs_by_the_slop_of_the_node():
     late = with_camera(image=replace(COLOUR, arrivals=arrivals(2, 4)), points=replace(DEPTH, arrivals=arrivals(
         2, 4, age=0.25)))
     found, = wrong(late, 'stamps')
-    assert found.text.startswith('no pairs: the nearest stamps of') and found.line.endswith('slop:=0.3')
+    assert found.text.startswith('no pairs: the nearest stamps of') and found.line.startswith(
+        "echo 'skeleton_extract_3d_node: {slop: 0.3}' > pairs.yaml && roslaunch ")
     node = replace(WORKING, parameters={'slop': 0.3})
     assert not wrong(replace(late, nodes=[node]), 'stamps')
 
@@ -387,4 +395,6 @@ def test_report_has_a_line_to_type_below_what_is_wrong():
     place = next(number for number, line in enumerate(lines) if 'WRONG' in line)
     assert any('-> ./run shell rosnode info /driver' in line for line in lines[place:place + 3])
     assert all(len(line) <= 120 for line in lines)
+    several = {'stamps': [Finding(WRONG, 'old', 'rosparam set x 1 && rosbag play x || echo ros')]}
+    assert '-> ./run rosparam set x 1 && ./run rosbag play x || echo ros\n' in report(several, './run ')
     assert lines[-1] == '1 wrong: docs/nothing_in_rviz.md'

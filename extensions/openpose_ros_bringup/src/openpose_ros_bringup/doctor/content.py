@@ -155,9 +155,10 @@ def _pairing_fault(camera: Camera, seen: Snapshot) -> Iterator[Finding]:
     report = pairing_report(matcher)
     if pairs + len(matcher.finish()) > 0 or report is None:
         return
-    settings = {key: f'{value:g}' for key, value in report.settings.items()}
+    settings = ', '.join(f'{key}: {value:g}' for key, value in report.settings.items())
     yield wrong('no pairs: ' + report.text((camera.image.topic, camera.points.topic), ''),
-                launch_line(camera, **settings) if settings else 'chronyc tracking    # on both machines')
+                f"echo 'skeleton_extract_3d_node: {{{settings}}}' > pairs.yaml && " + launch_line(
+                    camera, config='$PWD/pairs.yaml') if settings else 'chronyc tracking    # on both machines')
 
 
 def _pairing_params(camera: Camera, seen: Snapshot) -> PairingParams:

@@ -1,4 +1,5 @@
 """The ten checks in their order, and their findings in words."""
+import re
 import textwrap
 from typing import Callable, Dict, Iterator, List, Mapping
 
@@ -14,6 +15,7 @@ CHECKS: Dict[str, Callable[[Snapshot], Iterator[Finding]]] = {
     'stamps': check_stamps, 'registration': check_registration, 'tf': check_tf, 'frames': check_frames,
     'load': check_load, 'subscribers': check_subscribers}
 Findings = Mapping[str, List[Finding]]
+_COMMAND_OF_ROS = re.compile(r'(^|(?:&&|\|\|) )(?=ros)')
 _WIDTH, _INDENT = 120, ' ' * 25
 
 
@@ -41,7 +43,7 @@ def report(findings: Findings, prefix: str = '') -> str:
                                    subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
             title = ''
             if finding.line:
-                lines.append(f'{_INDENT}-> {prefix if finding.line.startswith("ros") else ""}{finding.line}')
+                lines.append(_INDENT + '-> ' + _COMMAND_OF_ROS.sub(lambda begin: begin[1] + prefix, finding.line))
     wrong = faults(findings)
     lines.append(f'{wrong} wrong: docs/nothing_in_rviz.md' if wrong else 'nothing is wrong')
     return '\n'.join(lines) + '\n'
