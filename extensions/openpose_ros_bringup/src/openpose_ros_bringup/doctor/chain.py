@@ -98,7 +98,7 @@ def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
         return wrong(f'{node.name} is disabled', f'rosservice call {node.name}/enable true')
     if node.rests:
         return wrong(f'{node.name} rests: no node subscribes to its results',
-                     f'rostopic hz {node.results or _RESULTS}    # or RViz: {BRINGUP} chain:=false rviz:=true')
+                     f'rostopic hz {node.results or _RESULTS}    # or RViz: rosrun openpose_ros_bringup view')
     if node.level != 0 and not node.text.startswith(_NORMAL):
         return wrong(f'{node.name}: {node.text}', f'rosnode info {node.name}')
     people = '' if seen.people is None else (f'; {seen.people.most} people in {seen.people.frames} results'
