@@ -31,7 +31,9 @@ VALUES = {'camera': 'realsense', 'ns': 'here', 'cameras': 'a b', 'rgb_cameras': 
           'look': 'original', 'markers': 'false', 'source': '1', 'folder': '/some', 'target_rate': '7',
           'config': 'CONFIG'}
 # Arguments without effect unless another one is given.
-NEEDS = {'source': {'camera': 'files'}, 'folder': {'camera': 'sequence'}, 'driver_args': {'driver': 'true'}}
+NEEDS = {'people.launch': {'source': {'camera': 'files'}, 'folder': {'camera': 'sequence'},
+                           'driver_args': {'driver': 'true'}},
+         'record.launch': dict.fromkeys(('camera', 'camera_ns', 'cameras', 'compressed'), {'raw': 'true'})}
 
 
 class Loader(XmlLoader):
@@ -95,7 +97,7 @@ def test_each_argument_has_an_effect(name, argument, tmp_path):
     config.write_text('\n'.join(f'{node.rpartition("/")[2]}: {{tf_timeout: 0.7, lazy: false}}' for node in names(load(
         name, **ALL_ON.get(name, {})))))
     default = ARGUMENTS[name][argument]
-    others = {**ALL_ON.get(name, {}), **(NEEDS.get(argument, {}) if 'camera' in ARGUMENTS[name] else {})}
+    others = {**ALL_ON.get(name, {}), **NEEDS.get(name, {}).get(argument, {})}
     others.pop(argument, None)
     value = VALUES.get(argument, 'false' if default == 'true' else 'true' if default == 'false' else 'other')
     value = {'CONFIG': str(config), default: 'people'}.get(value, value)
