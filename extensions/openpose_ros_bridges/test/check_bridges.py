@@ -74,8 +74,8 @@ class BridgesTest(unittest.TestCase):
         cls.launched = subprocess.Popen(
             ['roslaunch', str(Path(__file__).with_name('bridges.xml'))], env=cls.environment)
         # without signals: its namespace has none
-        cls.others = [cls.start('jsk_node'), cls.start('people_msgs_node', '__ns:=alone'),
-                      cls.start('hri_node', '__ns:=alone')]
+        cls.alone = [subprocess.Popen(['rosrun', 'openpose_ros_bridges', node, '__ns:=alone'], env=cls.environment)
+                     for node in ('people_msgs_node', 'hri_node')]
         cls.player = Player()
         cls.diagnostics = Diagnostics('people_msgs_node', 'spencer_node', 'vision_msgs_node', 'jsk_node')
         cls.people, cls.tracks, cls.images, cls.space, cls.poses_2d, cls.poses, cls.skeletons = (
@@ -91,14 +91,10 @@ class BridgesTest(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        for process in (cls.launched, *cls.others):
+        for process in (cls.launched, *cls.alone):
             process.terminate()
             process.wait()
         shutil.rmtree(str(cls.folder))
-
-    @classmethod
-    def start(cls, node, *arguments):
-        return subprocess.Popen(['rosrun', 'openpose_ros_bridges', node, *arguments], env=cls.environment)
 
     def test_a_person_walks(self):
         people, tracks = self.people.wait(20)[10:], self.tracks.wait(20)[10:]
