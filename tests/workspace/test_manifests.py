@@ -93,6 +93,12 @@ def test_running_needs_no_headers(package):
     assert not [key for key in depends(package, 'exec_depend', 'depend') if key.endswith('-dev')]
 
 
+def test_the_core_runs_without_rviz():
+    """A robot has no screen: launch files that show people are in openpose_ros_bringup."""
+    assert {package for package in PACKAGES if 'rviz' in depends(package, 'exec_depend', 'depend')} == {
+        'openpose_ros_bringup'}
+
+
 def test_packages_can_be_released_together():
     """What bloom asks of a repository: its parser finds no fault, and all versions are equal."""
     warnings = []
