@@ -28,9 +28,10 @@ def launch_command(arguments: Sequence[str], has_display: bool) -> List[str]:
         try:
             preset = find_preset(name)
         except ParameterError as error:
-            die(f'{error}\n\nusage: ./run camera NAME [NAME:=VALUE | FILE.launch ...]\n' + '\n'.join(
-                f'  {preset.name:13} {preset.title}' for preset in read_presets().values())
-                + f'\n  {AUTO:13} the camera that is published')
+            cameras = '\n'.join(f'  {preset.name:13} {preset.title}' for preset in read_presets().values())
+            wrong = str(error).partition(': one of')[0] if name else 'name a camera'
+            die(f'{wrong}\n\nusage: ./run camera NAME [NAME:=VALUE | FILE.launch ...]\n{cameras}\n'
+                f'  {AUTO:13} the camera that is published\n  FILE.yaml     a camera of your own')
         chosen = [f'driver:={str(bool(preset.package)).lower()}', f'dimensions:={preset.dimensions}']
     driver = [word for word in words if word.endswith('.launch')]
     chosen += [f'driver_args:={" ".join(driver)}'] if driver else []
