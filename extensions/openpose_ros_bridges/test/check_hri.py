@@ -27,7 +27,7 @@ from hri_readers import BODIES, LibhriBodies, RvizSkeletons
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
-from session import Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 from skeleton_extract_3d.ros import convert
 
 INPUT, PERSONS = '/openpose_ros/skeleton_3d', '/humans/persons'
@@ -223,7 +223,7 @@ class HriTest(unittest.TestCase):
         left, right = Scene('/left'), Scene('/right')
         right.ids = [6]
         listener = LibhriBodies(hri_msgs.msg, self.frames)
-        lists = Recorder(f'{BODIES}/tracked', hri_msgs.msg.IdsList)
+        lists, diagnostics = Recorder(f'{BODIES}/tracked', hri_msgs.msg.IdsList), Diagnostics()
         self.stop(self.node)
         self.node = self.start('hri_node', '_cameras:=left /right')
         self.addCleanup(rospy.delete_param, '/hri_node/cameras')
@@ -238,6 +238,8 @@ class HriTest(unittest.TestCase):
         await_true(lambda: models() == both[:2] and not topics_of('right'), 'its models and topics, too')
         left.sends = False
         await_true(lambda: listener.names == models() == [], 'both have ended')
+        start = 'to start one: roslaunch openpose_ros_bringup people.launch chain:=false'
+        diagnostics.await_text('/hri_node', f'{start} ns:=left', f'{start} ns:=right')
 
     def test_no_model_stays_after_the_node(self):
         rospy.set_param('/human_description_other1', '<robot/>')

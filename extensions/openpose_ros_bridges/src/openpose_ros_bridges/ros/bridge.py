@@ -27,10 +27,10 @@ SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
 _SAME_STAMP = 0.0005
 
 
-def start_signals() -> str:
-    """Return the command that starts what publishes SIGNALS in the namespace of this node."""
-    namespace = rospy.get_namespace().strip('/')
-    return f"roslaunch openpose_ros_bringup people.launch chain:=false{f' ns:={namespace}' if namespace else ''}"
+def start_signals(namespace: str = '') -> str:
+    """Return the command that starts the node of signals in the namespace of a chain; empty: the node's own."""
+    resolved = rospy.resolve_name(namespace).strip('/')
+    return f"roslaunch openpose_ros_bringup people.launch chain:=false{resolved and f' ns:={resolved}'}"
 
 
 class Output(NamedTuple):

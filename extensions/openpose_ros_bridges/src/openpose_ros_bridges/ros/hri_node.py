@@ -147,7 +147,7 @@ class HriNode:
                   source('camera_info', CameraInfo, self._camera_info, optional=True),
                   source('detected_poses', PersonDetectionArray, self._in_image, optional=True)]
         if self._params.signals:
-            inputs.append(source('people_signals', PersonSignalsArray, self._signals, start=start_signals()))
+            inputs.append(source('people_signals', PersonSignalsArray, self._signals, start=start_signals(camera)))
         return inputs
 
     def _camera_info(self, chain: _Chain, message: CameraInfo) -> None:
