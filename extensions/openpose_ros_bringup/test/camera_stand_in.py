@@ -30,35 +30,36 @@ WIDTH, RATE = 640, 5.0
 # K of rectified images and P of others differ from the calibration of the images by this factor: to take them is wrong.
 OTHER = 0.8
 VISIBLE = 2
+_NUMBERS = 1000  # more than there are frames
 _CODES = {'rgb8': cv2.COLOR_BGR2RGB, 'bgr8': None, 'bgra8': cv2.COLOR_BGR2BGRA}
 
 
 class StandIn:
-    """Publishes frames until it is stopped.
-
-    Args:
-        ns: namespace in place of the preset's.
+    """Publishes frames from `start` to `stop`; the last digits of their stamps are their numbers, see `number_of`.
 
     Attributes:
-        sent: number of the frame of each stamp.
+        sent: number of frames that were published.
         xyz: of each frame the joints of its people in the frame of the camera, (P, 18, 3) [m]; NaN: hidden.
         uv: the same in the image, (P, 18, 2) [px].
     """
 
-    def __init__(self, preset: CameraPreset, ns: Optional[str] = None) -> None:
-        self._preset = preset
+    def __init__(self, preset: CameraPreset) -> None:
+        self._preset, self.sent = preset, 0
         folder = Path(roslib.packages.get_pkg_dir('skeleton_extract_3d')) / 'demo/cross'
         self._sequence = RgbdSequence.read(folder)
         self._camera, self._scale, self._above = _scaled(self._sequence.camera, preset)
-        self.sent: Dict[rospy.Time, int] = {}
         self.xyz, uv = _truth(folder, 'xyz'), _truth(folder, 'uv')
         self.uv = [(joints + 0.5) * self._scale - 0.5 + (0, self._above) for joints in uv]
-        kinds = {'image': Image, 'depth': Image, 'points': PointCloud2, 'camera_info': CameraInfo}
-        self._publishers = {role: _publisher(preset, role, kind, ns) for role, kind in kinds.items()
-                            if preset.topic(role)}
+        self._publishers: Dict[str, rospy.Publisher] = {}
         self._kept: Dict[int, Dict[str, Any]] = {}
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._play, daemon=True)
+
+    def start(self, ns: Optional[str] = None) -> None:
+        """Publish in the namespace of the preset, or another one."""
+        kinds = {'image': Image, 'depth': Image, 'points': PointCloud2, 'camera_info': CameraInfo}
+        self._publishers = {role: _publisher(self._preset, role, kind, ns) for role, kind in kinds.items()
+                            if self._preset.topic(role)}
         self._thread.start()
 
     @property
@@ -77,8 +78,9 @@ class StandIn:
         for number in play_order(len(self._sequence), 'forth_and_back'):
             if self._ended.wait(1.0 / RATE) or rospy.is_shutdown():
                 return
-            stamp = rospy.Time.from_sec(time.time())
-            self.sent[stamp] = number
+            nanoseconds = time.time_ns()
+            stamp = rospy.Time(0, nanoseconds - nanoseconds % _NUMBERS + number)
+            self.sent += 1
             if number not in self._kept:
                 self._kept[number] = self._messages(number)
             for role, publisher in self._publishers.items():
@@ -109,6 +111,11 @@ class StandIn:
         else:
             info.P = (wrong @ np.reshape(info.P, (3, 4))).ravel().tolist()
         return info
+
+
+def number_of(stamp: rospy.Time) -> int:
+    """Return the number of the frame with this stamp."""
+    return stamp.to_nsec() % _NUMBERS
 
 
 def _scaled(camera: CameraModel, preset: CameraPreset) -> Tuple[CameraModel, float, int]:
@@ -168,7 +175,7 @@ def main() -> None:
     rospy.init_node('camera_stand_in')
     name, *flags = rospy.myargv()[1:]
     if 'false' not in flags:
-        StandIn(find_preset(name))
+        StandIn(find_preset(name)).start()
     rospy.spin()
 
 

@@ -33,7 +33,7 @@ VALUES = {'camera': 'realsense', 'ns': 'here', 'cameras': 'a b', 'rgb_cameras': 
 # Arguments without effect unless another one is given.
 NEEDS = {'people.launch': {'source': {'camera': 'files'}, 'folder': {'camera': 'sequence'},
                            'driver_args': {'driver': 'true'}},
-         'record.launch': dict.fromkeys(('camera', 'camera_ns', 'cameras', 'compressed'), {'raw': 'true'})}
+         'record.launch': {key: {'raw': 'true'} for key in ('camera', 'camera_ns', 'cameras', 'compressed')}}
 
 
 class Loader(XmlLoader):

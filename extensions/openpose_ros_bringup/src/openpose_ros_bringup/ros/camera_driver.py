@@ -9,7 +9,7 @@ import roslib.packages
 import rospkg
 import rospy
 
-from openpose_ros_pkg.camera_presets import CameraPreset, find_preset
+from openpose_ros_pkg.camera_presets import AUTO, CameraPreset, find_preset, read_presets
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.ros.node import RESPAWNS
 
@@ -22,6 +22,9 @@ def main() -> int:
     # names of roslaunch; all others with := are arguments of the driver
     own = [word for word in sys.argv[1:] if word.startswith('__')]
     options = _parser().parse_args([word for word in sys.argv[1:] if word not in own])
+    if options.camera in ('', AUTO):
+        names = ', '.join(name for name, preset in read_presets().items() if preset.package)
+        return _rest(f'to start a driver, name the camera: camera:=NAME, one of {names}')
     try:
         preset = find_preset(options.camera)
         command = _command(preset, options)
@@ -33,6 +36,7 @@ def main() -> int:
                      f'{preset.name} has no driver that could be started')
     sys.stdout.write(f'camera_driver: {" ".join(command)}\n')
     sys.stdout.flush()
+    os.environ.pop('ROS_NAMESPACE', None)  # that of the chain
     os.execvp(command[0], command)
 
 

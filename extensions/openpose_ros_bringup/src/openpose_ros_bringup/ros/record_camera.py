@@ -46,6 +46,6 @@ def _parser() -> argparse.ArgumentParser:
                                                      'empty: the one that is published')
     parser.add_argument('--ns', default='', help="namespace of the topics; empty: the preset's")
     parser.add_argument('--cameras', default='', help='namespaces of several cameras of this kind, separated by spaces')
-    parser.add_argument('--dimensions', type=int, choices=(2, 3), default=3, help='2: images without depth, also of a camera that has none')
+    parser.add_argument('--dimensions', type=int, choices=(2, 3), default=3, help='with auto: 2: images without depth')
     parser.add_argument('--compressed', action='store_true', help='JPEG and PNG, as image_transport publishes them')
     return parser
