@@ -141,7 +141,7 @@ class HriTest(unittest.TestCase):
         left, right = points[Skeleton2D.LEFT_EYE], points[Skeleton2D.RIGHT_EYE]
         np.testing.assert_allclose([left.x, left.y, left.c, right.x, right.c], [0.5, 0.25, 0.5, 0.475, 0.75], rtol=1e-6)
         self.assertEqual((len(points), points[Skeleton2D.NOSE].c), (18, 0.0))
-        self.assertEqual(newest(f'{BODIES}/p5/posture', BodyPosture).posture, BodyPosture.STANDING)
+        await_true(lambda: newest(f'{BODIES}/p5/posture', BodyPosture).posture == BodyPosture.STANDING, 'stands')
         self.assertEqual(newest(f'{BODIES}/p5/gesture', Gesture).gesture, Gesture.LEFT_HAND_RAISED)
         hips = (place(5, 'left_hip') + place(5, 'right_hip')) / 2
         np.testing.assert_allclose(numbers(newest(f'{BODIES}/p5/position', PointStamped).point), hips, atol=0.02)

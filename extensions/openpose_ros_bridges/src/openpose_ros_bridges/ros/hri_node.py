@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Type
 
-import genpy
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Quaternion, TransformStamped, TwistStamped, Vector3
@@ -18,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_bridges.body_model import BodyPose, Pose, body_poses
 from openpose_ros_bridges.human_description import links_of
 from openpose_ros_bridges.node_params import HriParams, HriSettings
+from openpose_ros_bridges.ros.body_topics import BodyTopics
 from openpose_ros_bridges.ros.bridge import IN_SPACE, start_signals
 from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.human_descriptions import HumanDescriptions
@@ -36,43 +36,6 @@ from skeleton_extract_3d.ros import convert
 BODIES, PERSONS = '/humans/bodies', '/humans/persons'
 # Images may come for so long before the camera info that tells their size [s].
 _BEFORE_INFO = 2.0
-
-
-class _Topics:
-    """The topics of bodies, or of persons, which come and go with them; `ended` is called with names that go."""
-
-    def __init__(self, root: str, forget: float, ended: Callable[..., None] = lambda *names: None) -> None:
-        self._root, self._forget, self._ended = root, forget, ended
-        self._publishers: Dict[str, Dict[str, rospy.Publisher]] = {}
-        self._seen: Dict[str, float] = {}
-
-    def publish(self, name: str, topic: str, message: genpy.Message, latch: bool = False) -> None:
-        """Publish a message on a topic of one that is tracked; of others, nothing."""
-        if name not in self._seen:
-            return
-        own = self._publishers.setdefault(name, {})
-        new = topic not in own
-        if new:
-            own[topic] = rospy.Publisher(f'{self._root}/{name}/{topic}', type(message), queue_size=10, latch=latch)
-        if new or not latch:
-            own[topic].publish(message)
-
-    def keep(self, names: Sequence[str]) -> None:
-        """Take the names that are tracked now, and end the topics of names that were not for a while."""
-        now = time.monotonic()
-        self._seen.update(dict.fromkeys(names, now))
-        self._end([name for name, seen in self._seen.items() if now - seen > self._forget])
-
-    def clear(self) -> None:
-        """End the topics of all."""
-        self._end(list(self._seen))
-
-    def _end(self, names: Sequence[str]) -> None:
-        for name in names:
-            del self._seen[name]
-            for publisher in self._publishers.pop(name, {}).values():
-                publisher.unregister()
-        self._ended(*names)
 
 
 @dataclass
@@ -109,12 +72,12 @@ class HriNode:
 
     def __init__(self, settings: HriSettings) -> None:
         self._params = params = settings.hri
-        prefixes = _prefixes(params)
+        prefixes = id_prefixes(params)
         self._messages, self._health = HriMessages(), Health()
         self._lock = threading.Lock()
         self._models = HumanDescriptions(rf"({'|'.join(prefixes.values())})\d+", self._health)
-        self._bodies = _Topics(BODIES, params.forget, self._models.forget)
-        self._persons = _Topics(PERSONS, params.forget)
+        self._bodies = BodyTopics(BODIES, params.forget, self._models.forget)
+        self._persons = BodyTopics(PERSONS, params.forget)
         self._demand = Demand(settings.demand.lazy and not params.publish_tf, self._health)
         self._tracked = self._demand.advertise(f'{BODIES}/tracked', self._messages.ids, RESULTS_QUEUE)
         lists = ('tracked', 'known') if params.persons else ()
@@ -241,7 +204,7 @@ class HriNode:
                     self._bodies.publish(name, 'gesture', gesture)
 
 
-def _prefixes(params: HriParams) -> Dict[str, str]:
+def id_prefixes(params: HriParams) -> Dict[str, str]:
     """Return how the ids of the bodies of each chain begin, by its namespace; '' is the node's own."""
     if not re.fullmatch('[A-Za-z][A-Za-z0-9_]*', params.id_prefix):
         raise ParameterError(f'id_prefix: {params.id_prefix!r} is no beginning of a name, expected letters, digits '

@@ -33,13 +33,13 @@ class HumanDescriptions:
             self._lengths[name] = lengths
         return lengths
 
-    def forget(self, *names: str) -> None:
+    def forget(self, names: Sequence[str]) -> None:
         """Delete the models of bodies that have one."""
         self._delete([_PREFIX + name for name in names if self._lengths.pop(name, None) is not None])
 
     def clear(self) -> None:
         """Delete the models of all bodies."""
-        self.forget(*self._lengths)
+        self.forget(list(self._lengths))
 
     def _delete(self, names: Sequence[str]) -> None:
         if names:
