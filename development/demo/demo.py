@@ -18,10 +18,8 @@ from typing import List, Optional
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 import rosbag
 import rosparam
-import rospkg
 import rospy
 import stage
-import yaml
 from annotated_video import write_annotated_video
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
@@ -74,8 +72,6 @@ def parse_arguments() -> argparse.Namespace:
                         help='tell what people in space do too: postures, gestures, pointing')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
-    parser.add_argument('--view', choices=('side', 'above'), default='side',
-                        help='viewpoint of RViz in its screenshot (default %(default)s)')
     parser.add_argument('--screenshots', type=int, default=1, metavar='N',
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
@@ -162,22 +158,6 @@ def play_bag(session: Session, arguments: argparse.Namespace, rate: float = 1.0)
                                          str(arguments.bag)])
 
 
-def rviz_configuration(view: str, folder: Path, config: Optional[Path] = None) -> Path:
-    """Return the RViz configuration with one of its views; that from above is written to a folder.
-
-    Args:
-        config: the configuration; None: that of one camera.
-    """
-    config = config or Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'rviz' / 'skeleton_extract_3d.rviz'
-    if view == 'above':
-        values = yaml.safe_load(config.read_text())
-        views = values['Visualization Manager']['Views']
-        views['Current'] = dict(views['Saved'][0], Name='Current View')
-        config = folder / 'from_above.rviz'
-        config.write_text(yaml.safe_dump(values))
-    return config
-
-
 def take_screenshots(session: Session, arguments: argparse.Namespace, command: List[str], folder: Path,
                           screen: HeadlessScreen) -> None:
     """Run the chain once more, in slow motion, with RViz on a screen in memory, and take screenshots."""
@@ -191,10 +171,7 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
         rate = folder / 'log' / 'rate.yaml'
         rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}}}\n')
         command = [*command, f'config:={rate}']
-    nodes = session.start('nodes_with_rviz', command)
-    config = stage.rviz_configuration(arguments.bag, folder) if arguments.stage else None
-    session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(rviz_configuration(arguments.view, folder, config)),
-                           '-f', 'world'])
+    nodes = session.start('nodes_with_rviz', [*command, 'rviz:=true'])
     if arguments.bag:
         play_bag(session, arguments, STAGE_SLOW_MOTION if arguments.stage else SLOW_MOTION)
     results = ResultWatch(*RESULTS['stage' if arguments.stage else '3d'])

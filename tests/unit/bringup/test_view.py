@@ -70,8 +70,7 @@ def test_axes_of_a_level_camera():
 def test_displays_of_a_single_camera():
     values = rviz_configuration(TEMPLATE, 'world', SINGLE, viewpoint(person(3, 0), [LEVEL]))
     assert [display['Topic'] for display in displays(values, 'PointCloud2')] == ['/left/points']
-    assert [(display['Image Topic'], display['Enabled']) for display in displays(values, 'Image')] == [
-        ('/left/image', True)]
+    assert [display['Image Topic'] for display in displays(values, 'Image')] == ['/left/image']
     markers = {display['Name']: display['Marker Topic'] for display in displays(values, 'Marker')}
     assert markers['Signals'] == '/left/openpose_ros/skeleton_3d/visualization_signals'
     assert {'Joints', 'Skeletons', 'Signals'} <= set(markers)
@@ -85,8 +84,8 @@ def test_displays_of_several_cameras():
     values = rviz_configuration(TEMPLATE, 'room', topics, viewpoint(person(3, 0), [LEVEL]))
     assert [(display['Name'], display['Topic']) for display in displays(values, 'PointCloud2')] == [
         ('Cloud of a', '/a/points'), ('Cloud of b', '/b/points')]
-    assert [(display['Name'], display['Enabled']) for display in displays(values, 'Image')] == [
-        ('Image of a', True), ('Image of door', False)]
+    assert [(display['Name'], display['Image Topic']) for display in displays(values, 'Image')] == [
+        ('Image of a', '/a/image'), ('Image of door', '/door/image')]
     assert all(display['Marker Topic'].startswith('/people/') for display in displays(values, 'Marker'))
 
 

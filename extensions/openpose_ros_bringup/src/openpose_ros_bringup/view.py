@@ -54,7 +54,7 @@ class Topics(NamedTuple):
     Attributes:
         markers: namespace of the markers; empty: people in the image alone.
         clouds: topics by title.
-        images: topics by title; of several, the first one is open.
+        images: topics by title.
     """
 
     markers: str
@@ -96,8 +96,7 @@ def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, 
         if kind == 'rviz/PointCloud2':
             displays += [{**display, 'Name': title, 'Topic': topic} for title, topic in topics.clouds.items()]
         elif kind == 'rviz/Image':
-            displays += [{**display, 'Name': title, 'Image Topic': topic, 'Enabled': number == 0}
-                         for number, (title, topic) in enumerate(topics.images.items())]
+            displays += [{**display, 'Name': title, 'Image Topic': topic} for title, topic in topics.images.items()]
         elif kind == 'rviz/Grid':
             displays.append({**display, 'Enabled': not frame.endswith(TURNED)})
         elif topics.markers:
