@@ -10,13 +10,13 @@ from std_msgs.msg import Header
 from foreign_packages import DEFINITIONS, write_packages
 from openpose_ros_bridges.node_params import VisionParams
 from openpose_ros_bridges.ros.hri_messages import HriMessages
-from openpose_ros_bridges.ros.jsk_node import JskMessages, limb_name
+from openpose_ros_bridges.ros.jsk_node import JskMessages
 from openpose_ros_bridges.ros.people_nodes import PeopleMessages, SpencerMessages
 from openpose_ros_bridges.ros.vision_msgs_node import VisionMessages
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, openpose_name
 from openpose_ros_signals.records import Facing, FloorPose, Gesture, PersonSignals, Posture, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -204,8 +204,8 @@ def test_poses_and_skeletons_in_space(packages):
 
 
 def test_limbs_are_named_as_jsk_perception_names_them():
-    assert [limb_name(joint) for joint in COCO_18.joints] == JSK_LIMBS
-    assert {limb_name(joint) for joint in BODY_25.joints} - set(JSK_LIMBS) == {
+    assert [openpose_name(joint) for joint in COCO_18.joints] == JSK_LIMBS
+    assert {openpose_name(joint) for joint in BODY_25.joints} - set(JSK_LIMBS) == {
         'MidHip', 'LBigToe', 'LSmallToe', 'LHeel', 'RBigToe', 'RSmallToe', 'RHeel'}
 
 

@@ -1,6 +1,7 @@
 """What the launch files give the nodes, without starting any; and which command lines they refuse."""
 import itertools
 import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -9,7 +10,7 @@ from roslaunch.config import load_config_default
 from roslaunch.xmlloader import XmlLoader
 
 from development import PACKAGES, ROOT
-from openpose_ros_pkg.launch_arguments import declared_arguments
+from openpose_ros_pkg.launch_arguments import declared_arguments, mistakes
 
 FILES = {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()}
 ARGUMENTS = {name: declared_arguments([path]) for name, path in FILES.items()}
@@ -139,6 +140,12 @@ def test_no_files_together_start_signals_twice():
         assert started.count('/people_signals_node') <= chains
         assert started.count('/people/people_signals_node') <= 1
     assert not [node for node in names(load('bridges.launch', **ALL_ON['bridges.launch'])) if 'signals' in node]
+
+
+def test_a_python_without_yaml_refuses_no_config_file(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'openpose_ros_pkg.structured_text', None)
+    assert mistakes({'config': '/etc/passwd', 'mod': ''}, {'config': '', 'mode': ''}) == [
+        "there is no argument 'mod'; do you mean 'mode'?"]
 
 
 def test_a_config_file_holds_where_an_argument_is_not_given(tmp_path):

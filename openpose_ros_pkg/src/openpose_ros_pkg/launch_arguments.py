@@ -50,8 +50,10 @@ def mistakes(given: Dict[str, str], declared: Dict[str, str]) -> List[str]:
 
 
 def _is_by_node(path: str) -> bool:
-    from openpose_ros_pkg.structured_text import yaml_value  # needs PyYAML, which is not everywhere
-
+    try:
+        from openpose_ros_pkg.structured_text import yaml_value
+    except ImportError:  # the system's Python has no PyYAML where ROS has another one
+        return True
     try:
         content = yaml_value(Path(path).read_text())
     except (OSError, ValueError):

@@ -80,6 +80,13 @@ def mirrored_joint(joint: str) -> str:
     return joint
 
 
+def openpose_name(joint: str) -> str:
+    """Return the name of a joint as OpenPose writes it: right_shoulder is RShoulder."""
+    side, _, part = joint.partition('_')
+    words = f'{side[0]}_{part}' if side in ('left', 'right') else joint
+    return ''.join(word.capitalize() for word in words.split('_'))
+
+
 def _limbs(table: str) -> Tuple[Limb, ...]:
     """Return the limbs of rows 'start end channel [joins]'; the y component has the next channel."""
     rows = [row.split() for row in table.split(',')]

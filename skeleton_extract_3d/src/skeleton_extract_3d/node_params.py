@@ -74,7 +74,6 @@ class PlayerParams(Parameters):
         'loop', "What comes after the last frame. 'loop': the first frame, so that people jump; 'forth_and_back': the "
                 "sequence backwards, so that they move without a jump; 'once': the node ends. Stamps always increase.",
         choices=PLAYBACKS)
-    loop: bool = parameter(True, "False: as playback 'once', whatever playback says.")
     frame_id: str = parameter('', 'frame_id of the messages; empty: as sequence.yaml says, else camera_optical_frame.')
     wait_for_subscribers: float = parameter(
         0.0, 'Before the first frame, wait up to this long for subscribers of image and points.', unit='s', minimum=0.0)

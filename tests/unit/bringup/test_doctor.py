@@ -13,7 +13,6 @@ from openpose_ros_bringup.doctor.snapshot import (
     Camera,
     ChainNode,
     Clock,
-    Edge,
     Lookup,
     Machine,
     Master,
@@ -69,7 +68,7 @@ CAMERA = Camera(COLOUR, DEPTH, DEPTH_INFO, COLOUR_INFO, node=NODE)
 WITH_CLOUD = Camera(COLOUR, POINTS, None, COLOUR_INFO, node=NODE)
 WORKING = ChainNode(NODE, text='19.8 Hz', values={'rate [Hz]': '19.8', 'age of the result, median [s]': '0.06'},
                     parameters={'target_rate': 30.0}, results='/openpose_ros/skeleton_3d/detected_poses_3d')
-MOUNT = Tf('base', {OPTICAL: Edge('base')}, {('base', OPTICAL): Lookup(MOUNTED, np.zeros(3))})
+MOUNT = Tf('base', {OPTICAL: 'base'}, {('base', OPTICAL): Lookup(MOUNTED, np.zeros(3))})
 
 
 def published(*streams, **others):
@@ -287,12 +286,12 @@ def test_what_the_node_says_of_registration():
 
 @pytest.mark.parametrize('tf, text, line', [
     (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base {OPTICAL}'),
-    (Tf('base', {'base': Edge('odom'), OPTICAL: Edge('camera_link')}), 'tf has base, camera_link',
+    (Tf('base', {'base': 'odom', OPTICAL: 'camera_link'}), 'tf has base, camera_link',
      'static_transform_publisher 0 0 1.35 0 0 0 base camera_link'),
-    (Tf('map', {OPTICAL: Edge('base')}), "tf does not connect 'map'",
+    (Tf('map', {OPTICAL: 'base'}), "tf does not connect 'map'",
      'static_transform_publisher 0 0 0 0 0 0 map base'),
-    (Tf('base_lnk', {'base_link': Edge('odom')}), "tf does not know 'base_lnk'", 'fixed_frame:=base_link'),
-    (Tf('base', {OPTICAL: Edge('base', False, 900.0)}, {('base', OPTICAL): Lookup(error='extrapolation into the future'
+    (Tf('base_lnk', {'base_link': 'odom'}), "tf does not know 'base_lnk'", 'fixed_frame:=base_link'),
+    (Tf('base', {OPTICAL: 'base'}, {('base', OPTICAL): Lookup(error='extrapolation into the future'
                                                                                      )}),
      'not at the stamp of the points: extrapolation', f'tf_monitor base {OPTICAL}')])
 def test_tf(tf, text, line):
@@ -321,7 +320,7 @@ def test_a_camera_that_tf_turns_wrongly(rotation, text):
 
 def test_cameras_that_look_down_or_into_their_own_frame_are_right():
     down = replace(MOUNT, lookups={('base', OPTICAL): Lookup(np.diag([1, -1, -1]), np.zeros(3))})
-    own = Tf('other_optical', {OPTICAL: Edge('x')}, {('other_optical', OPTICAL): Lookup(np.eye(3), np.zeros(3))})
+    own = Tf('other_optical', {OPTICAL: 'x'}, {('other_optical', OPTICAL): Lookup(np.eye(3), np.zeros(3))})
     assert not wrong(replace(WELL, tf=down), 'frames') and not wrong(replace(WELL, tf=own), 'frames')
 
 

@@ -53,7 +53,7 @@ class RgbdPlayer:
         period = 1.0 / (self._params.rate or self._sequence.fps or _DEFAULT_RATE)
         # wall time: a stand-in for hardware does not follow a simulated clock
         next_time = time.monotonic()
-        for index in play_order(len(self._sequence), self._params.playback if self._params.loop else 'once'):
+        for index in play_order(len(self._sequence), self._params.playback):
             messages = self._readable(index)
             time.sleep(max(0.0, next_time - time.monotonic()))
             next_time = max(next_time + period, time.monotonic())

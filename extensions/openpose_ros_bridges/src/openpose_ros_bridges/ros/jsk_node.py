@@ -13,18 +13,12 @@ from openpose_ros_bridges.ros.bridge import IN_IMAGE, PEOPLE, Bridge, Output
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.skeletons import openpose_name
 from skeleton_extract_3d.people import MISSING
 from skeleton_extract_3d.ros.convert import people_from_array
 
 PACKAGE = ForeignPackage('jsk_recognition_msgs', 'https://github.com/jsk-ros-pkg/jsk_recognition (branch master)')
 _LIMBS = {'limb_names': 'string[]', 'poses': 'geometry_msgs/Pose[]', 'scores': 'float32[]'}
-
-
-def limb_name(joint: str) -> str:
-    """Return the name of a joint as OpenPose writes it: right_shoulder is RShoulder."""
-    side, _, part = joint.partition('_')
-    words = joint if side not in ('left', 'right') else f'{side[0]}_{part}'
-    return ''.join(word.capitalize() for word in words.split('_'))
 
 
 class JskMessages:
@@ -76,7 +70,7 @@ class JskMessages:
                                        zip(people.skeleton.joints, xyz, status) if each != MISSING}
             bones = [ends for ends in people.skeleton.drawn_limbs if set(ends) <= set(known)]
             skeletons.append(self._skeleton(
-                header=message.header, bone_names=['->'.join(map(limb_name, ends)) for ends in bones],
+                header=message.header, bone_names=['->'.join(map(openpose_name, ends)) for ends in bones],
                 bones=[self._bone(known[start], known[end]) for start, end in bones]))
         return self.skeletons(header=message.header, human_ids=[Int32(person) for person in people.ids.tolist()],
                               skeletons=skeletons)
@@ -85,7 +79,7 @@ class JskMessages:
         """Return the message of a person's joints: names, positions and scores."""
         person = self._pose()
         for joint, position, score in joints:
-            person.limb_names.append(limb_name(joint))
+            person.limb_names.append(openpose_name(joint))
             person.poses.append(Pose(Point(*position), Quaternion(w=1.0)))
             person.scores.append(score)
         return person

@@ -60,7 +60,7 @@ def check_tf(seen: Snapshot) -> Iterator[Finding]:
 
 def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
     frame = _frame_of(camera)
-    known = set(tf.edges) | {edge.parent for edge in tf.edges.values()}
+    known = {*tf.parents, *tf.parents.values()}
     if frame.startswith('/'):
         return wrong(f"frame_id '{frame}' begins with a slash, which tf2 does not allow",
                      f'rosparam list | grep frame_id    # set it without the slash: {frame[1:]}')
@@ -82,9 +82,9 @@ def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
 def _root(tf: Tf, frame: str) -> str:
     """Return the frame at the root of a frame's tree."""
     passed: Set[str] = set()
-    while frame in tf.edges and frame not in passed:
+    while frame in tf.parents and frame not in passed:
         passed.add(frame)
-        frame = tf.edges[frame].parent
+        frame = tf.parents[frame]
     return frame
 
 
@@ -108,7 +108,7 @@ def check_frames(seen: Snapshot) -> Iterator[Finding]:
         pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
         fault = '' if pose.rotation is None or 'optical' in fixed else _pose_fault(pose.rotation)
         if fault:
-            parent = seen.tf.edges[points.frame_id].parent if points.frame_id in seen.tf.edges else fixed
+            parent = seen.tf.parents.get(points.frame_id, fixed)
             yield wrong(f"by tf, in '{fixed}', {fault}: is '{points.frame_id}' turned as an optical frame "
                         '(x right, y down, z forward)?', 'rosrun tf2_ros static_transform_publisher 0 0 0 -1.5708 0 '
                                                          f'-1.5708 {parent} {points.frame_id}')

@@ -115,14 +115,6 @@ class Camera:
         return [stream for stream in (self.image, self.points, self.info) if stream is not None]
 
 
-class Edge(NamedTuple):
-    """Parent of a frame in tf, whether it is static, and its newest time [s]."""
-
-    parent: str
-    is_static: bool = True
-    newest: float = 0.0
-
-
 class Lookup(NamedTuple):
     """Rotation (3, 3) and translation (3,) [m] that tf has between two frames, or why it has none."""
 
@@ -137,12 +129,12 @@ class Tf:
 
     Attributes:
         fixed_frame: in which the room stands still and z is up; empty: none is named.
-        edges: by child frame.
+        parents: of frames.
         lookups: by target and source frame, at the stamp of the newest points.
     """
 
     fixed_frame: str = ''
-    edges: Mapping[str, Edge] = field(default_factory=dict)
+    parents: Mapping[str, str] = field(default_factory=dict)
     lookups: Mapping[Tuple[str, str], Lookup] = field(default_factory=dict)
 
 

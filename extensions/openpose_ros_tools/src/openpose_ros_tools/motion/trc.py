@@ -1,6 +1,7 @@
 """TRC files, for OpenSim and Pose2Sim: positions of markers over time, tabs between them."""
 import numpy as np
 
+from openpose_ros_pkg.skeletons import openpose_name
 from openpose_ros_tools.mocap.files.recording import MarkerRecording
 from openpose_ros_tools.motion.samples import SampledPerson
 
@@ -10,11 +11,7 @@ _MARKERS = {'mid_hip': 'CHip', 'head_top': 'Head'}
 
 def marker_name(joint: str) -> str:
     """Return Pose2Sim's name of a joint: RShoulder, LBigToe, CHip."""
-    if joint in _MARKERS:
-        return _MARKERS[joint]
-    side, _, part = joint.partition('_')
-    words = [side[0], *part.split('_')] if side in ('left', 'right') else [joint]
-    return ''.join(word.capitalize() for word in words)
+    return _MARKERS.get(joint) or openpose_name(joint)
 
 
 def markers_of(person: SampledPerson) -> MarkerRecording:

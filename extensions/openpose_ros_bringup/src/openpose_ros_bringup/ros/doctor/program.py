@@ -88,7 +88,7 @@ def look(options: argparse.Namespace) -> Snapshot:
         nodes_within(options.namespace, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
         people.read())
-    tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), edges=frames.edges())
+    tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), parents=frames.parents())
     frames.stop()
     return replace(seen, tf=tf)
 

@@ -6,7 +6,7 @@ import rospy
 import tf2_ros
 import yaml
 
-from openpose_ros_bringup.doctor.snapshot import Edge, Lookup
+from openpose_ros_bringup.doctor.snapshot import Lookup
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.transforms import check_stamp
@@ -26,12 +26,10 @@ class FrameListener:
         """Listen no more."""
         self._listener.unregister()
 
-    def edges(self) -> Dict[str, Edge]:
-        """Return all frames with their parents."""
+    def parents(self) -> Dict[str, str]:
+        """Return the parent of each frame."""
         frames = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
-        # tf2 writes the newest time of a static transform as 0
-        return {child: Edge(values['parent'], float(values['most_recent_transform']) == 0,
-                            float(values['most_recent_transform'])) for child, values in frames.items()}
+        return {child: values['parent'] for child, values in frames.items()}
 
     def lookups(self, wanted: Iterable[Tuple[str, str, rospy.Time]]) -> Dict[Tuple[str, str], Lookup]:
         """Return transforms by target and source frame, at a stamp, as soon as they are there or will not be."""
