@@ -76,6 +76,7 @@ class HriNode:
         self._messages, self._health = HriMessages(), Health()
         self._lock = threading.Lock()
         self._models = HumanDescriptions(rf"({'|'.join(prefixes.values())})\d+", self._health)
+        rospy.on_shutdown(self._end)  # before the first body comes
         self._bodies = BodyTopics(BODIES, params.forget, self._models.forget)
         self._persons = BodyTopics(PERSONS, params.forget)
         self._demand = Demand(settings.demand.lazy and not params.publish_tf, self._health)
@@ -90,7 +91,6 @@ class HriNode:
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in self._workers))})
         self._demand.read(*inputs)
         introduce(self._demand.inputs, bodies=', '.join(f'{BODIES}/{prefix}ID' for prefix in prefixes.values()))
-        rospy.on_shutdown(self._end)
 
     def _read(self, camera: str, prefix: str) -> List[InputSubscriber]:
         """Return the inputs of a chain."""
