@@ -30,14 +30,15 @@ from known_recording import (
     stamp_of,
     write_recording,
 )
-from sensor_msgs.msg import CompressedImage, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from disk_limits import file_size_limit
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.ros.process_bag.job import BagSettings
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, CameraTopics
+from openpose_ros_tools.ros.process_bag.preset import with_preset
 from openpose_ros_tools.ros.process_bag.program import main, read_config
 from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
@@ -203,6 +204,17 @@ def test_a_camera_by_name_gives_the_topics(run, recording, tmp_path, out, capsys
     assert run(mixed, '--camera', camera, output=tmp_path / 'of_mixed.bag') == 0
     for one, other in zip(arrays(out), arrays(tmp_path / 'of_mixed.bag')):
         np.testing.assert_array_equal(positions(one), positions(other))
+
+
+@pytest.mark.parametrize('preset', ['realsense', 'auto'])
+def test_topics_of_one_camera_of_several_are_in_its_namespace(tmp_path, preset):
+    bag = write_recording(tmp_path / 'room.bag', image='/left/color/image_raw', points=None, others=lambda bag: [
+        bag.write(f'/left{ALIGNED[7:]}/{name}', kind(), stamp_of(0)) for name, kind in (
+            ('image_raw/compressedDepth', CompressedImage), ('camera_info', CameraInfo))])
+    job = with_preset(BagJob(bag, tmp_path / 'out.bag', camera='left', is_alone=False, preset=preset))
+    assert job.topics == CameraTopics(
+        'color/image_raw', depth='aligned_depth_to_color/image_raw/compressedDepth',
+        camera_info='aligned_depth_to_color/camera_info')
 
 
 @pytest.mark.parametrize('camera, words', [('realsens', "did you mean 'realsense'"), ('zed', 'has no such topic'),
