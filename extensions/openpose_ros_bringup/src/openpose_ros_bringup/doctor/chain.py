@@ -1,4 +1,4 @@
-"""Checks of the nodes that find people: load, and who wants their results."""
+"""Checks of the nodes that find people: load, and subscribers of their results."""
 from typing import Iterator, List
 
 from openpose_ros_bringup.doctor.findings import BRINGUP, Finding, launch_line, right, wrong
