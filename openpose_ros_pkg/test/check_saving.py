@@ -25,7 +25,8 @@ class SavingTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             results, video = Path(folder) / 'json', Path(folder) / 'people.avi'
             options = ('openpose_ros_node', '_pose_model:=mobilenet_thin', '_net_input_width:=464',
-                       '_net_input_height:=256', f'_write_json:={results}', f'_write_video:={video}')
+                       '_net_input_height:=256', '_target_rate:=0', f'_write_json:={results}',
+                       f'_write_video:={video}')
             with node(*options, name='openpose_ros_service_node') as service:
                 rospy.wait_for_service('detect_poses', PATIENCE)
                 detect = rospy.ServiceProxy('detect_poses', GetPersons)
