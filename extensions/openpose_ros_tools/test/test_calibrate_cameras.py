@@ -57,14 +57,14 @@ def test_bags_in_the_root_namespace_and_tables(tmp_path, cameras, capsys):
     """Both are named by their files; the first of --cameras is where the room begins."""
     three, recordings = cameras
     bags = [write(tmp_path / f'{name}.bag', [recording], '') for name, recording in zip(('b', 'a'), recordings)]
-    assert main([*map(str, bags), '-o', str(tmp_path / 'rig'), '--cameras', 'b,a']) == 0
+    assert main([*map(str, bags), '-o', str(tmp_path / 'rig'), '--cameras', 'b a']) == 0
     rig = read_rig(tmp_path / 'rig' / 'rig.yaml')
     assert [camera.name for camera in rig.cameras] == ['b', 'a']
     assert np.all(rig_errors(rig, three[:2]) < (0.5, 0.03, 0.015))
     tables = [tmp_path / 'b.csv', tmp_path / 'a.csv']
     for bag, table in zip(bags, tables):
         assert keypoints_to_csv.main([str(bag), '--extended', '-o', str(table)]) == 0
-    assert main([*map(str, tables), '--cameras', 'b,a', '-o', str(tmp_path / 'rig'), '--overwrite']) == 0
+    assert main([*map(str, tables), '--cameras', 'b a', '-o', str(tmp_path / 'rig'), '--overwrite']) == 0
     again = read_rig(tmp_path / 'rig' / 'rig.yaml')
     np.testing.assert_allclose(again.cameras[1].translation, rig.cameras[1].translation, atol=1e-4)
 
@@ -74,7 +74,7 @@ def test_a_camera_without_depth_needs_a_calibration(tmp_path, cameras, capsys):
     bag = write(tmp_path / 'room.bag', recordings)
     table = tmp_path / 'right.csv'
     assert keypoints_to_csv.main([str(bag), '--topic', f'/camera_2/{IMAGE}', '--extended', '-o', str(table)]) == 0
-    assert main([str(bag), str(table), '--cameras', 'camera_0,right', '-o', str(tmp_path / 'rig')]) == 2
+    assert main([str(bag), str(table), '--cameras', 'camera_0 right', '-o', str(tmp_path / 'rig')]) == 2
     assert '--camera-info right=FILE' in capsys.readouterr().err
 
 
@@ -98,5 +98,5 @@ def test_fused_people_are_of_no_camera():
 
 def test_unknown_cameras_are_named(tmp_path, cameras, capsys):
     bag = write(tmp_path / 'room.bag', cameras[1][:2])
-    assert main([str(bag), '--cameras', 'top,left', '-o', str(tmp_path / 'rig')]) == 2
+    assert main([str(bag), '--cameras', 'top left', '-o', str(tmp_path / 'rig')]) == 2
     assert "no camera 'top'; there are camera_0, camera_1" in capsys.readouterr().err

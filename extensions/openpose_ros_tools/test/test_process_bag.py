@@ -141,9 +141,14 @@ def test_configurations_that_contradict_each_other_are_refused(run, recording, t
 
 
 def test_precision_of_the_nodes_is_not_that_of_recordings(tmp_path):
-    (tmp_path / 'node.yaml').write_text('precision: auto\nmode: fast\n')
+    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: fast\n')
     assert read_config([tmp_path / 'node.yaml']) == {'mode': 'fast'}
     assert build(BagSettings, {}).detector.backend.precision == 'f32'
+
+
+def test_a_configuration_by_node_has_a_meaning_for_the_nodes_that_find_people(tmp_path):
+    (tmp_path / 'all.yaml').write_text('people_signals_node: {summary: true}\nskeleton_extract_3d_node: {mode: fast}\n')
+    assert read_config([tmp_path / 'all.yaml']) == {'mode': 'fast'}
 
 
 # --- results ----------------------------------------------------------------------------------------------------------

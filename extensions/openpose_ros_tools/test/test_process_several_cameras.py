@@ -148,10 +148,10 @@ def test_cameras_without_depth_give_people_in_space(run, tmp_path, out, room):
     assert np.median(errors_of(fused(out))) < MEDIAN_ERROR['rays']
     assert len(messages(out, '/left/openpose_ros/detected_poses')) == FRAMES
     # points that are ignored make no difference
-    assert run(room, '--rgb-cameras', 'left', 'right', output=tmp_path / 'b.bag') == 0
+    assert run(room, '--rgb-cameras', 'left', 'right', output=tmp_path / 'b.bag', cameras=()) == 0
     assert content(out, FUSED) == content(tmp_path / 'b.bag', FUSED)
     # beside a camera with depth
-    assert run(room, '--rgb-cameras', 'right', output=tmp_path / 'c.bag') == 0
+    assert run(room, '--rgb-cameras', 'right', output=tmp_path / 'c.bag', cameras=['left']) == 0
     assert np.median(errors_of(fused(tmp_path / 'c.bag'))) < MEDIAN_ERROR['depth']
 
 
@@ -221,7 +221,8 @@ def test_people_that_are_there_are_fused_without_networks(run, room, out, tmp_pa
     (('left', 'door'), (), 'has no topics in the namespace /door; it has /left/camera_info'),
     (('left', 'left'), (), "names 'left' twice"),
     (('left', 'people'), (), "names 'people', which is for the fused people"),
-    (('left', 'right'), ('--rgb-cameras', 'door'), '--rgb-cameras door is none of the cameras left, right'),
+    (('left', 'right'), ('--rgb-cameras', 'right'), "names 'right' twice"),
+    (('left', 'right'), ('--clock-offset', 'door=1'), '--clock-offset door is none of the cameras left, right'),
     (('left', 'right'), ('--rig', '/nowhere.yaml'), 'rig /nowhere.yaml can not be read'),
     (('left', 'right'), ('--set', 'target_frame=world'), 'contradicts --cameras'),
     (('left', 'right'), ('--scheduler', 'tcp://x'), '--scheduler is for several recordings'),

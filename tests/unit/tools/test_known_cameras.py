@@ -201,7 +201,7 @@ def test_kalibr(tmp_path):
             **({'T_cn_cnm1': (pose @ np.linalg.inv(before)).tolist()} if number else {})}
         before = pose
     (tmp_path / 'camchain.yaml').write_text(yaml.safe_dump(chain))
-    folder = made(tmp_path, 'camchain.yaml', '--cameras', 'door,window,shelf', '--height', '1.9', '--tilt', '10')
+    folder = made(tmp_path, 'camchain.yaml', '--cameras', 'door window shelf', '--height', '1.9', '--tilt', '10')
     rig = read_rig(folder / 'rig.yaml')
     assert [camera.clock_offset for camera in rig.cameras] == pytest.approx([0, 0.02, 0.04])
     turn, centre = rig.camera('door').pose
@@ -233,7 +233,7 @@ def test_stereo_of_opencv(tmp_path):
     rotation, translation = stereo()
     opencv_file(tmp_path / 'extrinsics.yml', R=rotation, T=100 * translation)
     folder = made(tmp_path, 'intrinsics.yml', 'extrinsics.yml', '--size', '1280', '720', '--unit', 'cm', '--cameras',
-                  'door,window', '--height', '1.2')
+                  'door window', '--height', '1.2')
     turn, centre = read_rig(folder / 'rig.yaml').camera('door').pose
     assert centre[2] == pytest.approx(1.2)
     check(folder, ('door', 'window'), seen_from_the_door() @ turn.T + centre)
@@ -249,7 +249,7 @@ def test_stereo_of_ros(tmp_path):
             'distortion_model': 'plumb_bob', **{f'{key}_matrix': {'data': np.ravel(value).tolist()} for key, value in (
                 ('camera', matrix), ('rectification', r), ('projection', p))},
             'distortion_coefficients': {'data': distortion.tolist()}}))
-    folder = made(tmp_path, 'door.yaml', 'window.yaml', '--cameras', 'door,window')
+    folder = made(tmp_path, 'door.yaml', 'window.yaml', '--cameras', 'door window')
     turn, centre = read_rig(folder / 'rig.yaml').camera('door').pose
     check(folder, ('door', 'window'), seen_from_the_door() @ turn.T + centre)
 
@@ -276,7 +276,7 @@ def test_nothing_is_overwritten_unasked(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('options, told', [
-    (['--cameras', 'a,b'], '2 names, expected 3, of door, window, shelf'), (['--cameras', 'a,a,b'], "the name 'a'"),
+    (['--cameras', 'a b'], '2 names, expected 3, of door, window, shelf'), (['--cameras', 'a a b'], "the name 'a'"),
     (['--tilt', '3'], 'this one is in that of a room')])
 def test_options_that_do_not_fit(tmp_path, capsys, options, told):
     (tmp_path / 'Calib.toml').write_text(pose2sim_text())

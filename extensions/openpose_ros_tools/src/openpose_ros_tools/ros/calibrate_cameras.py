@@ -11,7 +11,7 @@ per camera. A camera is named by the namespace of its topics; in the root namesp
     report.txt   how good it is: what is printed as well
 
     rosrun openpose_ros_tools calibrate_cameras recording.bag -o rig/
-    rosrun openpose_ros_tools calibrate_cameras kitchen.bag hall.bag -o rig/ --cameras hall,kitchen
+    rosrun openpose_ros_tools calibrate_cameras kitchen.bag hall.bag -o rig/ --cameras "hall kitchen"
     rosrun openpose_ros_tools calibrate_cameras left.csv right.csv -o rig/ --clocks-agree
     rosrun openpose_ros_tools calibrate_cameras images.bag -o rig/ --distance left right 2.35
     rosrun openpose_ros_tools calibrate_cameras --seconds 60 -o rig/        # of running nodes
@@ -83,9 +83,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('files', nargs='*', type=Path, metavar='FILE', help='bags or CSV files with people')
     parser.add_argument('--seconds', type=_positive, metavar='S', help='listen to running nodes for this time instead')
     add_output(parser, 'folder')
-    parser.add_argument('--cameras', type=lambda text: [name for name in text.split(',') if name], default=[],
-                        metavar='A,B', help='only these, the first one is where the frame of the room begins (default: '
-                        'all, by name)')
+    parser.add_argument('--cameras', type=str.split, default=[], metavar='"A B"',
+                        help='only these, the first one is where the frame of the room begins (default: all, by name)')
     parser.add_argument('--camera-info', type=named_value(Path, 'left=camera.yaml'), action='append',
                         default=[], metavar='CAMERA=FILE',
                         help='calibration of a camera without depth, where no CameraInfo is recorded; may be repeated')

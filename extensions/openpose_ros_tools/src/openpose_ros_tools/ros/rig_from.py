@@ -120,7 +120,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
     parser.add_argument('files', nargs='+', type=Path, metavar='FILE', help='files of one calibration')
     add_output(parser, 'file')
-    parser.add_argument('--cameras', type=lambda text: [name for name in text.split(',') if name], metavar='A,B',
+    parser.add_argument('--cameras', type=str.split, metavar='"A B"',
                         help='names of the cameras, as of their namespaces, in the order of the file (default: those '
                         'of the file)')
     parser.add_argument('--frame-id', default='NAME_rgb_optical_frame', metavar='FRAME',

@@ -26,8 +26,8 @@ camera without depth takes part with its images and camera info. Poses and clock
 bags, or of --rig and --clock-offset; tf is copied into OUT.
 
     rosrun openpose_ros_tools process_bag room.bag -o people.bag --cameras left right door --csv people.csv
-    rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left door --rig rig.yaml \\
-        --clock-offset door=0.07 --rgb-cameras door
+    rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left --rgb-cameras door \\
+        --rig rig.yaml --clock-offset door=0.07
 
 --set hands=true and --set face=true add detected_hands(_3d) and detected_faces(_3d). JSON files have OpenPose's layout;
 pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING, or INFERRED without a joint in the image.
@@ -63,7 +63,13 @@ from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done
-from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
+from openpose_ros_tools.ros.process_bag.several_cameras import (
+    add_cameras,
+    camera_names,
+    check_cameras,
+    process_rig,
+    rig_job,
+)
 from openpose_ros_tools.ros.process_bag.work import process
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
@@ -129,7 +135,7 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     check_cameras(options)
     jobs = _jobs_of(options, values, create)
     _check_outputs(jobs)
-    by_workers = not options.cameras and (bool(options.scheduler) or _are_several(options.inputs))
+    by_workers = not camera_names(options) and (bool(options.scheduler) or _are_several(options.inputs))
     if by_workers and (options.jobs or 1) > 1:
         raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
                              '--workers')
@@ -250,7 +256,7 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     Raises:
         ParameterError: a bag is not there, or a folder has none.
     """
-    several = not options.cameras and _are_several(options.inputs)
+    several = not camera_names(options) and _are_several(options.inputs)
     bags = _bags(options.inputs)
     jobs = 1
     if not several and not options.scheduler:
@@ -268,7 +274,7 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
                              markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
                              compression=options.compression, mcap=output.suffix == MCAP_SUFFIX, jobs=jobs,
                              threads=1 if options.scheduler else threads, create=create, run=run))
-    return [rig_job(result, options)] if options.cameras else result
+    return [rig_job(result, options)] if camera_names(options) else result
 
 
 def _result_name(bag: Path) -> str:

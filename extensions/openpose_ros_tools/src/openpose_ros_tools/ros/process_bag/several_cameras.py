@@ -6,7 +6,7 @@ import itertools
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -80,7 +80,7 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
                        help='namespaces of the cameras in the bag; of several bags, names of their cameras in the same '
                             'order. Topics that are named are in the namespace of each camera')
     group.add_argument('--rgb-cameras', nargs='+', default=[], metavar='NAME',
-                       help='those of them whose points are ignored')
+                       help='further cameras, without depth, or whose points are ignored; their bags come last')
     group.add_argument('--fixed-frame', default='', metavar='FRAME',
                        help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
     group.add_argument('--rig', type=Path, metavar='FILE',
@@ -92,10 +92,14 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
     group.add_argument('--only-fuse', action='store_true', help='the bags hold the people of each camera; fuse these')
 
 
+def camera_names(options: argparse.Namespace) -> List[str]:
+    """Return the names of several cameras, those without depth last; [] where the command line names none."""
+    return [name.strip('/') for name in (*options.cameras, *options.rgb_cameras)]
+
+
 def check_cameras(options: argparse.Namespace) -> None:
     """Raise ParameterError if an option of several cameras is given without any."""
-    for name in () if options.cameras else ('rgb_cameras', 'fixed_frame', 'rig', 'clock_offset', 'rectified',
-                                            'only_fuse'):
+    for name in () if camera_names(options) else ('fixed_frame', 'rig', 'clock_offset', 'rectified', 'only_fuse'):
         if getattr(options, name):
             raise ParameterError(f"--{name.replace('_', '-')} belongs to --cameras")
 
@@ -110,7 +114,7 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
         ParameterError: options contradict each other.
         BadInputError: the rig can not be read, or has not these cameras.
     """
-    names = [name.strip('/') for name in options.cameras]
+    names = camera_names(options)
     for name in names:
         if names.count(name) > 1:
             raise ParameterError(f"--cameras names '{name}' twice")
@@ -119,10 +123,9 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
     if len(jobs) not in (1, len(names)):
         raise ParameterError(f'there are {len(jobs)} bags for {len(names)} cameras; give one bag, or one for each')
     offsets = dict(options.clock_offset)
-    for option, named in (('--rgb-cameras', options.rgb_cameras), ('--clock-offset', offsets)):
-        unknown = [name for name in named if name.strip('/') not in names]
-        if unknown:
-            raise ParameterError(f'{option} {unknown[0]} is none of the cameras {", ".join(names)}')
+    unknown = [name for name in offsets if name not in names]
+    if unknown:
+        raise ParameterError(f'--clock-offset {unknown[0]} is none of the cameras {", ".join(names)}')
     if options.scheduler:
         raise ParameterError('--scheduler is for several recordings; --cameras makes one of them')
     if jobs[0].values.get('target_frame'):
@@ -135,10 +138,10 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
             raise ParameterError(f'--fixed-frame {options.fixed_frame} contradicts the rig, which has '
                                  f"'{rig.fixed_frame}'")
         offsets = {name: offsets.get(name, rig.camera(name).clock_offset) for name in names}
-    without_depth = {name.strip('/') for name in options.rgb_cameras}
+    with_depth = len(options.cameras)
     cameras = tuple(replace(jobs[0 if len(jobs) == 1 else number], camera=name, is_alone=len(jobs) > 1, csv=None,
                             json=options.json and jobs[0].json / name,
-                            only_2d=options.only_2d or name in without_depth) for number, name in enumerate(names))
+                            only_2d=options.only_2d or number >= with_depth) for number, name in enumerate(names))
     frame = options.fixed_frame or (WORLD_FRAME if rig is None else rig.fixed_frame)
     return RigJob(cameras, jobs[0].output, jobs[0].csv, jobs[0].json, frame, rig, offsets, options.rectified,
                   options.only_fuse)
