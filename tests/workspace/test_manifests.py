@@ -15,7 +15,8 @@ from imports import imported_modules
 # brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',
                'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'rospkg': 'python3-rospkg',
-               'scipy': 'python3-scipy', 'toml': 'python3-toml', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
+               'scipy': 'python3-scipy', 'toml': 'python3-toml', 'tornado': 'python3-tornado',
+               'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
 CALLED = {'openpose_ros_pkg': {'python3-venv'}}  # openpose_models makes an environment to fetch weights with

@@ -34,17 +34,7 @@ NEAR, FAR, SIZE, QUALITY = 0.5, 6.0, (480, 360), 70
 KINECT = CameraModel(640, 480, np.array([525.0, 0, 319.5, 0, 525.0, 239.5, 0, 0, 1]))
 TEXT = '''No truth: these recordings are for looking at. Limbs are drawn in full, those with an INFERRED end dashed,
 INFERRED joints as circles; on the right the same people over the depth: red near, blue far, black missing. {pairing}
-[Licences of the pictures](results/real_recordings_licences.txt).
-
-The near person's right arm in the first picture: the person is turned by 30 degrees and the belly hides the elbow,
-which is INFERRED at 2.31 m, 5 cm behind the strip of the upper arm that is seen above it: that is right. Wrong is
-the wrist: the hand is seen at 1.95 m, and the wrist is INFERRED at 2.08 m. The surface there counts as the person's
-own hand with a likelihood of 0.15 only, as the keypoint lies over the trunk and the right side is the far one; and
-an elbow behind the body leaves a forearm of 25 cm no way to the hand. In the RealSense recording, forearms before
-the chest are INFERRED though they stand out from the trunk by up to 26 cm: a joint over the trunk is taken to be as
-likely hidden as not. Tried: what stands out from the trunk beside it is not covered by it. That mends these joints;
-on twelve rendered scenes visible joints within 100 mm rise by 0.003 [0.000, 0.008] and lies by 0.003 [0.001,
-0.007]: not taken.'''
+[Licences of the pictures](results/real_recordings_licences.txt).'''
 
 
 class Recording(NamedTuple):

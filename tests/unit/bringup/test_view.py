@@ -4,7 +4,8 @@ import pytest
 import yaml
 
 from development import PACKAGES
-from openpose_ros_bringup.view import TURNED, UPRIGHT, Topics, Viewpoint, rviz_configuration, viewpoint
+from openpose_ros_bringup.view import Topics, Viewpoint, rviz_configuration, viewpoint
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
 TEMPLATE = yaml.safe_load((PACKAGES['openpose_ros_bringup'] / 'rviz' / 'people.rviz').read_text())
 SINGLE = Topics('/left/openpose_ros/skeleton_3d', {'Cloud': '/left/points'}, {'Image': '/left/image'})

@@ -39,8 +39,7 @@ def measure(options: Options) -> Section:
     shown = {name: title for name, title in COLUMNS.items() if name != 'visible_90'}
     return Section('Mode balanced, on the scenes of the section on accuracy. Distance is that of the joint along the '
                    'axis of the camera.', named,
-                   [Table(f'By {title}', rows_of(group, JOINT_STATISTICS, shown, title))
-                    for title, group in groups.items() if title != 'light'], pictures)
+                   [Table('By joint', rows_of(groups['joint'], JOINT_STATISTICS, shown, 'joint'))], pictures)
 
 
 def column(groups: Dict[str, Dict[str, Figure]], name: str) -> Dict[str, Figure]:

@@ -8,12 +8,8 @@ from typing import Any, Dict, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.points.transform import TURNED, Transform
 
-UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-"""Axes x forward, y left, z up (REP 103) of a level camera, as columns in its optical frame."""
-TURNED = '_upright'
-"""End of the name of a frame with these axes."""
 # Without people: the point that a camera looks at, and the radius of what is shown around it [m].
 _LOOKED_AT, _RADIUS = 2.5, 1.2
 # RViz sees 45 degrees from top to bottom: a sphere of radius 1 fills that from this far, and a tenth is for the border.

@@ -1,7 +1,7 @@
 """Read the inputs of a node only while its results are wanted."""
 import threading
 import time
-from typing import Any, List, Mapping, Optional, Sequence, Type
+from typing import Any, List, Mapping, Optional, Protocol, Sequence, Type
 
 import rospy
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
@@ -16,8 +16,16 @@ READS = 'reads'
 # rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
 _LOOK_PERIOD = 1.0
 
-# Topics that need an input.
-Needs = Mapping[InputSubscriber, Sequence[rospy.Publisher]]
+
+class Readers(Protocol):
+    """What is read as long as it has connections: a publisher, or another way out of the node."""
+
+    def get_num_connections(self) -> int:
+        """Return how many there are."""
+
+
+# What needs an input.
+Needs = Mapping[InputSubscriber, Sequence[Readers]]
 
 
 def in_camera(camera: str, name: str) -> str:
@@ -54,7 +62,7 @@ class Demand(rospy.SubscribeListener):
     def __init__(self, lazy: bool, health: Health, camera: str = '') -> None:
         self._lazy, self._camera = lazy, camera
         self.enabled = True
-        self._publishers: List[rospy.Publisher] = []
+        self._publishers: List[Readers] = []
         self.inputs: Sequence[InputSubscriber] = ()
         self._only_for: Needs = {}
         self._since: Optional[float] = None
@@ -72,6 +80,10 @@ class Demand(rospy.SubscribeListener):
         self._publishers.append(publisher)
         return publisher
 
+    def add(self, readers: Readers) -> None:
+        """Let results be wanted while there are other readers, which call `peer_subscribe` when they come or go."""
+        self._publishers.append(readers)
+
     def resolve(self, name: str) -> str:
         """Return the name of a topic or service, where it belongs to one of several cameras."""
         return in_camera(self._camera, name)
@@ -80,7 +92,7 @@ class Demand(rospy.SubscribeListener):
         """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made.
 
         Args:
-            only_for: topics without which one of the inputs is not needed.
+            only_for: readers without which one of the inputs is not needed.
         """
         self.inputs, self._only_for = inputs, only_for or {}
         for source in inputs:
@@ -106,7 +118,7 @@ class Demand(rospy.SubscribeListener):
             return 'disabled'
         return 'idle: no subscriber' if self.inputs and self._since is None else ''
 
-    def is_wanted(self, *publishers: rospy.Publisher) -> bool:
+    def is_wanted(self, *publishers: Readers) -> bool:
         """Return whether one of these topics has a subscriber, or the node is not lazy."""
         return not self._lazy or any(publisher.get_num_connections() > 0 for publisher in publishers)
 

@@ -10,6 +10,10 @@ from skeleton_extract_3d.people import People3D
 
 Transform = Tuple[np.ndarray, np.ndarray]
 """Rotation (3, 3) and translation (3,) [m] of x' = R x + t."""
+UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+"""Axes x forward, y left, z up (REP 103) of a level camera, as columns in its optical frame."""
+TURNED = '_upright'
+"""End of the name of a frame with these axes."""
 
 
 def transform_people(people: People3D, rotation: np.ndarray, translation: np.ndarray) -> People3D:

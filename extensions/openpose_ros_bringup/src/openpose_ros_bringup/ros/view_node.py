@@ -21,13 +21,13 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_bringup.node_params import ViewParams
-from openpose_ros_bringup.view import TURNED, UPRIGHT, Topics, rviz_configuration, viewpoint
+from openpose_ros_bringup.view import Topics, rviz_configuration, viewpoint
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.input_watch import InputWatch
 from openpose_ros_pkg.ros.node import run_node
-from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
 from skeleton_extract_3d.ros import convert
 
 SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'

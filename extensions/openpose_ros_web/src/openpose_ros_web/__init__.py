@@ -1,0 +1,1 @@
+"""People and what they do, live in any browser."""

@@ -1,0 +1,1 @@
+"""What knows ROS: the node, its inputs and messages."""

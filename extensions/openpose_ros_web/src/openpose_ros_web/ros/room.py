@@ -1,0 +1,89 @@
+"""The frame that pages show, and where other frames are in it."""
+import threading
+from typing import NamedTuple, Optional, Set, Tuple
+
+import numpy as np
+import rospy
+import tf2_ros
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.transforms import check_stamp
+
+WORLD = 'world'
+_STILL = np.eye(3), np.zeros(3)
+_TURNED = UPRIGHT.T, np.zeros(3)
+
+
+class Place(NamedTuple):
+    """A frame with z up, and the pose of another one in it."""
+
+    frame: str
+    pose: Transform
+
+
+class Room:
+    """Finds where frames are; listens to tf from the first question until it rests.
+
+    Args:
+        fixed_frame: that is shown; empty: `world` where tf knows it.
+    """
+
+    def __init__(self, fixed_frame: str) -> None:
+        self._fixed_frame = fixed_frame
+        self._lock = threading.Lock()
+        self._tf: Optional[Tuple[tf2_ros.Buffer, tf2_ros.TransformListener]] = None
+        self._optical: Set[str] = set()
+        self._missing = ''
+
+    def add_optical(self, frame: str) -> None:
+        """Take the name of the frame of a camera."""
+        self._optical.add(frame)
+
+    def fault(self) -> str:
+        """Return what is wrong, in words; empty: nothing is."""
+        missing = self._missing
+        return f"tf does not connect '{self._fixed_frame}' with '{missing}', which is shown in its place" if (
+            missing and self._fixed_frame) else ''
+
+    def place(self, header: Header) -> Place:
+        """Return the frame that is shown, and where the frame of a header is in it.
+
+        Without a transform at the stamp the newest is taken; without any, the frame itself is shown, turned upright if
+        it is optical.
+        """
+        own = header.frame_id
+        target = self._fixed_frame or WORLD
+        pose = _STILL if target == own else self._pose(target, header)
+        self._missing = '' if pose is not None else own
+        if pose is not None:
+            return Place(target, pose)
+        if 'optical' in own or own in self._optical:
+            return Place(own + TURNED, _TURNED)
+        return Place(own, _STILL)
+
+    def rest(self) -> None:
+        """Listen to tf no more, until the next question."""
+        with self._lock:
+            if self._tf is not None:
+                self._tf[1].unregister()
+                self._tf = None
+
+    def _pose(self, target: str, header: Header) -> Optional[Transform]:
+        buffer = self._buffer()
+        for stamp in (header.stamp, rospy.Time()):
+            try:
+                check_stamp(stamp)
+                return convert.rotation_and_translation(buffer.lookup_transform(target, header.frame_id, stamp))
+            except (tf2_ros.TransformException, NoTransformError, BadInputError):
+                continue
+        return None
+
+    def _buffer(self) -> tf2_ros.Buffer:
+        with self._lock:
+            if self._tf is None:
+                buffer = tf2_ros.Buffer()
+                self._tf = buffer, tf2_ros.TransformListener(buffer)
+            return self._tf[0]

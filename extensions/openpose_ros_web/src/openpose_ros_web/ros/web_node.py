@@ -1,0 +1,219 @@
+"""Show people and what they do in browsers, live: a page, and messages for it over a WebSocket.
+
+Nothing is read while no page is open. Pages get the people at the rate of the chain, but for those that are too slow;
+images and points as far as they ask for them. They can change nothing.
+"""
+import time
+from collections import deque
+from functools import partial
+from pathlib import Path
+from typing import Any, Callable, Deque, Dict, List, Tuple, Type
+
+import cv2
+import numpy as np
+import rospkg
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from openpose_ros_msgs.msg import (
+    FaceDetection_3dArray,
+    HandDetection_3dArray,
+    PersonDetection_3dArray,
+    PersonSignalsArray,
+)
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import RECENT, Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
+from openpose_ros_pkg.ros.threads import repeat
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_signals.ros.convert import signals_from_array
+from openpose_ros_web import protocol
+from openpose_ros_web.node_params import WebParams
+from openpose_ros_web.protocol import Message, Moment, Want
+from openpose_ros_web.ros.convert import points_from_cloud, status_of
+from openpose_ros_web.ros.room import Room
+from openpose_ros_web.server import Key, PeopleServer
+from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.show.markers import MarkerParams
+
+SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'
+# Markers as people.launch starts them.
+_LOOK = MarkerParams(joint_scale=0.06)
+# What a node said of itself is shown for this long [s].
+_REMEMBERED = 60.0
+_MOST_NODES = 50
+
+
+class _Pages:
+    """The pages that want something, as readers of the node."""
+
+    def __init__(self, server: PeopleServer, wanted: Callable[[Want], bool] = lambda want: True) -> None:
+        self._server, self._wanted = server, wanted
+
+    def get_num_connections(self) -> int:
+        """Return 1 while there are some."""
+        return int(self._server.is_wanted(self._wanted))
+
+
+class WebNode:
+    """Reads what pages show, while there are some.
+
+    Raises:
+        ParameterError: the pages can not be served there, or `cameras` are no namespaces.
+    """
+
+    def __init__(self, params: WebParams) -> None:
+        self._params, self._health = params, Health()
+        self._demand = Demand(True, self._health)
+        self._room = Room(params.fixed_frame)
+        chains = _chains(params)
+        has_cloud = params.cloud and params.dimensions == 3 and any(SPACE in chain for _, chain in chains)
+        self._server = _serve(params, protocol.hello([name for name, _ in chains], has_cloud, params.dimensions, _LOOK),
+                              self._demand.peer_subscribe)
+        self._infos: Dict[int, CameraInfo] = {}
+        self._cameras = ''
+        self._cloud_times: Dict[int, float] = {}
+        self._ages: Deque[Tuple[float, float]] = deque(maxlen=1000)
+        self._nodes: Dict[str, Tuple[float, Message]] = {}
+        self._workers: List[NewestWinsWorker] = []
+        self._demand.add(_Pages(self._server))
+        inputs = self._people_inputs() if params.dimensions == 3 else []
+        needs: Dict[InputSubscriber, List[_Pages]] = {}
+        for index, (_, chain) in enumerate(chains):
+            needs[self._input(f'{chain}/detected_poses_image', Image, partial(self._image, index))] = [
+                _Pages(self._server, partial(_wants_image, index))]
+            inputs.append(self._input(f'{chain}/camera_info', CameraInfo, partial(self._camera_info, index)))
+            if has_cloud and SPACE in chain:
+                needs[self._input(f'{chain}/input_pointcloud', PointCloud2, partial(self._cloud, index))] = [
+                    _Pages(self._server, lambda want: want.cloud)]
+        inputs.append(self._input('/diagnostics', DiagnosticArray, self._diagnostics))
+        self._health.show(lambda: {'pages': str(len(self._server.clients)),
+                                   'frames skipped': str(sum(worker.replaced for worker in self._workers))})
+        self._health.show_lasting(self._room.fault)
+        self._demand.read(*inputs, *needs, only_for=needs)
+        repeat(self._state, 'state', 1.0)
+        introduce(self._demand.inputs, page=f'http://{params.host}:{self._server.port}')
+
+    def _people_inputs(self) -> List[InputSubscriber]:
+        """Return the inputs of all cameras together."""
+        def send(kind: str, make: Callable[[Any, Transform, Moment], Message], message: Any) -> None:
+            header = message.header
+            frame, pose = self._room.place(header)
+            age = (rospy.get_rostime() - header.stamp).to_sec()
+            moment = Moment(header.stamp.to_sec(), age, time.time(), frame)
+            self._server.publish(Key(kind), protocol.encode(make(message, pose, moment)))
+            if kind == 'people':
+                self._ages.append((time.monotonic(), age))
+                self._health.frame_done(header.stamp)
+                self._send_cameras(header, frame)
+
+        kinds: Tuple[Tuple[str, str, Type[Any], Callable[[Any, Transform, Moment], Message]], ...] = (
+            ('people', 'detected_poses_3d', PersonDetection_3dArray, lambda message, *where: protocol.people_message(
+                convert.people_from_array(message), *where)),
+            ('signals', 'people_signals', PersonSignalsArray, lambda message, *where: protocol.signals_message(
+                signals_from_array(message), *where)),
+            ('hands', 'detected_hands_3d', HandDetection_3dArray, lambda message, *where: protocol.hands_message(
+                convert.hands_from_array(message), *where)),
+            ('faces', 'detected_faces_3d', FaceDetection_3dArray, lambda message, *where: protocol.faces_message(
+                convert.faces_from_array(message), *where)))
+        return [self._input(f'{SPACE}/{topic}', message, partial(send, kind, make), optional=kind != 'people')
+                for kind, topic, message, make in kinds]
+
+    def _input(self, topic: str, kind: Type[Any], process: Callable[[Any], None], optional: bool = True
+               ) -> InputSubscriber:
+        worker = NewestWinsWorker(process, self._health.frame_failed, topic)
+        self._workers.append(worker)
+        subscriber = InputSubscriber(topic, kind, optional)
+        subscriber.registerCallback(worker.submit)
+        return subscriber
+
+    def _camera_info(self, index: int, message: CameraInfo) -> None:
+        self._infos[index] = message
+        self._room.add_optical(message.header.frame_id)
+
+    def _send_cameras(self, header: Header, frame: str) -> None:
+        """Tell where the cameras are at the time of a frame, if that changed."""
+        known = []
+        for index, info in sorted(self._infos.items()):
+            there, pose = self._room.place(Header(stamp=header.stamp, frame_id=info.header.frame_id))
+            if there == frame and info.K[0] > 0:
+                known.append((index, convert.camera_from_message(info), pose))
+        message = protocol.encode(protocol.cameras_message(known, frame))
+        if message != self._cameras:
+            self._cameras = message
+            self._server.publish(Key('cameras'), message, keep=True)
+
+    def _image(self, index: int, message: Image) -> None:
+        widths = self._server.due_widths(index)
+        if not widths:
+            return
+        bgr = convert_2d.image_to_bgr(message)
+        for width in widths:
+            height = max(round(bgr.shape[0] * width / bgr.shape[1]), 1)
+            shown = cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA) if width < bgr.shape[1] else bgr
+            jpeg = convert_2d.bgr_to_jpeg(shown, message.header, self._params.jpeg_quality).data
+            self._server.publish(Key('image', index, width),
+                                 protocol.image_message(index, message.header.stamp.to_sec(), jpeg))
+
+    def _cloud(self, index: int, message: PointCloud2) -> None:
+        now = time.monotonic()
+        # a little early, as frames do not come at exact times
+        if now - self._cloud_times.get(index, 0.0) < 0.9 / self._params.cloud_rate:
+            return
+        self._cloud_times[index] = now
+        xyz, rgb = points_from_cloud(message, self._params.cloud_points // self._server.cameras)
+        rotation, translation = self._room.place(message.header).pose
+        payload = protocol.cloud_message(index, message.header.stamp.to_sec(), xyz @ rotation.T + translation, rgb)
+        self._server.publish(Key('cloud', index), payload)
+
+    def _diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            node = status_of(status)
+            if node and (node['name'] in self._nodes or len(self._nodes) < _MOST_NODES):
+                self._nodes[node['name']] = time.monotonic(), node
+
+    def _state(self) -> None:
+        now = time.monotonic()
+        if not self._server.clients:
+            self._room.rest()
+            return
+        ages = [age for when, age in list(self._ages) if now - when <= RECENT]
+        self._nodes = {name: known for name, known in list(self._nodes.items()) if now - known[0] <= _REMEMBERED}
+        self._server.publish(Key('state'), protocol.encode({
+            'type': 'state', 'time': round(time.time(), 3), 'rate': round(len(ages) / RECENT, 1),
+            'latency': round(float(np.median(ages)), 3) if ages else None, 'clients': len(self._server.clients),
+            'nodes': [{**node, 'silent': round(now - when)} for _, (when, node) in sorted(self._nodes.items())]}))
+
+
+def _chains(params: WebParams) -> List[Tuple[str, str]]:
+    """Return name and namespace of the topics of each camera."""
+    cameras, others = params.cameras.split(), params.rgb_cameras.split()
+    for camera in (*cameras, *others):
+        check_topic_name('cameras' if camera in cameras else 'rgb_cameras', camera)
+    return [*((camera, f"/{camera.strip('/')}/{SPACE}") for camera in cameras),
+            *((camera, f"/{camera.strip('/')}/{IMAGE}") for camera in others)] or [
+                ('camera', SPACE if params.dimensions == 3 else IMAGE)]
+
+
+def _serve(params: WebParams, hello: Message, changed: Callable[[], None]) -> PeopleServer:
+    folder = Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www'
+    try:
+        return PeopleServer(params.host, params.port, folder, hello, changed)
+    except OSError as error:
+        raise ParameterError(f"pages can not be served at '{params.host}', port {params.port}: {error}", 'port'
+                             ) from error
+
+
+def _wants_image(index: int, want: Want) -> bool:
+    return want.camera == index and want.width > 0
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node('people_web_node', WebParams, WebNode)
