@@ -79,6 +79,7 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
         if python_38:
             _set_up_focal(python_38)
         _set_up_weights()
+        _set_up_three()
         if options.build:
             _set_up_build()
         else:
@@ -235,7 +236,7 @@ def _set_up_focal(python: str) -> None:
         FOCAL_STAMP.write_text(wanted)
 
 
-# ---- 3: weights
+# ---- 3: weights, and the library of the page
 
 def _set_up_weights() -> None:
     if weights('check', *MODELS, *OPTIONAL_MODELS, quiet=True):
@@ -258,8 +259,22 @@ def weights(*arguments: str, quiet: bool = False) -> bool:
 
 
 def _weights_command(*arguments: str) -> List[str]:
-    package = ROOT / 'openpose_ros_pkg'
-    return ['env', f'PYTHONPATH={package / "src"}', PYTHON, '-B', str(package / 'scripts/openpose_models'), *arguments]
+    return _command(ROOT / 'openpose_ros_pkg/scripts/openpose_models', *arguments)
+
+
+def _set_up_three() -> None:
+    fetch = _command(ROOT / 'extensions/openpose_ros_web/scripts/fetch_three')
+    if succeeds(*fetch, '--check', quiet=True):
+        return
+    step('[3/4] three.js, which draws the page of people: fetching from npm', 'three', '', succeeds, *fetch)
+    if not succeeds(*fetch, '--check', quiet=True):
+        say(f'      three.js could not be fetched ({LOGS / "setup_three.log"} says why). There is no page of people '
+            '(web:=true) without it. To try again: rosrun openpose_ros_web fetch_three')
+
+
+def _command(script: Path, *arguments: str) -> List[str]:
+    sources = os.pathsep.join(str(PACKAGES[name] / 'src') for name in ('openpose_ros_pkg', 'openpose_ros_web'))
+    return ['env', f'PYTHONPATH={sources}', PYTHON, '-B', str(script), *arguments]
 
 
 # ---- 4: build
