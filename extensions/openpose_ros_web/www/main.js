@@ -1,5 +1,5 @@
-const socket = new WebSocket(`ws://${location.host}/ws`)
-socket.onmessage = ({data}) => {
-  const message = JSON.parse(data)
-  if (message.type === 'people') document.getElementById('people').textContent = JSON.stringify(message, null, 1)
-}
+// The page of a running node.
+import {LiveSource} from './live.js'
+import {openPage} from './page.js'
+
+openPage(new LiveSource(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws`))

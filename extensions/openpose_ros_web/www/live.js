@@ -1,0 +1,52 @@
+// Messages of a running node, by WebSocket; connects again by itself.
+const VERSION = 1
+const FIRST_WAIT = 500, LONGEST_WAIT = 4000 // [ms]
+
+export class LiveSource {
+  constructor(address) {
+    this.address = address
+    this.wish = {}
+    this.wait = FIRST_WAIT
+  }
+
+  start(state) {
+    this.state = state
+    this.connect()
+    // a browser that was asleep waits no longer
+    addEventListener('online', () => this.connect())
+  }
+
+  // Ask for an image and a cloud: {image: {camera, width, rate}, cloud}.
+  want(wish) {
+    this.wish = wish
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({want: wish}))
+  }
+
+  connect() {
+    if (this.socket && this.socket.readyState <= WebSocket.OPEN) return
+    clearTimeout(this.timer)
+    const socket = new WebSocket(this.address)
+    socket.binaryType = 'arraybuffer'
+    socket.onopen = () => this.want(this.wish)
+    socket.onmessage = ({data}) => this.receive(data)
+    socket.onclose = () => this.lost()
+    this.socket = socket
+  }
+
+  receive(data) {
+    if (typeof data !== 'string') return this.state.receiveBinary(data)
+    const message = JSON.parse(data)
+    if (message.type === 'hello') {
+      this.wait = FIRST_WAIT
+      const same = message.version === VERSION
+      this.state.setLink(same ? 'live' : 'other', same ? 'live' : 'another version: load the page again')
+    }
+    this.state.receive(message)
+  }
+
+  lost() {
+    this.state.setLink('lost', 'no connection, trying again')
+    this.timer = setTimeout(() => this.connect(), this.wait)
+    this.wait = Math.min(2 * this.wait, LONGEST_WAIT)
+  }
+}

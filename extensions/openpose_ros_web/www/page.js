@@ -1,0 +1,83 @@
+// Puts the page together: source -> state -> scene, table and image.
+import {Measures} from './measures.js'
+import {Menu} from './menu.js'
+import {Panel} from './panel.js'
+import {Picture} from './picture.js'
+import {Scene, camerasOf} from './scene.js'
+import {Settings} from './settings.js'
+import {State} from './state.js'
+
+const STALE = 3000 // frames that are older are said to be old [ms]
+
+// `source` has start(state) and want(wish); it calls receive, receiveBinary and setLink of the state.
+export function openPage(source) {
+  const state = new State(), settings = new Settings(), measures = new Measures(state)
+  let asked = '', last = 0, scene = null
+  const ask = () => {
+    const hidden = document.hidden
+    const wish = {image: hidden ? null : picture.wish(),
+      cloud: !hidden && settings.cloud && state.messages.hello?.cloud === true}
+    if (!state.messages.hello || JSON.stringify(wish) === asked) return
+    asked = JSON.stringify(wish)
+    source.want(wish)
+  }
+  const setView = mode => scene?.view.setMode(mode, state.people())
+  const follow = id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`)
+  const panel = new Panel(state, follow)
+  const drawn = (people, cameras) => {
+    measures.shown(state.messages.people)
+    const [kind, which] = (scene?.view.mode ?? 'free').split(' ')
+    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0],
+      kind === 'person' ? Number(which) : null, settings.theme())
+    menu.showViews(viewsOf(people, cameras, scene?.view.mode), scene?.view.mode)
+    window.peopleView.messages = {...state.messages}
+  }
+  const menu = new Menu(settings, {
+    setView,
+    fit: () => { setView('free'); scene?.view.fit(state.people()) },
+    followNext: () => {
+      const ids = state.people().map(person => person.id)
+      const next = ids[(ids.findIndex(id => scene?.view.mode === `person ${id}`) + 1) % ids.length]
+      if (next !== undefined) setView(`person ${next}`)
+    }})
+  const picture = new Picture(state, settings, () => ask())
+  // for tests, and for those who look into the page
+  window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? [], measures: () => measures.values()}
+  try {
+    scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
+    window.peopleView.view = scene.view
+  } catch (error) {
+    notice(`No view in 3D: ${error.message}`)
+    for (const kind of ['people', 'signals']) {
+      state.on(kind, () => drawn(state.people(), camerasOf(state.messages.cameras, state.messages.hello)))
+    }
+  }
+  state.on('hello', hello => {
+    asked = ''
+    menu.offer('cloud', hello.cloud)
+    document.body.classList.toggle('flat', hello.dimensions === 2)
+    ask()
+  })
+  state.on('people', () => { last = Date.now() })
+  settings.onChange(ask)
+  document.addEventListener('visibilitychange', ask)
+  setInterval(() => {
+    panel.showFigures(measures.values())
+    const old = last && Date.now() - last > STALE && state.link.state === 'live'
+    if (scene) notice(old ? `No people message for ${Math.round((Date.now() - last) / 1000)} s` : '')
+  }, 500)
+  source.start(state)
+}
+
+function viewsOf(people, cameras, mode = 'free') {
+  const persons = people.map(({id}) => [`person ${id}`, `Follow ${id}`])
+  if (mode.startsWith('person') && !persons.some(([each]) => each === mode)) persons.push([mode, `Follow ${mode.split(' ')[1]}`])
+  return [['free', 'Free'], ['above', 'From above'], ...persons,
+    ...cameras.map(({index, name}) => [`camera ${index}`, `Camera ${name}`])]
+}
+
+function notice(text) {
+  const place = document.getElementById('notice')
+  place.hidden = !text
+  place.textContent = text
+}

@@ -1,0 +1,92 @@
+// What stands still around the people: floor, cameras and the cloud.
+import {BufferAttribute, BufferGeometry, Fog, LineBasicMaterial, LineSegments, Points, PointsMaterial} from './vendor/three.module.min.js'
+import {MISSING} from './state.js'
+import {Rods} from './pool.js'
+
+const SIDE = 20 // of the floor [m]
+const DEPTH = 0.35 // of the cameras' frustums [m]
+// A camera this high over z = 0 says that z = 0 is the floor [m]; otherwise the lowest joints tell.
+const MOUNTED = 0.3
+
+export class Scenery {
+  constructor(parent) {
+    this.parent = parent
+    this.rods = new Rods(parent)
+    this.grid = new LineSegments(squares(), new LineBasicMaterial())
+    parent.add(this.grid)
+    this.clouds = new Map()
+    this.reset()
+  }
+
+  reset() {
+    this.floor = 0
+    this.lowest = []
+    this.clouds.forEach(cloud => cloud.removeFromParent())
+    this.clouds.clear()
+  }
+
+  setTheme(theme) {
+    this.theme = theme
+    this.grid.material.color.set(theme.grid)
+    this.parent.fog = new Fog(`rgb(${theme.ground.join(', ')})`, 6, 14)
+  }
+
+  draw(people, cameras, target, settings) {
+    this.findFloor(people, cameras)
+    this.grid.visible = settings.grid
+    this.grid.position.set(Math.round(target.x), Math.round(target.y), this.floor)
+    this.rods.clear()
+    if (settings.cameras) cameras.forEach(camera => this.drawFrustum(camera))
+    this.rods.show()
+    this.clouds.forEach(cloud => { cloud.visible = settings.cloud })
+  }
+
+  findFloor(people, cameras) {
+    if (cameras.some(camera => camera.position[2] > MOUNTED)) {
+      this.floor = 0
+      return
+    }
+    for (const {points, status} of people) {
+      const heights = points.filter((_, joint) => status[joint] !== MISSING).map(point => point[2])
+      if (heights.length) this.lowest.push(Math.min(...heights))
+    }
+    this.lowest = this.lowest.slice(-300)
+    if (this.lowest.length) this.floor = [...this.lowest].sort((a, b) => a - b)[Math.floor(this.lowest.length / 10)]
+  }
+
+  drawFrustum({position, rotation: r, size: [width, height], K: [fx, fy, cx, cy]}) {
+    const corners = [[0, 0], [width, 0], [width, height], [0, height]].map(([u, v]) => {
+      const ray = [DEPTH * (u - cx) / fx, DEPTH * (v - cy) / fy, DEPTH]
+      return position.map((value, axis) =>
+        value + r[3 * axis] * ray[0] + r[3 * axis + 1] * ray[1] + r[3 * axis + 2] * ray[2])
+    })
+    corners.forEach((corner, index) => {
+      this.rods.add(position, corner, 0.006, this.theme.camera)
+      this.rods.add(corner, corners[(index + 1) % 4], 0.006, this.theme.camera)
+    })
+  }
+
+  setCloud({camera, low, step, xyz, rgb}) {
+    this.clouds.get(camera)?.geometry.dispose()
+    const cloud = this.clouds.get(camera)
+      ?? new Points(new BufferGeometry(), new PointsMaterial({size: 0.02, vertexColors: true}))
+    cloud.geometry = new BufferGeometry()
+      .setAttribute('position', new BufferAttribute(xyz, 3)).setAttribute('color', new BufferAttribute(rgb, 3, true))
+    cloud.frustumCulled = false
+    cloud.position.set(...low)
+    cloud.scale.setScalar(step)
+    this.clouds.set(camera, cloud)
+    this.parent.add(cloud)
+  }
+}
+
+// Lines of a square's length, as browsers without a graphics card lose longer ones that end behind the view.
+function squares() {
+  const places = []
+  for (let line = -SIDE / 2; line <= SIDE / 2; line++) {
+    for (let start = -SIDE / 2; start < SIDE / 2; start++) {
+      places.push(line, start, 0, line, start + 1, 0, start, line, 0, start + 1, line, 0)
+    }
+  }
+  return new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(places), 3))
+}
