@@ -10,6 +10,7 @@ from geometry_msgs.msg import Quaternion, TransformStamped
 from harness import FRAME_ID, NodeletTest, cloud
 from pcl_msgs.msg import ModelCoefficients
 from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import PointCloud2
 
 from session import Recorder, await_true
 
@@ -100,6 +101,11 @@ class FloorTest(NodeletTest):
         broadcaster.sendTransform(transform)
         await_true(lambda: planes.messages or not self.send_points('alone', flat), 'a plane')
         self.check_plane(planes.messages[-1])
+        # where the frame of the floor is to have the name of one that is there, it is not published
+        taken = rospy.Publisher('/taken/points', PointCloud2, queue_size=10)
+        self.addCleanup(taken.unregister)
+        self.clouds['taken'] = taken
+        await_true(lambda: self.count('taken', 'frame exists') > 0 or not self.send_points('taken', flat), 'a warning')
 
     def test_4_bad_clouds_are_counted(self):
         self.listen('managed')

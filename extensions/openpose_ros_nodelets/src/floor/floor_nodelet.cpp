@@ -96,6 +96,7 @@ private:
     if (publish_tf_)
     {
       broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
+      others_ = std::make_unique<Transforms>(*nh_);
       lazy_ = false;  // tf does not tell its subscribers
     }
     show();
@@ -146,13 +147,21 @@ private:
       compute(*cloud);
     }
     if (publish_tf_ && frame_)
-    {
-      geometry_msgs::TransformStamped transform;
-      transform.header = cloud->header;
-      transform.child_frame_id = floor_frame_;
-      transform.transform = *frame_;
-      broadcaster_->sendTransform(transform);
-    }
+      sendFrame(cloud->header);
+  }
+
+  /// Publish the frame of the floor on tf, unless another node does: a frame has one parent.
+  void sendFrame(const std_msgs::Header& header)
+  {
+    if (others_ && others_->exists(floor_frame_))
+      return health().warn("frame exists", "tf has a frame '" + floor_frame_ + "', so that of the floor is not published: "
+                                           "set floor_frame to another name, or publish_tf to false");
+    others_.reset();
+    geometry_msgs::TransformStamped transform;
+    transform.header = header;
+    transform.child_frame_id = floor_frame_;
+    transform.transform = *frame_;
+    broadcaster_->sendTransform(transform);
   }
 
   void compute(const sensor_msgs::PointCloud2& cloud)
@@ -208,6 +217,7 @@ private:
   FloorSettings settings_;
   std::unique_ptr<FloorTracker> tracker_;
   std::unique_ptr<Transforms> transforms_;
+  std::unique_ptr<Transforms> others_;  ///< what others publish, until the frame of the floor is published
   std::unique_ptr<tf2_ros::TransformBroadcaster> broadcaster_;
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;

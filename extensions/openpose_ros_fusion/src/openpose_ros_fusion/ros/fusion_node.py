@@ -62,6 +62,9 @@ class PeopleFusionNode:
                          for name in params.names]
         self._by_name = {camera.name: camera for camera in self._cameras}
         if rig is not None:
+            if rig.fixed_frame != params.fixed_frame:
+                rospy.logwarn("people are in '%s', the fixed frame of the rig, not in '%s': what reads them needs "
+                              'fixed_frame:=%s', rig.fixed_frame, params.fixed_frame, rig.fixed_frame)
             self._broadcaster = RigBroadcaster(self._fixed_frame, [rig.camera(name) for name in params.names],
                                                lambda name: self._by_name[name].frame_id, self._health)
         self._demand = demand

@@ -42,6 +42,12 @@ public:
     return buffer_.lookupTransform(target, source, ros::Time(0));
   }
 
+  /// Return whether a frame was ever published.
+  bool exists(const std::string& frame) const
+  {
+    return buffer_._frameExists(frame);
+  }
+
 private:
   void follow(const ros::Time& stamp)
   {
