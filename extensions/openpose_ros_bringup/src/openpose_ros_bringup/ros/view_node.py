@@ -4,6 +4,7 @@ Waits for the first message with their frame, and a few seconds for people. A fi
 the people is replaced by theirs. RViz has z upwards: in place of an optical frame FRAME it gets FRAME_upright, a static
 transform that turns z forward, as the camera sees it, into x forward and z up. The node ends with RViz.
 """
+import signal
 import subprocess
 import tempfile
 import threading
@@ -35,6 +36,8 @@ WORLD = 'world'
 # How long to wait for the clouds' frame, for people, and for tf, once the frame of the people is known [s].
 _PATIENCE = 5.0
 _LOOK_PERIOD = 0.1
+# Exit statuses of an RViz that was closed.
+_ENDED = (0, -signal.SIGINT, -signal.SIGTERM)
 # In the names of optical frames (REP 103).
 _OPTICAL = 'optical'
 
@@ -60,7 +63,7 @@ class ViewNode:
             if not rospy.is_shutdown():
                 self._rviz = subprocess.Popen(['rosrun', 'rviz', 'rviz', *arguments])
                 status = self._rviz.wait()
-                self.failed = status > 0 and not rospy.is_shutdown()
+                self.failed = status not in _ENDED and not rospy.is_shutdown()
                 if self.failed:
                     rospy.logfatal('RViz ended with status %d; is there a screen ($DISPLAY)?', status)
         except Exception as error:
@@ -128,11 +131,13 @@ class _Scene:
 
     def __init__(self, params: ViewParams) -> None:
         self._buffer = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._buffer)
+        listener = tf2_ros.TransformListener(self._buffer)
         fused = bool(params.cameras or params.rgb_cameras)
         people = _Newest(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray)
         cameras = _Newest('cameras', FusedCameraArray) if fused else _Newest(f'{SPACE}/input_pointcloud', PointCloud2)
-        InputWatch(Health()).start([people.input])
+        health = Health()
+        health.explain_rest(lambda: '' if people.input.subscribed else 'RViz is open')
+        InputWatch(health).start([people.input])
         _await(lambda: people.message is not None, float('inf'))
         _await(lambda: cameras.message is not None, _PATIENCE)
         _await(lambda: bool(people.message.persons), _PATIENCE)
@@ -150,6 +155,7 @@ class _Scene:
         self.joints = joints @ turn.T
         self.cameras: List[Transform] = [(turn @ pose[0], turn @ pose[1]) for pose in poses if pose is not None]
         self.cameras = self.cameras or [(UPRIGHT.T, np.zeros(3))]
+        listener.unregister()
 
     def _connected(self, frame: str, own: str) -> str:
         """Return a frame if tf connects it with that of the people, else the latter."""
