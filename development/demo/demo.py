@@ -5,12 +5,15 @@ Plays the shipped RGB-D sequence (or a bag, a folder of images, a camera) throug
 roslaunch, on a ROS master of its own. Leaves in the output folder: keypoints_2d.csv and keypoints_3d.csv as
 `rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png. With --stage, sequences of several cameras are
 played, and what is left is of the people that are fused from all of them: keypoints_3d.csv, output.bag and rviz.png.
+With --web, people are shown in browsers until Ctrl-C, and nothing is kept.
 """
 import argparse
 import os
+import socket
 import subprocess
 import sys
 import time
+import urllib.request
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import List, Optional
@@ -37,6 +40,8 @@ OWN_FOLDER = Path(__file__).resolve().parents[1] / 'demo_output'
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
+# Port of the page.
+WEB_PORT = 8080
 # Speed of time while RViz is drawn: without a graphics card it draws one to four times a second.
 SLOW_MOTION = 0.05
 # The same for the cameras of a stage, whose clouds take longer to draw, and while results are recorded: two cores find
@@ -71,6 +76,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--signals', action='store_true',
                         help='tell what people in space do too: postures, gestures, pointing')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
+    parser.add_argument('--web', action='store_true', help='show people in browsers, until Ctrl-C (no bag)')
     parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
     parser.add_argument('--screenshots', type=int, default=1, metavar='N',
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
@@ -82,6 +88,8 @@ def parse_arguments() -> argparse.Namespace:
     for path in (arguments.bag, arguments.images, arguments.stage):
         if path is not None and not path.exists():
             parser.error(f'{path} does not exist')
+    if arguments.web and (arguments.bag or arguments.stage):
+        parser.error('--web needs what plays without end: the shipped sequence, --images or --camera')
     if not (arguments.overwrite or arguments.output.resolve() == OWN_FOLDER):
         check_new(arguments.output)
     return arguments
@@ -185,6 +193,34 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
         take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{number:02d}.png'))
 
 
+def show_in_browsers(arguments: argparse.Namespace, folder: Path) -> None:
+    """Play without end, for pages in browsers."""
+    arguments.signals = True
+    with Session(folder / 'log') as session:
+        command = [*launch_command(arguments), 'web:=true', f'port:={free_port()}']
+        print(f"[demo] {' '.join(command)}", flush=True)
+        nodes = session.start('nodes', command)
+        url = command[-1].replace('port:=', 'http://localhost:')
+        wait_for(lambda: is_served(url), START_TIMEOUT, 'page', nodes)
+        print(f'[demo] people in a browser: {url}   (Ctrl-C ends)', flush=True)
+        nodes.wait()
+
+
+def free_port() -> int:
+    """Return a port that is free: that of the page, or another one."""
+    for port in (WEB_PORT, 0):
+        with suppress(OSError), socket.create_server(('localhost', port)) as probe:
+            return int(probe.getsockname()[1])
+    raise SessionError('no port is free')
+
+
+def is_served(url: str) -> bool:
+    """Return whether there is a page."""
+    with suppress(OSError), urllib.request.urlopen(url, timeout=5.0) as answer:  # noqa: S310 -- a page of this program
+        return answer.status == 200
+    return False
+
+
 def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
     """Start everything, record, and stop everything again."""
     if arguments.stage:
@@ -229,6 +265,9 @@ def main() -> int:
         (output / name).unlink(missing_ok=True)
     try:
         with all_ends_are_interrupts():
+            if arguments.web:
+                show_in_browsers(arguments, output)
+                return 1
             results = run(arguments, output)
             write_annotated_video(output / 'output.bag', output / 'annotated.mp4')
     except (OpenposeRosError, rospy.ROSException) as error:

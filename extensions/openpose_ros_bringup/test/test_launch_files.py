@@ -16,9 +16,11 @@ FILES = {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()}
 ARGUMENTS = {name: declared_arguments([path]) for name, path in FILES.items()}
 EACH = [(name, argument) for name, arguments in sorted(ARGUMENTS.items()) for argument in arguments]
 # Switches of which each starts something.
-ALL_ON = {'people.launch': {'floor': 'true', 'people_cloud': 'true', 'rviz': 'true', 'record': '/bags'},
-          'demo.launch': {'floor': 'true', 'people_cloud': 'true'},
-          'cameras.launch': {'cameras': 'left right', 'rgb_cameras': 'door', 'rviz': 'true'},
+ALL_ON = {'people.launch': {'floor': 'true', 'people_cloud': 'true', 'rviz': 'true', 'record': '/bags',
+                             'web': 'true'},
+          'demo.launch': {'floor': 'true', 'people_cloud': 'true', 'web': 'true'},
+          'cameras.launch': {'cameras': 'left right', 'rgb_cameras': 'door', 'rviz': 'true',
+                              'web': 'true'},
           'bridges.launch': dict.fromkeys(('people_msgs', 'spencer', 'vision_msgs', 'hri', 'jsk'), 'true'),
           'nodelets.launch': dict.fromkeys(('floor', 'people_cloud', 'cloud_to_depth'), 'true')}
 # Parameters that launch files set whatever the arguments say.
@@ -30,7 +32,7 @@ SET = {'publish_2d': [True], 'publish_results': [False], 'colour_by_person': [Tr
 # What an argument may be given as, where another value would not differ from its default.
 VALUES = {'camera': 'realsense', 'ns': 'here', 'cameras': 'a b', 'rgb_cameras': 'c', 'dimensions': '2',
           'look': 'original', 'markers': 'false', 'source': '1', 'folder': '/some', 'target_rate': '7',
-          'config': 'CONFIG'}
+          'config': 'CONFIG', 'port': '8081'}
 # Arguments without effect unless another one is given.
 NEEDS = {'people.launch': {'source': {'camera': 'files'}, 'folder': {'camera': 'sequence'},
                            'driver_args': {'driver': 'true'}},

@@ -20,11 +20,13 @@ from skeleton_extract_3d.show.markers import MarkerParams
 @pytest.fixture
 def pages(tmp_path):
     folder = tmp_path / 'www'
-    (folder / 'libraries').mkdir(parents=True)
+    folder.mkdir()
+    (tmp_path / 'three').mkdir()
     (folder / 'index.html').write_text('the page')
-    (folder / 'libraries' / 'one.js').write_text('one')
+    (tmp_path / 'three' / 'one.js').write_text('one')
     (tmp_path / 'secret.txt').write_text('secret')
-    serving = PeopleServer('localhost', 0, folder, hello(['left', 'right'], True, 3, MarkerParams()))
+    serving = PeopleServer('localhost', 0, {'/': folder, '/vendor/': tmp_path / 'three'},
+                           hello(['left', 'right'], True, 3, MarkerParams()))
     yield serving
     serving.stop()
 
@@ -73,11 +75,11 @@ def test_the_page_and_its_files(pages):
     assert (answer.status, body) == (200, b'the page')
     assert "default-src 'self'" in answer.headers['Content-Security-Policy']
     assert answer.headers['X-Content-Type-Options'] == 'nosniff'
-    assert get(pages, '/libraries/one.js')[1] == b'one'
+    assert get(pages, '/vendor/one.js')[1] == b'one'
 
 
-@pytest.mark.parametrize('path', ['/../secret.txt', '/%2e%2e/secret.txt', '/libraries/..%2f..%2fsecret.txt',
-                                  '//etc/passwd', '/libraries', '/libraries/', '/missing', '/%00', '/..\\secret.txt'])
+@pytest.mark.parametrize('path', ['/../secret.txt', '/%2e%2e/secret.txt', '/vendor/..%2f..%2fsecret.txt',
+                                  '//etc/passwd', '/vendor', '/vendor/', '/missing', '/%00', '/..\\secret.txt'])
 def test_other_paths_are_refused_and_folders_not_listed(pages, path):
     answer, body = get(pages, path)
     assert 400 <= answer.status < 500
@@ -255,7 +257,7 @@ def _answers(pages):
 
 def test_a_request_that_never_ends_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(server, '_PATIENCE', 0.3)
-    serving = PeopleServer('localhost', 0, tmp_path, hello([], False, 3, MarkerParams()))
+    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
     for begun in (b'', b'GET / HTTP/1.1\r\nHost:'):
         assert request(serving, begun) == b''
     serving.stop()
@@ -263,6 +265,6 @@ def test_a_request_that_never_ends_is_given_up(tmp_path, monkeypatch):
 
 def test_a_port_that_is_taken_is_an_error(pages, tmp_path):
     with pytest.raises(OSError, match='in use'):
-        PeopleServer('localhost', pages.port, tmp_path, hello([], False, 3, MarkerParams()))
+        PeopleServer('localhost', pages.port, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
     with pytest.raises(OSError, match=r'assign|known|address'):
-        PeopleServer('192.0.2.1', 0, tmp_path, hello([], False, 3, MarkerParams()))
+        PeopleServer('192.0.2.1', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))

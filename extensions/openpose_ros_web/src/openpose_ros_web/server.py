@@ -24,7 +24,7 @@ MOST_CONNECTIONS = 64
 _PATIENCE = 10.0
 _LARGEST_HEAD, _LARGEST_MESSAGE = 8192, 4096  # [bytes]
 # No file whose name has a special character or begins with a dot.
-_PATHS = r'/((?:[\w-]+/)*[\w-][\w.-]*)?'
+_FILES = r'((?:[\w-]+/)*[\w-][\w.-]*)?'
 _HEADERS = {
     'Content-Security-Policy': "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws:; "
                                "frame-ancestors 'self'; base-uri 'none'; form-action 'none'",
@@ -48,12 +48,12 @@ class Key(NamedTuple):
 
 
 class PeopleServer:
-    """Serves a folder and the messages, in a thread of its own.
+    """Serves folders and the messages, in a thread of its own.
 
     Args:
         host: name or address to listen at.
         port: 0: any free one.
-        folder: of the page.
+        folders: files by the path at which they are found: '/' is that of the page.
         hello: the first message of each connection.
         changed: called in the server's thread when what is wanted may have changed.
 
@@ -65,7 +65,7 @@ class PeopleServer:
         OSError: the port is taken, or the host is none of this computer.
     """
 
-    def __init__(self, host: str, port: int, folder: Path, hello: Mapping[str, Any],
+    def __init__(self, host: str, port: int, folders: Mapping[str, Path], hello: Mapping[str, Any],
                  changed: Callable[[], None] = lambda: None) -> None:
         # a name may have addresses of IPv4 and IPv6, one of which may be switched off
         sockets = bind_sockets(port, '127.0.0.1' if host == 'localhost' else host)
@@ -78,7 +78,8 @@ class PeopleServer:
         self._kept: Dict[Key, Payload] = {}
         self._loop = asyncio.new_event_loop()
         application = Application(
-            [('/ws', _Page), (_PATHS, _Files, {'path': str(folder)})], server=self,
+            [('/ws', _Page), *((path + _FILES, _Files, {'path': str(folder)})
+                               for path, folder in sorted(folders.items(), reverse=True))], server=self,
             websocket_ping_interval=_PATIENCE, websocket_ping_timeout=3 * _PATIENCE,
             websocket_max_message_size=_LARGEST_MESSAGE, log_function=lambda handler: None)
         logging.getLogger('tornado').setLevel(logging.ERROR)  # not of each bad request

@@ -38,6 +38,7 @@ from openpose_ros_web.protocol import Message, Moment, Want
 from openpose_ros_web.ros.convert import points_from_cloud, status_of
 from openpose_ros_web.ros.room import Room
 from openpose_ros_web.server import Key, PeopleServer
+from openpose_ros_web.three_js import three_folder
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import MarkerParams
@@ -66,6 +67,7 @@ class WebNode:
 
     Raises:
         ParameterError: the pages can not be served there, or `cameras` are no namespaces.
+        ModelError: three.js is missing.
     """
 
     def __init__(self, params: WebParams) -> None:
@@ -202,9 +204,9 @@ def _chains(params: WebParams) -> List[Tuple[str, str]]:
 
 
 def _serve(params: WebParams, hello: Message, changed: Callable[[], None]) -> PeopleServer:
-    folder = Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www'
+    folders = {'/': Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www', '/vendor/': three_folder()}
     try:
-        return PeopleServer(params.host, params.port, folder, hello, changed)
+        return PeopleServer(params.host, params.port, folders, hello, changed)
     except OSError as error:
         raise ParameterError(f"pages can not be served at '{params.host}', port {params.port}: {error}", 'port'
                              ) from error
