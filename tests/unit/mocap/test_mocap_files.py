@@ -144,6 +144,7 @@ def test_a_last_line_that_breaks_off_is_left_out(tmp_path, caplog, name, cut, to
 @pytest.mark.parametrize('name, content, told', [
     ('a.csv', '', 'is empty'),
     ('a.csv', 'a,b\n1,2\n', "starts with 'a,b', expected 'Format Version,...'; export with 'Header Information'"),
+    ('a.csv', 'Format Version,' + 200000 * '1', 'field larger than'),
     ('a.csv', '\x00\x01\x02\x03', 'binary file, expected text'),
     ('a.c3d', MOTIVE, 'no C3D file'),
     ('a.txt', 'hello', 'no motion capture file that can be read.*hello'),

@@ -1,4 +1,5 @@
 """Files of motion capture systems: tables of OptiTrack Motive (.csv), C3D (.c3d), TRC (.trc)."""
+import csv
 from pathlib import Path
 from typing import Union
 
@@ -36,7 +37,7 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
             else:
                 raise BadInputError(f"{path} is no motion capture file that can be read: expected a table that Motive "
                                     f"exported (.csv), C3D (.c3d) or TRC (.trc); it starts with '{text[:40]!r}'")
-    except ValueError as error:
+    except (csv.Error, ValueError) as error:
         raise BadInputError(f'{path}: {error}') from error
     if not len(recording):
         raise BadInputError(f'{path} has a header, but no frames')
