@@ -8,7 +8,7 @@ cd "$(dirname "$0")"
 composed=$(mktemp -d)
 trap 'rm -r "$composed"' EXIT
 # where RViz shows the scene and the camera's image on its screen of 1440x900
-scene=1059x808+365+62 camera=339x189+3+84
+scene=954x808+470+62 camera=448x252+0+97
 for screenshot in "$screenshots"/rviz_*.png; do
   convert \( "$screenshot" -crop $scene +repage -resize 560x \) \( "$screenshot" -crop $camera +repage -resize 200x \) \
     -gravity southeast -composite "$composed/$(basename "$screenshot")"
