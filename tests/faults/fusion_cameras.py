@@ -2,7 +2,7 @@
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Dict, List
+from typing import Callable, Dict, List, Tuple
 
 import numpy as np
 from geometry_msgs.msg import TransformStamped
@@ -12,6 +12,7 @@ from std_msgs.msg import Header
 sys.path.insert(0, str(Path(__file__).parents[1] / 'support'))
 
 from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.ros.convert import bgr_to_image
 from simulated_rig import CAMERA, around, walking
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros import convert
@@ -57,3 +58,17 @@ def frame_for_signals() -> SimpleNamespace:
     wall = cloud_from_depth(np.full((24, 32), 4.0), small, np.zeros((24, 32, 3), np.uint8))
     return SimpleNamespace(cloud=convert.cloud_to_message(wall, header), hands=HandDetection_3dArray(header=header),
                            faces=FaceDetection_3dArray(header=header), people=good_frame().left)
+
+
+def frame_for_pages() -> SimpleNamespace:
+    """Return what the node of pages reads at a time, without a stamp: the people of the left camera, and its image."""
+    header = Header(frame_id='left')
+    image = bgr_to_image(np.full((CAMERA.height, CAMERA.width, 3), 128, np.uint8), header)
+    return SimpleNamespace(image=image, people=good_frame().left)
+
+
+# What makes a frame, and its topics, for the chains that read people.
+FRAMES: Dict[str, Tuple[Callable[[], SimpleNamespace], Dict[str, str]]] = {
+    'fusion': (good_frame, TOPICS), 'signals': (frame_for_signals, SIGNALS_TOPICS),
+    'web': (frame_for_pages, {'image': f'{NAMESPACE}/detected_poses_image',
+                              'people': f'{NAMESPACE}/detected_poses_3d'})}

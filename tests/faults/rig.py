@@ -1,5 +1,6 @@
 """The real nodes that faults are injected into, on a ROS master of their own, and what good frames give them."""
 import copy
+import socket
 import subprocess
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -22,6 +23,7 @@ from faults.fault import Fault
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import POSTURES
+from page_client import PageClient
 from session import Diagnostics, Session, await_true, is_heard
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -47,6 +49,8 @@ SAME_JOINTS = 0.05
 # stay (after 10 frames within 5 cm), with MoveNet Thunder and without it.
 SETTLED = 30
 
+# Of the pages.
+WEB_PORT = 18099
 # A lamp in the room.
 TARGETS = Path(__file__).with_name('targets.yaml')
 PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
@@ -75,6 +79,8 @@ CHAINS: Dict[str, Dict[str, Program]] = {
         'fixed_frame': ROOM})},
     'signals': {'people': Program('extensions/openpose_ros_signals/scripts/people_signals_node', {
         'fixed_frame': ROOM, 'use_cloud': True, 'use_landmarks': True, 'summary': True, 'targets': TARGETS})},
+    'web': {'people': Program('extensions/openpose_ros_web/scripts/people_web_node', {
+        'port': WEB_PORT, 'fixed_frame': ROOM})},
 }
 _REMAPPINGS = ('~image:=image', '~point_cloud:=points', '~depth_image:=points', '~camera_info:=camera_info',
                '~skeleton_2d_detector:=detect_poses_3d')
@@ -116,14 +122,18 @@ class Chain:
         self._good, topics = _good_frame(name)
         self.publishers = {part: rospy.Publisher(self.topic(topic), type(getattr(self._good, part)), queue_size=10)
                            for part, topic in topics.items()}
-        people, kind = self.topic(self.answer[0]), self.answer[1]
-        rospy.Subscriber(people, kind, self._results.append)
-        await_true(lambda: is_heard(people), f'{people} is published')
+        self._listen()
         await_true(lambda: all(publisher.get_num_connections() for publisher in self.publishers.values()),
                    f'{name} reads its inputs')
         for _ in range(SETTLED):
             self.reference = self.figures(self.result_of_good_frame())
         self.usage = self._usage()
+
+    def _listen(self) -> None:
+        """Keep what comes of frames."""
+        topic, kind = self.topic(self.answer[0]), self.answer[1]
+        rospy.Subscriber(topic, kind, self._results.append)
+        await_true(lambda: is_heard(topic), f'{topic} is published')
 
     def figures(self, answer: Any) -> np.ndarray:
         """Return what has to be the same after a fault: joints, (P, 18, 3) [m]."""
@@ -147,7 +157,7 @@ class Chain:
     def _now(self) -> rospy.Time:
         """Return the time, which is at least the period of a 30 Hz camera after the last frame: waits for it."""
         time.sleep(max(0.0, self._last.to_sec() + 1 / 30 - time.time()))
-        self._last = rospy.Time.from_sec(time.time())
+        self._last = rospy.Time.from_sec(round(time.time(), 6))  # as pages get it
         return self._last
 
     def send(self, frame: Any) -> None:
@@ -228,6 +238,28 @@ class SignalsChain(Chain):
         return rows[np.argsort(rows[:, 0])]
 
 
+class WebChain(Chain):
+    """The node of pages, with a page that shows people and an image."""
+
+    def _listen(self) -> None:
+        await_true(lambda: _is_open(WEB_PORT), 'pages are served')
+        self.page = PageClient(WEB_PORT, {'image': {'width': 320}}, self._take)
+
+    def _take(self, message: Any, _arrival: float) -> None:
+        if isinstance(message, dict) and message['type'] == 'people':
+            header = Header(stamp=rospy.Time.from_sec(message['stamp']))
+            self._results.append(SimpleNamespace(header=header, people=message['people']))
+
+    def figures(self, answer: Any) -> np.ndarray:
+        """Return the joints of all people in the room, (P, 18, 3) [m]."""
+        return np.array([person['xyz'] for person in answer.people]).reshape(-1, 18, 3) / 1000.0
+
+
+def _is_open(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(('localhost', port)) == 0
+
+
 class Rig:
     """The chains, each started when it is first asked for; faults of different chains are injected at the same time.
 
@@ -260,9 +292,11 @@ class Rig:
         """Return the chain of a node 'CHAIN/NODE'."""
         name = node.partition('/')[0]
         if name not in self.chains:
-            kind = SignalsChain if name == 'signals' else Chain
-            self.chains[name] = kind(self.session, self.diagnostics, name)
+            self.chains[name] = _KINDS.get(name, Chain)(self.session, self.diagnostics, name)
         return self.chains[name]
+
+
+_KINDS: Dict[str, Type[Chain]] = {'signals': SignalsChain, 'web': WebChain}
 
 
 def joints(people: PersonDetection_3dArray) -> np.ndarray:
@@ -277,9 +311,9 @@ def _good_frame(chain: str) -> Tuple[SimpleNamespace, Dict[str, str]]:
 
     Images are the first frame of the shipped sequence, clouds at half its size.
     """
-    if chain in ('fusion', 'signals'):
-        return (fusion_cameras.good_frame(), fusion_cameras.TOPICS) if chain == 'fusion' else (
-            fusion_cameras.frame_for_signals(), fusion_cameras.SIGNALS_TOPICS)
+    if chain in fusion_cameras.FRAMES:
+        make, topics = fusion_cameras.FRAMES[chain]
+        return make(), topics
     topics = {'info': 'camera_info', 'image': 'image', 'points': 'points'}
     sequence = RgbdSequence.read(ROOT / 'skeleton_extract_3d/demo/cross')
     frame, header = sequence.frame(0), Header(frame_id=FRAME_ID)

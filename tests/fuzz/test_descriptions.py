@@ -16,6 +16,7 @@ from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields
 from openpose_ros_tools.calibration.known_cameras import read_known_cameras
 from openpose_ros_tools.mocap.marker_map import read_marker_map, shipped_maps
+from openpose_ros_web.protocol import WIDTHS, read_want
 from skeleton_extract_3d.node_params import PeopleSettings
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values
@@ -159,3 +160,13 @@ def test_flags(arguments):
     read = survives(read_flags, ServiceSettings, arguments, size=10000, errors=(ParameterError,))
     if read is not None:
         survives(build, ServiceSettings, read[0], size=10000, errors=(ParameterError, BadInputError))
+
+
+WANT = json.dumps({'want': {'image': {'camera': 1, 'width': 640, 'rate': 10.0}, 'cloud': True}}).encode()
+
+
+@given(st.one_of(mutated(WANT), mutated(WANT).map(lambda data: data.decode(errors='replace'))))
+@example(b'[' * 4000)
+def test_what_a_page_wants(content):
+    want = survives(read_want, content, 2, size=len(content), errors=(BadInputError,))
+    assert want is None or (want.camera in (0, 1) and want.width in (0, *WIDTHS) and 0 < want.rate <= 15.0)

@@ -1,5 +1,6 @@
 """Messages with any values, as they may come over the wire: core types that hold together, or BadInputError."""
 import copy
+import json
 from io import BytesIO
 
 import cv2
@@ -9,7 +10,14 @@ import pytest
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped
 from hypothesis import example, given
 from hypothesis import strategies as st
-from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
+from openpose_ros_msgs.msg import (
+    PersonDetection,
+    PersonDetectionArray,
+    PersonGesture,
+    PersonPointing,
+    PersonSignals,
+    PersonSignalsArray,
+)
 from openpose_ros_msgs.srv import GetPersonsRequest, GetPersonsResponse
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
@@ -18,9 +26,12 @@ from fuzzing import mutated, survives
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.ros.image_messages import file_of_message
 from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
 from openpose_ros_tools.tables.keypoint_table import table_of
+from openpose_ros_web import protocol
+from openpose_ros_web.ros.convert import points_from_cloud
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import cloud_from_depth
@@ -229,6 +240,36 @@ def test_people_in_space(message):
     people = survives(convert_3d.people_from_array, message, size=10000)
     if people is not None:
         assert (np.isfinite(people.xyz).all(axis=2) == (people.status != MISSING)).all()
+
+
+MOMENT = protocol.Moment(1.0, 0.1, 2.0, 'world')
+STILL = np.eye(3), np.zeros(3)
+
+
+def page_message(message):
+    """Return what a page reads of people or signals, or the bytes that it gets of a cloud."""
+    if isinstance(message, PointCloud2):
+        return protocol.cloud_message(0, 1.0, *points_from_cloud(message, 50))
+    if isinstance(message, PersonSignalsArray):
+        made = protocol.signals_message(signals_from_array(message), STILL, MOMENT)
+    else:
+        made = protocol.people_message(convert_3d.people_from_array(message), STILL, MOMENT)
+    return json.loads(protocol.encode(made))
+
+
+def signals():
+    person = PersonSignals(person_ID=1, posture='standing', gestures=[PersonGesture(
+        name='point', arm='left', pointing=[PersonPointing(target='lamp')])])
+    return PersonSignalsArray(HEADER, [person])
+
+
+@given(spoiled(people_in_space(), signals(), CLOUD))
+def test_what_pages_get(message):
+    found = survives(page_message, message, size=10000)
+    if isinstance(found, bytes):
+        assert len(found) <= 32 + 9 * 50 and (len(found) - 32) % 9 == 0
+    elif found is not None:
+        assert len(found['people']) == len(message.persons)
 
 
 def table_of_message(message, dimensions):

@@ -206,8 +206,7 @@ def _place(position: np.ndarray, pose: Transform) -> Optional[List[int]]:
 
 
 def _direction(direction: np.ndarray, pose: Transform) -> Optional[List[float]]:
-    turned = pose[0] @ direction
-    return np.round(turned, 4).tolist() if np.isfinite(turned).all() else None
+    return np.round(pose[0] @ direction, 4).tolist() if np.isfinite(direction).all() else None
 
 
 def _velocity(velocities: np.ndarray, rotation: np.ndarray) -> Optional[List[int]]:

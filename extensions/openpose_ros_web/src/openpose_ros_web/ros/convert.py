@@ -10,12 +10,15 @@ from skeleton_extract_3d.ros.convert import cloud_from_message
 # Types of the field rgb, blue first, as PCL writes it.
 _COLOURS = (PointField.FLOAT32, PointField.UINT32)
 _LONGEST_TEXT = 300
+_FARTHEST = 1000.0  # [m]
 RATE = 'rate [Hz]'
 """Key that the nodes of this project have in their status."""
 
 
 def points_from_cloud(message: PointCloud2, most: int) -> Tuple[np.ndarray, np.ndarray]:
-    """Return at most so many points of an organized cloud, (N, 3) [m], and their colours, (N, 3) uint8 RGB.
+    """Return at most so many points of an organized cloud and their colours, (N, 3) [m] and (N, 3) uint8 RGB.
+
+    Points farther than a kilometre are left out.
 
     Raises:
         BadInputError: see `cloud_from_message`.
@@ -24,7 +27,7 @@ def points_from_cloud(message: PointCloud2, most: int) -> Tuple[np.ndarray, np.n
     step = int(np.ceil(np.sqrt(cloud.width * cloud.height / most)))
     rows, columns = (each.ravel() for each in np.mgrid[:cloud.height:step, :cloud.width:step])
     points = cloud.window(columns, rows, 1)[:, 0]
-    known = np.flatnonzero(np.isfinite(points).all(axis=1))[:most]
+    known = np.flatnonzero((np.abs(points) < _FARTHEST).all(axis=1))[:most]  # no NaN
     colours = np.full((len(points), 3), 255, np.uint8)
     for field in message.fields:
         if field.name in ('rgb', 'rgba') and field.datatype in _COLOURS and field.offset + 4 <= message.point_step:
