@@ -72,7 +72,7 @@ def look(options: argparse.Namespace) -> Snapshot:
     begin = time.monotonic()
     _wait(lambda: set(expected) <= set(status.nodes()) and time.monotonic() - begin > _STATUS_PERIOD,
           _STATUS_PATIENCE if expected else 0.0)
-    nodes = nodes_within(options.namespace, status.read(graph.published))
+    nodes = nodes_within(options.camera_ns, status.read(graph.published))
     sources = find_cameras(_wanted(options), nodes, graph.published)
     listeners = [CameraListener(source.camera, source.rectified, graph.published) for source in sources]
     people = _PeopleListener(nodes, graph)
@@ -85,7 +85,7 @@ def look(options: argparse.Namespace) -> Snapshot:
         replace(master, clock=ticks.read(), unreachable=unreachable(_nodes(sources, expected, graph))),
         time.monotonic() - begin, graph.published, graph.subscribed, [each.read() for each in listeners],
         Tf(options.fixed_frame or _fixed_frame(nodes, graph)),
-        nodes_within(options.namespace, status.read(graph.published)),
+        nodes_within(options.camera_ns, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
         people.read())
     tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), parents=frames.parents())
@@ -96,7 +96,7 @@ def look(options: argparse.Namespace) -> Snapshot:
 def _wanted(options: argparse.Namespace) -> Wanted:
     topics = {role: rospy.resolve_name(getattr(options, role)) for role in ('image', 'points', 'depth', 'camera_info')
               if getattr(options, role)}
-    return Wanted(options.camera, topics, options.namespace)
+    return Wanted(options.camera, topics, options.camera_ns)
 
 
 def _fixed_frame(nodes: Sequence[ChainNode], graph: Graph) -> str:
@@ -192,6 +192,6 @@ def _parser() -> argparse.ArgumentParser:
     for role in ('image', 'points', 'depth', 'camera-info'):
         parser.add_argument(f'--{role}', metavar='TOPIC', help='of a camera without a preset')
     parser.add_argument('--fixed-frame', default='', metavar='FRAME', help="RViz's fixed frame")
-    parser.add_argument('--namespace', default='', metavar='NS', help='of the camera, in place of the preset\'s')
+    parser.add_argument('--camera-ns', default='', metavar='NS', help='of the camera, in place of the preset\'s')
     parser.add_argument('--seconds', type=float, default=5.0, metavar='S', help='listen so long at most (default: 5)')
     return parser
