@@ -72,7 +72,7 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
     _check_system()
     with _lock():
         say(f'Setting up {ROOT}' + ''.join(f', on {path}' for path in underlays()))
-        _set_up_system_packages()
+        _set_up_system_packages(test_tools)
         _set_up_venv(options.openvino)
         if test_tools:
             _set_up_test_tools()
@@ -116,8 +116,8 @@ def _lock() -> TextIO:
 
 # ---- 1: packages of the system
 
-def _set_up_system_packages() -> None:
-    missing = _missing_packages()
+def _set_up_system_packages(tests: bool) -> None:
+    missing = _missing_packages(tests)
     if not missing:
         say('[1/4] System packages: all there')
         return
@@ -126,18 +126,18 @@ def _set_up_system_packages() -> None:
     step(f'[1/4] System packages: installing {len(missing)} and what these need', 'packages',
          'check the network and the sources of apt (on Ubuntu universe is needed, on 20.04 that of ROS noetic too)',
          _install, missing, _as_root(missing))
-    missing = _missing_packages()
+    missing = _missing_packages(tests)
     if missing:
         die(f'apt-get reported success, but these packages are still missing: {" ".join(missing)}')
 
 
-def _missing_packages() -> List[str]:
+def _missing_packages(tests: bool) -> List[str]:
     if CONDA is not None:
         installed = {path.stem.rsplit('-', 2)[0] for path in CONDA.glob('conda-meta/*.json')}
     else:
         shown = output_of('dpkg-query', '--show', '--showformat', '${db:Status-Abbrev}${Package}\n')
         installed = {line[3:] for line in shown.splitlines() if line[1:3] == 'i '}
-    return sorted(needed_packages(this_system()) - installed)
+    return sorted(needed_packages(this_system(), tests) - installed)
 
 
 def _as_root(packages: Sequence[str]) -> List[str]:

@@ -16,7 +16,7 @@ from development.workspace import underlays
 TABLE = configparser.ConfigParser(delimiters='=', interpolation=None)
 TABLE.read(str(Path(__file__).with_suffix('.ini')))
 ROS, OTHERS = dict(TABLE['ros']), dict(TABLE['others'])
-TOOLS = TABLE['tools']['keys'].split()
+TOOLS, OF_TESTS = (TABLE[name]['keys'].split() for name in ('tools', 'tests'))
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ SYSTEMS = {
     'bullseye': System('Debian 11', TABLE['bullseye']),
     'jammy': System('Ubuntu 22.04', TABLE['jammy']),
     'bookworm': System('Debian 12'),
-    'noble': System('Ubuntu 24.04'),
+    'noble': System('Ubuntu 24.04', TABLE['noble']),
     'trixie': System('Debian 13'),
 }
 ROBOSTACK = System('RoboStack', TABLE['robostack'], Path('/'), 'noetic')
@@ -104,6 +104,7 @@ def dependencies() -> Set[str]:
     return {str(child.text) for manifest in manifests for child in manifest if 'depend' in child.tag} - set(PACKAGES)
 
 
-def needed_packages(system: System) -> Set[str]:
-    """Return the names of all packages that apt or conda has to install."""
-    return {package for key in dependencies() | set(TOOLS) for package in system.packages_of(key)}
+def needed_packages(system: System, tests: bool = False) -> Set[str]:
+    """Return the names of all packages that apt or conda has to install, for the tests too or not."""
+    keys = dependencies() | set(TOOLS) | set(OF_TESTS if tests else [])
+    return {package for key in keys for package in system.packages_of(key)}

@@ -1,18 +1,15 @@
 // Texts over the view: ids with what people do, and names of cameras.
-import {Vector3} from './vendor/three.module.min.js'
 import {gestureText, postureText} from './words.js'
 
-const ABOVE = 0.18 // of the head [m]
+const ABOVE = 0.18, BELOW = 0.12 // of heads and cameras [m]
 
 export class Labels {
   constructor(parent) {
     this.parent = parent
     this.shown = new Map()
-    this.place = new Vector3()
   }
 
-  // `project` gives the pixel of a point, or null behind the view.
-  draw(people, cameras, settings, theme, project) {
+  draw(people, cameras, settings, theme, view) {
     const wanted = new Map()
     if (settings.labels) {
       for (const person of people) {
@@ -22,17 +19,17 @@ export class Labels {
           point: [person.middle[0], person.middle[1], person.top + ABOVE]})
       }
     }
-    if (settings.cameras) cameras.forEach(({name, position}) => wanted.set(`camera ${name}`, {lines: [name], point: position}))
+    if (settings.cameras) cameras.forEach(({name, position}) => wanted.set(`camera ${name}`, {lines: [name], point: [position[0], position[1], position[2] - BELOW]}))
     for (const [key, element] of this.shown) {
       if (!wanted.has(key)) {
         element.remove()
         this.shown.delete(key)
       }
     }
-    for (const [key, label] of wanted) this.put(key, label, project(label.point))
+    for (const [key, label] of wanted) this.put(key, label, view.project(label.point), view.distance(label.point))
   }
 
-  put(key, {lines, rgb, fallen}, pixel) {
+  put(key, {lines, rgb, fallen}, pixel, distance) {
     const element = this.shown.get(key) ?? this.parent.appendChild(document.createElement('div'))
     this.shown.set(key, element)
     element.hidden = pixel === null
@@ -41,6 +38,7 @@ export class Labels {
     if (element.textContent !== text) element.textContent = text
     element.className = rgb ? 'person' : 'camera'
     element.classList.toggle('fallen', Boolean(fallen))
+    element.style.zIndex = String(Math.round(1000 - 10 * distance))
     element.style.borderColor = rgb ? `rgb(${rgb.map(Math.round).join(' ')})` : ''
     element.style.transform = `translate(-50%, -100%) translate(${pixel[0].toFixed(1)}px, ${pixel[1].toFixed(1)}px)`
   }

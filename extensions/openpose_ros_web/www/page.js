@@ -21,7 +21,10 @@ export function openPage(source) {
     asked = JSON.stringify(wish)
     source.want(wish)
   }
-  const setView = mode => scene?.view.setMode(mode, state.people())
+  const setView = mode => {
+    scene?.view.setMode(mode, state.people())
+    if (scene?.view.cameraIndex() >= 0) picture.choose(scene.view.cameraIndex())
+  }
   const follow = id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`)
   const panel = new Panel(state, follow)
   const drawn = (people, cameras) => {

@@ -2,6 +2,7 @@
 import {gestureText, postureText} from './words.js'
 
 const element = id => document.getElementById(id)
+const SILENT = 5 // a node whose last report is older is gone [s]
 const LEVELS = ['good', 'warning', 'error']
 
 export class Panel {
@@ -49,12 +50,12 @@ export class Panel {
   }
 
   showNodes(nodes) {
-    element('nodes').replaceChildren(...nodes.map(({name, level, text}) => {
+    element('nodes').replaceChildren(...nodes.map(({name, level, text, silent = 0}) => {
       const item = document.createElement('li')
-      item.className = LEVELS[level] ?? 'error'
+      item.className = silent > SILENT ? 'error' : LEVELS[level] ?? 'error'
       const [title, words] = ['strong', 'span'].map(tag => document.createElement(tag))
       title.textContent = name
-      words.textContent = `${LEVELS[level] ?? 'error'}: ${text}`
+      words.textContent = silent > SILENT ? `silent for ${silent} s; before: ${text}` : `${LEVELS[level] ?? 'error'}: ${text}`
       item.append(title, ' ', words)
       return item
     }))

@@ -41,6 +41,13 @@ export class Picture {
     this.changed()
   }
 
+  // Show the image of a camera that has one.
+  choose(camera) {
+    if (camera === this.camera() || this.hello?.cameras[camera] === undefined) return
+    this.select.value = String(camera)
+    this.changed()
+  }
+
   camera() {
     return Number(this.select.value || 0)
   }

@@ -79,12 +79,12 @@ export class Scene {
     const shown = this.state.people(), seen = camerasOf(cameras, hello)
     this.view.cameras = seen
     this.view.update(shown)
-    this.scenery.draw(shown, seen, this.view.controls.target, this.settings)
+    this.scenery.draw(shown, seen, this.view.controls.target, this.view.cameraIndex(), this.settings)
     this.bodies?.draw(shown, this.state.landmarks('hands'), this.state.landmarks('faces'), this.settings, this.theme)
     if (people) this.signs.draw(shown, people.stamp, this.scenery.floor, this.settings, this.theme)
     this.light.position.copy(this.view.camera.position)
     this.renderer.render(this.world, this.view.camera)
-    this.labels.draw(shown, seen, this.settings, this.theme, point => this.view.project(point))
+    this.labels.draw(shown, seen, this.settings, this.theme, this.view)
     this.waits = false // of the view that moved while it was drawn: it is drawn
     this.drawn(shown, seen)
   }

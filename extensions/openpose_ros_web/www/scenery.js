@@ -4,7 +4,7 @@ import {MISSING} from './state.js'
 import {Rods} from './pool.js'
 
 const SIDE = 20 // of the floor [m]
-const DEPTH = 0.35 // of the cameras' frustums [m]
+const DEPTH = 0.25 // of the cameras' frustums [m]
 // A camera this high over z = 0 says that z = 0 is the floor [m]; otherwise the lowest joints tell.
 const MOUNTED = 0.3
 
@@ -31,12 +31,13 @@ export class Scenery {
     this.parent.fog = new Fog(`rgb(${theme.ground.join(', ')})`, 6, 14)
   }
 
-  draw(people, cameras, target, settings) {
+  // `behind`: the index of the camera that the view is from.
+  draw(people, cameras, target, behind, settings) {
     this.findFloor(people, cameras)
     this.grid.visible = settings.grid
     this.grid.position.set(Math.round(target.x), Math.round(target.y), this.floor)
     this.rods.clear()
-    if (settings.cameras) cameras.forEach(camera => this.drawFrustum(camera))
+    if (settings.cameras) cameras.filter(({index}) => index !== behind).forEach(camera => this.drawFrustum(camera))
     this.rods.show()
     this.clouds.forEach(cloud => { cloud.visible = settings.cloud })
   }
@@ -61,8 +62,8 @@ export class Scenery {
         value + r[3 * axis] * ray[0] + r[3 * axis + 1] * ray[1] + r[3 * axis + 2] * ray[2])
     })
     corners.forEach((corner, index) => {
-      this.rods.add(position, corner, 0.006, this.theme.camera)
-      this.rods.add(corner, corners[(index + 1) % 4], 0.006, this.theme.camera)
+      this.rods.add(position, corner, 0.004, this.theme.camera)
+      this.rods.add(corner, corners[(index + 1) % 4], 0.004, this.theme.camera)
     })
   }
 

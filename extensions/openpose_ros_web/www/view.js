@@ -25,10 +25,11 @@ export class View {
   // Modes: 'free', 'above', 'person ID' and 'camera INDEX'.
   setMode(mode, people) {
     const [kind, which] = mode.split(' ')
+    if (kind === 'camera' && !this.cameras.some(({index}) => index === Number(which))) return
     if (kind !== 'camera') this.leaveCamera()
     this.mode = mode
     this.controls.enabled = kind !== 'camera'
-    if (kind === 'camera') this.lookThrough(Number(which))
+    this.lookThrough(this.cameraIndex())
     if (kind === 'above') this.fit(people, [0.02, 1])
     if (kind === 'person') this.follow(people, 1)
     this.changed()
@@ -38,7 +39,7 @@ export class View {
     this.size = [width, height]
     this.camera.aspect = width / height
     this.camera.updateProjectionMatrix()
-    if (this.mode.startsWith('camera')) this.lookThrough(Number(this.mode.split(' ')[1]))
+    this.lookThrough(this.cameraIndex())
   }
 
   update(people) {
@@ -93,9 +94,15 @@ export class View {
     this.camera.setViewOffset(...this.size, (width / 2 - cx) * scale, (height / 2 - cy) * scale, ...this.size)
   }
 
+  // The camera that the view is from; -1: none.
+  cameraIndex() {
+    const [kind, which] = this.mode.split(' ')
+    return kind === 'camera' ? Number(which) : -1
+  }
+
   // Touching the view from a camera makes it free, from the same place.
   leaveCamera() {
-    if (!this.mode.startsWith('camera')) return
+    if (this.cameraIndex() < 0) return
     const ahead = new Vector3()
     this.camera.getWorldDirection(ahead)
     this.controls.target.copy(this.camera.position).addScaledVector(ahead, NEAREST)
@@ -106,6 +113,10 @@ export class View {
     this.controls.enabled = true
     this.controls.update()
     this.changed()
+  }
+
+  distance(point) {
+    return this.camera.position.distanceTo(new Vector3(...point))
   }
 
   // The pixel of a point [m], from the top left of the view; null behind it.

