@@ -8,6 +8,8 @@ from faults.injectors import NAN, Injector, changed, refused
 
 NODE = 'web/people'
 PROGRAM = 'extensions/openpose_ros_web/scripts/people_web_node'
+# Of its own, without what it shares with others [bytes].
+MOST_MEMORY = 150e6
 UPGRADE = (b'GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
            b'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n')
 
@@ -61,6 +63,10 @@ def many(number: int, data: bytes = b'') -> Injector:
 
 
 def closed(chain: Any) -> None:
+    """Close the connections that were kept; the node has to be small until then."""
+    import psutil
+    memory = psutil.Process(chain.processes[NODE].pid).memory_full_info().uss
+    assert memory < MOST_MEMORY, f'{memory / 1e6:.0f} MB'
     while chain.kept:
         chain.kept.pop().close()
 
