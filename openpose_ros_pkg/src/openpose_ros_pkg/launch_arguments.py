@@ -8,6 +8,7 @@ pass_all_args:
 The command line of roslaunch is that of the parent process. Exit status 1 makes roslaunch give up. What is printed,
 and so the value of the parameter, is the command line; nothing where roslaunch was started with another file.
 """
+import argparse
 import difflib
 import os
 import sys
@@ -63,7 +64,9 @@ def _is_by_node(path: str) -> bool:
 
 def main() -> int:
     """Check the command line of the parent process and return the exit status."""
-    files = [Path(name) for name in sys.argv[1:]]
+    parser = argparse.ArgumentParser(prog='check_arguments', description='Called by launch files, with their paths.')
+    parser.add_argument('files', nargs='+', type=Path, metavar='FILE')
+    files = parser.parse_args().files
     command = Path(f'/proc/{os.getppid()}/cmdline').read_bytes().decode(errors='replace').split('\0')[:-1]
     if not starts(command, files[0]):
         return 0
