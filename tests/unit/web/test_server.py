@@ -156,6 +156,24 @@ def test_images_and_clouds_go_to_the_pages_that_want_them(pages):
     asyncio.run(run())
 
 
+def test_images_come_at_the_rate_that_is_wanted(pages, monkeypatch):
+    """Of a camera at 15 Hz, 10 a second."""
+    async def run():
+        page = await connect(pages)
+        await messages(page, 1)
+        await page.write_message('{"want": {"image": {"width": 160, "rate": 10}}}')
+        while not pages.is_wanted(lambda want: want.width):
+            await asyncio.sleep(0.01)
+        now, due = time.monotonic(), 0
+        monkeypatch.setattr(server.time, 'monotonic', lambda: now)
+        for _ in range(150):
+            now += 1 / 15 + 1e-9
+            due += pages.due_widths(0) == {160}
+            pages.clients[0].offer(Key('image', 0, 160), b'image')
+        assert 99 <= due <= 101
+    asyncio.run(run())
+
+
 @pytest.mark.parametrize('origin, allowed', [('http://127.0.0.1:{port}', True), ('http://evil.example', False),
                                              ('http://127.0.0.1:1', False), ('null', False)])
 def test_pages_of_other_servers_get_no_messages(pages, origin, allowed):
