@@ -1,5 +1,6 @@
 """The frame that pages show, and where other frames are in it."""
 import threading
+import time
 from typing import NamedTuple, Optional, Set, Tuple
 
 import numpy as np
@@ -13,6 +14,8 @@ from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import check_stamp
 
 WORLD = 'world'
+# Transforms are waited for at the begin of listening, for this long, so that a page does not see two frames [s].
+_PATIENCE, _LOOK_PERIOD = 0.5, 0.02
 _STILL = np.eye(3), np.zeros(3)
 _TURNED = UPRIGHT.T, np.zeros(3)
 
@@ -37,6 +40,7 @@ class Room:
         self._tf: Optional[Tuple[tf2_ros.Buffer, tf2_ros.TransformListener]] = None
         self._optical: Set[str] = set()
         self._missing = ''
+        self._deadline = 0.0
 
     def add_optical(self, frame: str) -> None:
         """Take the name of the frame of a camera."""
@@ -73,17 +77,21 @@ class Room:
 
     def _pose(self, target: str, header: Header) -> Optional[Transform]:
         buffer = self._buffer()
-        for stamp in (header.stamp, rospy.Time()):
-            try:
-                check_stamp(stamp)
-                return convert.rotation_and_translation(buffer.lookup_transform(target, header.frame_id, stamp))
-            except (tf2_ros.TransformException, NoTransformError, BadInputError):
-                continue
-        return None
+        while True:
+            for stamp in (header.stamp, rospy.Time()):
+                try:
+                    check_stamp(stamp)
+                    return convert.rotation_and_translation(buffer.lookup_transform(target, header.frame_id, stamp))
+                except (tf2_ros.TransformException, NoTransformError, BadInputError):
+                    continue
+            if time.monotonic() >= self._deadline:
+                return None
+            time.sleep(_LOOK_PERIOD)
 
     def _buffer(self) -> tf2_ros.Buffer:
         with self._lock:
             if self._tf is None:
-                buffer = tf2_ros.Buffer()
+                buffer = tf2_ros.Buffer(debug=False)  # without a service of its own
                 self._tf = buffer, tf2_ros.TransformListener(buffer)
+                self._deadline = time.monotonic() + _PATIENCE
             return self._tf[0]
