@@ -177,7 +177,7 @@ def _signals_of(person: PersonSignals, pose: Transform, stamp: float) -> Message
     walk, posture = person.walk, person.posture
     return {'id': person.id, 'position': _place(person.place, pose), 'posture': posture.name,
             'posture_seconds': _rounded(stamp - posture.since), 'fallen': person.fall is not None,
-            'speed': None if walk is None else _rounded(walk.speed), 'moving': walk is not None and walk.moving,
+            'speed': None if walk is None else _rounded(walk.speed), 'moving': walk is not None and bool(walk.moving),
             'body_facing': None if person.body is None else _direction(person.body.direction, pose),
             'head_facing': None if person.head is None else _direction(person.head.direction, pose),
             'gestures': [_gesture_of(gesture, pose, stamp) for gesture in person.gestures]}

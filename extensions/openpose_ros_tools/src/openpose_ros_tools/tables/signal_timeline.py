@@ -1,6 +1,6 @@
 """Signals of a recording as spans of time: postures, gestures, walking, and falls."""
 from dataclasses import dataclass, replace
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -27,6 +27,13 @@ class Span:
     end: float  # [s], the stamp of the first frame in which it did not hold, or of the person's last one
     confidence: float = 0.0  # the greatest one; 0 of walking
     pointing: Optional[Pointing] = None  # the ray where the confidence was greatest, of pointing
+
+
+class SignalFrame(NamedTuple):
+    """What the people of a frame do."""
+
+    stamp: float  # [s]
+    persons: Tuple[PersonSignals, ...]
 
 
 class PersonFall(NamedTuple):
@@ -98,16 +105,22 @@ def _begin(gesture: Gesture, stamp: float) -> float:
     return stamp if np.isnan(gesture.since) else min(gesture.since, stamp)
 
 
-def timeline_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> SignalTimeline:
-    """Return the signals computed from the joints, for recordings without them.
+def timeline_of(frames: Iterable[SignalFrame]) -> SignalTimeline:
+    """Return the spans and falls of frames in the order of time."""
+    timeline = SignalTimeline()
+    for frame in frames:
+        timeline.add(*frame)
+    return timeline
+
+
+def computed_signals(table: KeypointTable, up: Optional[Sequence[float]] = None) -> Iterator[SignalFrame]:
+    """Yield the signals of each frame, computed from the joints, for recordings without them.
 
     Args:
         table: in space.
         up: (3,) upwards, any length; None: the axis along which people are most of the time, of a level frame.
     """
-    axis, sign = vertical_axis(table)
-    upwards = sign * np.eye(3)[axis] if up is None else np.array(up, np.float64)
-    reader, timeline = SignalReader(), SignalTimeline()
+    reader, upwards = SignalReader(), upwards_of(table, up)
     columns = np.array([table.joints.index(joint) for joint in COCO_18.joints])
     order = np.argsort(table.stamps, kind='stable')
     stamps, starts = np.unique(table.stamps[order], return_index=True)
@@ -115,5 +128,10 @@ def timeline_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> S
         cells = np.ix_(rows, columns)
         people = People3D(COCO_18, table.positions[cells], table.confidence[cells], table.status[cells],
                           table.sigma[cells], table.ids[rows])
-        timeline.add(stamp * 1e-9, reader.update(people, stamp * 1e-9, upwards))
-    return timeline
+        yield SignalFrame(stamp * 1e-9, reader.update(people, stamp * 1e-9, upwards))
+
+
+def upwards_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> np.ndarray:
+    """Return the (3,) upward direction, of any length; up: as given, None: see `computed_signals`."""
+    axis, sign = vertical_axis(table)
+    return sign * np.eye(3)[axis] if up is None else np.array(up, np.float64)

@@ -33,7 +33,7 @@ from openpose_ros_tools.tables.keypoint_table import (
     with_status,
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkRow
-from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_of
+from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_signals
 
 # Points of the hands of a person, as joints of a table.
 HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
@@ -173,26 +173,24 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
     return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
 
 
-def read_timeline(path: Path, table: KeypointTable, topic: Optional[str] = None,
-                  up: Optional[Sequence[float]] = None) -> Tuple[SignalTimeline, bool]:
+def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
+                 up: Optional[Sequence[float]] = None) -> Tuple[List[SignalFrame], bool]:
     """Return the signals of people, and whether they are of the recording; else they are computed from the joints.
 
     Args:
         path: bag, or table.
         table: all its people, in space.
         topic: of the people in a bag; their signals are beside it, as the nodes and process_bag publish them.
-        up: (3,) compute them, with this upwards; None: where the recording lacks them, see `timeline_of`.
+        up: (3,) compute them, with this upwards; None: where the recording lacks them, see `computed_signals`.
     """
     if is_bag(path) and up is None:
         with open_bag(path) as bag:
             types = topic_types(bag)
             beside = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
             if {_absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
-                timeline = SignalTimeline()
-                for message, time in bag_messages(bag, beside):
-                    timeline.add(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(message))
-                return timeline, True
-    return timeline_of(table, up), False
+                return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(message))
+                        for message, time in bag_messages(bag, beside)], True
+    return list(computed_signals(table, up)), False
 
 
 def _hands_of(message: Any, dimensions: int, time: int) -> Iterator[PersonRow]:

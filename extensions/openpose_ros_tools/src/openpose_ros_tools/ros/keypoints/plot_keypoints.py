@@ -44,10 +44,10 @@ from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     HAND_JOINTS,
     read_keypoint_bag,
     read_keypoints,
-    read_timeline,
+    read_signals,
 )
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
-from openpose_ros_tools.tables.signal_timeline import SignalTimeline
+from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_of
 
 _log = logging.getLogger(__name__)
 
@@ -113,8 +113,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.hand_points:
         found = trajectories(selection, chosen)
     else:
-        timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3
-                    else None)
+        timeline = (timeline_of(read_signals(options.file, table, options.topic, options.up)[0])
+                    if table.dimensions == 3 else None)
         found = plots(selection, chosen, timeline)
     paths = [folder / f'{name}.{options.format}' for name, _ in found]
     check_outputs(paths, options.overwrite)

@@ -1,0 +1,133 @@
+"""What the page of a recording shows: a message of the live page's protocol per frame, spans of time and plots."""
+import base64
+from dataclasses import dataclass
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.output.draw import person_colour
+from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
+from openpose_ros_tools.plots.motion_plots import LEFT, RIGHT, Line, angle_plot, way_plot
+from openpose_ros_tools.tables.keypoint_selection import Selection
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.signal_timeline import SignalFrame, Span, timeline_of
+from openpose_ros_web import protocol
+from openpose_ros_web.protocol import Message, Moment
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
+from skeleton_extract_3d.show.markers import MarkerParams
+
+# Colours of lines on white paper are those of the people, darker.
+_SHADE = 0.72
+# Signals belong to a frame whose stamp is within this [s].
+_TOGETHER = 1e-3
+
+
+class Thumbnail(NamedTuple):
+    """An image of the recording."""
+
+    stamp: int  # [ns]
+    jpeg: bytes
+
+
+@dataclass(frozen=True)
+class Recording:
+    """People and what they do; `up`: (3,) upwards in their frame, any length."""
+
+    name: str
+    moment: str  # of the first frame, as a date where it is one
+    selection: Selection  # in space
+    signals: Sequence[SignalFrame]
+    up: np.ndarray
+    notes: Tuple[str, ...] = ()
+    thumbnails: Tuple[Thumbnail, ...] = ()
+
+    @property
+    def begin(self) -> float:
+        """Stamp of the first frame [s]."""
+        return self.selection.begin * 1e-9
+
+
+def facts_of(recording: Recording) -> Message:
+    """Return what `www/recording.js` reads before the frames."""
+    selection, timeline = recording.selection, timeline_of(recording.signals)
+    shown = set(selection.persons)
+    return {
+        'name': recording.name, 'moment': recording.moment, 'notes': list(recording.notes),
+        'frame': selection.frame_id, 'axis': [LEFT, RIGHT],
+        'hello': protocol.hello(['image'] if recording.thumbnails else [], False, 3, MarkerParams()),
+        'stamps': np.round(selection.seconds(selection.frames), 4).tolist(),
+        'persons': [{'id': person, 'rgb': person_colour(person)[::-1]} for person in selection.persons],
+        'spans': [_span(span, recording.begin) for span in timeline.spans if span.person in shown],
+        'falls': [[person, _time(fall.stamp - recording.begin)] for person, fall in timeline.falls if person in shown],
+        'plots': _plots(recording),
+        'images': [[_time((image.stamp - selection.begin) * 1e-9), base64.b64encode(
+            protocol.image_message(0, image.stamp * 1e-9, image.jpeg)).decode()] for image in recording.thumbnails]}
+
+
+def frames_of(recording: Recording) -> Iterator[List[Message]]:
+    """Yield the messages of each frame: signals, then people."""
+    selection, pose = recording.selection, z_up(recording.up)
+    table, model = selection.table, skeleton_of(selection.joints)
+    frame = selection.frame_id + ('' if np.allclose(pose[0], np.eye(3)) else TURNED)
+    told = {round(each.stamp / _TOGETHER): each.persons for each in recording.signals}
+    order = np.argsort(table.stamps, kind='stable')
+    first, last = (np.searchsorted(table.stamps[order], selection.frames, side) for side in ('left', 'right'))
+    for stamp, start, end in zip(selection.frames.tolist(), first, last):
+        moment = Moment(stamp * 1e-9, 0.0, stamp * 1e-9, frame)
+        persons = [person for person in told.get(round(stamp * 1e-9 / _TOGETHER), ()) if person.id in selection.persons]
+        yield [protocol.signals_message(persons, pose, moment),
+               protocol.people_message(_people(table.select(order[start:end]), model), pose, moment)]
+
+
+def skeleton_of(joints: Sequence[str]) -> SkeletonModel:
+    """Return the joint set that has most of these joints, and few others."""
+    return max(SKELETONS.values(), key=lambda model: (len({*joints} & {*model.joints}), -len(model.joints)))
+
+
+def z_up(up: np.ndarray) -> Transform:
+    """Return the rotation into a frame with z upwards: that of a level camera of an optical frame, none where z is up."""
+    z = up / np.linalg.norm(up)
+    if np.allclose(z, (0, -1, 0)):
+        return UPRIGHT.T, np.zeros(3)
+    x = np.eye(3)[(int(np.argmax(np.abs(z))) + 1) % 3]
+    x = x - (x @ z) * z
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z]), np.zeros(3)
+
+
+def _people(rows: KeypointTable, model: SkeletonModel) -> People3D:
+    columns = [rows.joints.index(joint) for joint in model.joints]
+    return People3D(model, rows.positions[:, columns], rows.confidence[:, columns], rows.status[:, columns],
+                    rows.sigma[:, columns], rows.ids)
+
+
+def _span(span: Span, begin: float) -> Dict[str, Any]:
+    return {'person': span.person, 'kind': span.kind, 'name': span.name, 'arm': span.arm,
+            'begin': _time(span.begin - begin), 'end': _time(span.end - begin)}
+
+
+def _plots(recording: Recording) -> List[Dict[str, str]]:
+    """Return title and SVG of each plot."""
+    selection = recording.selection
+    colours = {person: '#' + ''.join(f'{round(_SHADE * value):02x}' for value in person_colour(person)[::-1])
+               for person in selection.persons}
+    plots = [{'title': 'Distance and speed', 'svg': way_plot(selection, _speeds(recording), colours)}]
+    plots += [{'title': f'Joint angles of person {person} [degrees], right orange, left blue', 'svg': angle_plot(selection, person)}
+              for person in selection.persons]
+    return [plot for plot in plots if plot['svg']]
+
+
+def _speeds(recording: Recording) -> Dict[int, Line]:
+    """Return the speed of each person [m/s] over time, as the signals have it."""
+    found: Mapping[int, List[Tuple[float, float]]] = {person: [] for person in recording.selection.persons}
+    for stamp, persons in recording.signals:
+        for person in persons:
+            if person.id in found:
+                found[person.id].append((stamp - recording.begin, np.nan if person.walk is None else person.walk.speed))
+    return {person: (values[:, 0], values[:, 1]) for person, values in (
+        (person, np.array(pairs, np.float64).reshape(-1, 2)) for person, pairs in found.items())}
+
+
+def _time(seconds: float) -> float:
+    return round(seconds, 3)
