@@ -89,7 +89,8 @@ class Browser:
 
     def press(self, key: str) -> None:
         """Press a key."""
-        self.call('Input.dispatchKeyEvent', type='keyDown', key=key, text=key)
+        text = {'text': key} if len(key) == 1 else {}
+        self.call('Input.dispatchKeyEvent', type='keyDown', key=key, **text)
         self.call('Input.dispatchKeyEvent', type='keyUp', key=key)
 
     def screenshot(self) -> bytes:

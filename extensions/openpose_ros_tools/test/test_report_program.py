@@ -1,9 +1,14 @@
-"""report on bags: what is on the page, what is missing and named, wrong inputs."""
+"""report on bags: what is in the page, what is missing and named, wrong inputs."""
+import base64
+import json
+import re
+import zlib
+
+import cv2
 import genpy
 import numpy as np
 import rosbag
 from known_recording import FRAMES, IMAGE, stamp_of, write_recording
-from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
 
 from animated_skeleton import STANDING, frames, held
@@ -19,82 +24,82 @@ from skeleton_extract_3d.ros.convert import people_to_array
 SPACE = '/openpose_ros/skeleton_3d'
 
 
-def image_array(people, header):
-    """Return the array message of people in the image."""
-    return people_to_array_2d(people_to_messages(people, header), header, COCO_18)
-
-
-def write_results(path, *, people=True, signals=False, image=False):
-    """Write the results of a recording: a standing person; in the image, at its left."""
-    keypoints = np.tile(np.array([80.0, 90.0, 0.9]), (1, 18, 1))
-    keypoints[0, :, 1] += np.arange(18)
+def write_results(path, *, signals=False):
+    """Write the results of a recording: a standing person."""
     with rosbag.Bag(str(path), 'w') as bag:
         for number, (_, person) in zip(range(FRAMES), frames(held((0.0, STANDING)), 10.0, 15)):
             stamp = stamp_of(number)
             header = Header(stamp=stamp, frame_id='room')
-            bag.write(f'{SPACE}/detected_poses_3d', people_to_array(person, header) if people else
-                      PersonDetection_3dArray(header=header), stamp)
+            bag.write(f'{SPACE}/detected_poses_3d', people_to_array(person, header), stamp)
             if signals:
                 told = PersonSignals(1, np.zeros(3), Posture('kneeling', stamp.to_sec(), 0.5),
                                      (Gesture('beckon', 'left', stamp.to_sec(), 0.75),))
                 bag.write(f'{SPACE}/people_signals', signals_to_array((told,), header), stamp)
-            if image:
-                found = People2D(COCO_18, keypoints, np.ones(1), np.ones(1))
-                bag.write(f'{SPACE}/detected_poses', image_array(found, header), stamp)
     return path
 
 
 def report(path, *options):
-    """Return the page of a recording."""
+    """Return the page of a recording, and the lines of JSON within it."""
     output = path.with_name('page.html')
     assert main([str(path), '-o', str(output), *map(str, options)]) == 0
-    return output.read_text()
+    text = output.read_text()
+    inside = re.search('id="recording">([^<]*)<', text)[1]
+    return text, [json.loads(line) for line in zlib.decompress(base64.b64decode(inside)).decode().splitlines()]
 
 
 def test_signals_are_those_of_the_recording(tmp_path):
-    text = report(write_results(tmp_path / 'a.bag', signals=True))
-    assert 'kneeling' in text and 'beckon' in text and 'are computed' not in text
+    _, (facts, *frames) = report(write_results(tmp_path / 'a.bag', signals=True))
+    assert facts['notes'] == ['There are no images: a.bag has no topic of colour images. --images names a recording '
+                              'with images.']
+    assert {(span['kind'], span['name']) for span in facts['spans']} == {('posture', 'kneeling'), ('gesture', 'beckon')}
+    assert len(frames) == FRAMES
+    for (signals, people), number in zip(frames, range(FRAMES)):
+        assert people['stamp'] == signals['stamp'] == round(stamp_of(number).to_sec(), 6)
+        assert people['people'][0]['id'] == signals['people'][0]['id'] == 1
 
 
 def test_without_signals_they_are_computed(tmp_path):
     path = write_results(tmp_path / 'a.bag')
-    text = report(path)
-    assert 'standing' in text and 'are computed from the joints' in text
-    assert 'are computed' in report(path, '--overwrite', '--up', '0', '0', '1')
+    computed = 'Postures and gestures are computed from the joints, not read from the recording.'
+    _, (facts, *_) = report(path)
+    assert 'standing' in {span['name'] for span in facts['spans']} and computed in facts['notes']
+    _, (facts, *_) = report(path, '--overwrite', '--up', '0', '0', '1')
+    assert computed in facts['notes']
 
 
-def test_crops_come_out_of_the_images(tmp_path):
-    results = write_results(tmp_path / 'a.bag', image=True)
+def test_images_of_frames(tmp_path):
+    results = write_results(tmp_path / 'a.bag')
     write_recording(tmp_path / 'images.bag', image=IMAGE)
-    assert report(results, '--images', tmp_path / 'images.bag', '--crops', 3).count('data:image/jpeg') == 3
-    text = report(results, '--overwrite')
-    assert 'There are no images of the people' in text and 'data:image/jpeg' not in text
+    _, (facts, *_) = report(results, '--images', tmp_path / 'images.bag', '--thumbnails', 3)
+    assert len(facts['images']) == 3
+    taken, message = facts['images'][0]
+    assert taken == 0.0
+    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(message)[16:], np.uint8), cv2.IMREAD_COLOR)
+    assert pixels.shape == (180, 320, 3)
+    _, (facts, *_) = report(results, '--overwrite', '--thumbnails', 0)
+    assert facts['images'] == []
 
 
-def test_recordings_without_results_have_a_page_of_topics(tmp_path):
+def test_recordings_without_people_in_space_are_refused(tmp_path, capsys):
     write_recording(tmp_path / 'images.bag', image=IMAGE)
-    text = report(tmp_path / 'images.bag')
-    assert 'it holds no results' in text
-    assert IMAGE in text
-
-
-def test_people_in_the_image_alone(tmp_path):
+    assert main([str(tmp_path / 'images.bag')]) == 2
+    assert 'as it holds no results. To compute them: rosrun openpose_ros_tools process_bag' in capsys.readouterr().err
     header = Header(stamp=genpy.Time(5), frame_id='camera')
     keypoints = np.tile(np.array([80.0, 90.0, 0.9]), (1, 18, 1))
-    array = image_array(People2D(COCO_18, keypoints, np.ones(1), np.ones(1)), header)
     with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
-        bag.write('/openpose_ros/detected_poses', array, header.stamp)
-        bag.write('/openpose_ros/detected_poses', PersonDetectionArray(header=Header(stamp=genpy.Time(6))),
-                  genpy.Time(6))
-    text = report(tmp_path / 'a.bag')
-    assert 'The people are known in the image alone' in text
-    assert 'Paths in the image' in text
-    assert '2 frames, 1 of them without people' in text
+        bag.write('/openpose_ros/detected_poses', people_to_array_2d(people_to_messages(
+            People2D(COCO_18, keypoints, np.ones(1), np.ones(1)), header), header, COCO_18), header.stamp)
+    assert main([str(tmp_path / 'a.bag')]) == 2
+    assert 'people in the image alone' in capsys.readouterr().err
+    rosbag.Bag(str(tmp_path / 'b.bag'), 'w').close()
+    assert main([str(tmp_path / 'b.bag')]) == 2
+    assert not list(tmp_path.glob('*.html'))
 
 
-def test_an_empty_bag(tmp_path):
-    rosbag.Bag(str(tmp_path / 'a.bag'), 'w').close()
-    assert 'without messages' in report(tmp_path / 'a.bag')
+def test_without_three_js_the_page_names_what_fetches_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
+    assert main([str(write_results(tmp_path / 'a.bag'))]) == 2
+    assert 'rosrun openpose_ros_web fetch_three' in capsys.readouterr().err
 
 
 def test_the_page_is_beside_the_recording_and_stays(tmp_path):

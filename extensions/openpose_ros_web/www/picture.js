@@ -60,9 +60,12 @@ export class Picture {
       rate: this.rate}
   }
 
-  async take({camera, jpeg}) {
+  // The newest image waits while another one is drawn.
+  async take(image) {
+    const {camera, jpeg} = image
     if (this.busy || camera !== this.camera()) {
       this.dropped += 1
+      if (this.busy) this.waiting = image
       return
     }
     this.busy = true
@@ -77,6 +80,9 @@ export class Picture {
       this.dropped += 1 // a damaged image
     } finally {
       this.busy = false
+      const next = this.waiting
+      this.waiting = null
+      if (next) this.take(next)
     }
   }
 

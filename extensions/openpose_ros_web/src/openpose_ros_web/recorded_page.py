@@ -40,13 +40,15 @@ def recorded_page(title: str, facts: Message, frames: Iterable[Sequence[Message]
         raise BadInputError(f'the page lacks a file: {error.filename}: {error.strerror}') from error
     imports = {'imports': {name: f'data:text/javascript;base64,{_base64(text.encode())}'
                            for name, text in modules.items()}}
+    policy, data = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">', _base64(_packed(facts, frames))
     for there, new in (
-            ('<meta charset="utf-8">', f'<meta charset="utf-8">\n<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'),
+            ('<meta charset="utf-8">', f'<meta charset="utf-8">\n{policy}'),
             ('<title>People</title>', f'<title>{html.escape(title)}</title>'),
             ('<link rel="stylesheet" href="style.css">', f'<style>\n{style}</style>'),
-            ('<script type="module" src="main.js"></script>', f'<script type="importmap">{json.dumps(imports)}</script>\n'
+            ('<script type="module" src="main.js"></script>',
+             f'<script type="importmap">{json.dumps(imports)}</script>\n'
              f'<script type="module">import \'{_ENTRY}\'</script>'),
-            ('</body>', f'<script type="text/plain" id="recording">{_base64(_packed(facts, frames))}</script>\n</body>')):
+            ('</body>', f'<script type="text/plain" id="recording">{data}</script>\n</body>')):
         if page.count(there) != 1:
             raise ValueError(f'index.html has {page.count(there)} times {there}, expected once')
         page = page.replace(there, new)

@@ -86,7 +86,7 @@ def skeleton_of(joints: Sequence[str]) -> SkeletonModel:
 
 
 def z_up(up: np.ndarray) -> Transform:
-    """Return the rotation into a frame with z upwards: that of a level camera of an optical frame, none where z is up."""
+    """Return the rotation into a frame with z upwards: none where z is up, x forward of the frame of a camera."""
     z = up / np.linalg.norm(up)
     if np.allclose(z, (0, -1, 0)):
         return UPRIGHT.T, np.zeros(3)
@@ -113,8 +113,8 @@ def _plots(recording: Recording) -> List[Dict[str, str]]:
     colours = {person: '#' + ''.join(f'{round(_SHADE * value):02x}' for value in person_colour(person)[::-1])
                for person in selection.persons}
     plots = [{'title': 'Distance and speed', 'svg': way_plot(selection, _speeds(recording), colours)}]
-    plots += [{'title': f'Joint angles of person {person} [degrees], right orange, left blue', 'svg': angle_plot(selection, person)}
-              for person in selection.persons]
+    plots += [{'title': f'Joint angles of person {person} [degrees], right orange, left blue',
+               'svg': angle_plot(selection, person)} for person in selection.persons]
     return [plot for plot in plots if plot['svg']]
 
 

@@ -42,8 +42,8 @@ from openpose_ros_web.three_js import three_folder
 # Width of the images [px], and quality of their JPEG.
 _WIDTH, _QUALITY = 320, 75
 _COMPUTED = 'Postures and gestures are computed from the joints, not read from the recording.'
-_NO_RESULTS = ('no people are in {0}, as it holds no results. To compute them: rosrun openpose_ros_tools process_bag {0} '
-               '-o people.bag --signals')
+_NO_RESULTS = ('no people are in {0}, as it holds no results. To compute them: rosrun openpose_ros_tools process_bag '
+               '{0} -o people.bag --signals')
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -90,8 +90,8 @@ def _read(options: argparse.Namespace) -> Recording:
         raise BadInputError(_NO_RESULTS.format(path.name))
     table, frames = read_keypoints(path, options.topic)
     if table.dimensions != 3:
-        raise BadInputError(f'{path.name} has people in the image alone, expected people in space; plot_keypoints draws '
-                            'those in the image')
+        raise BadInputError(f'{path.name} has people in the image alone, expected people in space; plot_keypoints '
+                            'draws the former')
     selection = select(table, frames)
     signals, recorded = read_signals(path, table, options.topic, options.up)
     notes = [] if recorded else [_COMPUTED]
