@@ -88,8 +88,8 @@ def test_it_plays_and_keys_move_the_time(browser):
 @needs_browser
 @needs_three
 def test_the_timeline_has_the_spans_of_each_person(browser):
-    spans = browser.run("""[...document.querySelectorAll('.row.person')].map(row => [...row.querySelectorAll('.gesture')]
-        .map(each => [parseFloat(each.style.left), parseFloat(each.style.width)]))""")
+    spans = browser.run("""[...document.querySelectorAll('.row.person')].map(row =>
+        [...row.querySelectorAll('.gesture')].map(each => [each.style.left, each.style.width].map(parseFloat)))""")
     end = SECONDS - 1 / 15
     assert np.allclose(spans, [[[100 * begin / end, 100 * (SITS - WAVES) / end] for begin in (WAVES, WAVES + 20)]] * 3,
                        atol=0.02)
