@@ -20,6 +20,7 @@ from typing import List, Optional
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 import rosbag
+import rosgraph
 import rosparam
 import rospy
 import stage
@@ -49,7 +50,7 @@ SLOW_MOTION = 0.05
 STAGE_SLOW_MOTION, STAGE_SPEED = 0.02, 0.1
 # Frames per second of a sequence, before that [Hz].
 SEQUENCE_RATE = 15.0
-# Time that RViz gets to open and draw before its first screenshot [s].
+# Time that RViz gets to draw before its first screenshot [s].
 RVIZ_SECONDS = 12.0
 # Time from the people of a frame to the screenshot in which RViz shows them [s]; of a stage.
 DRAW_SECONDS, STAGE_DRAW_SECONDS = 0.9, 3.0
@@ -184,6 +185,7 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
         play_bag(session, arguments, STAGE_SLOW_MOTION if arguments.stage else SLOW_MOTION)
     results = ResultWatch(*RESULTS['stage' if arguments.stage else '3d'])
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
+    wait_for(is_drawing, START_TIMEOUT, 'RViz', nodes)
     time.sleep(RVIZ_SECONDS)
     for number in range(arguments.screenshots):
         seen = len(results.arrivals)
@@ -191,6 +193,12 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
             wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
         time.sleep(STAGE_DRAW_SECONDS if arguments.stage else DRAW_SECONDS)
         take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{number:02d}.png'))
+
+
+def is_drawing() -> bool:
+    """Return whether RViz is open: it subscribes to the skeletons."""
+    return any('rviz' in node for topic, nodes in rosgraph.Master('/demo').getSystemState()[1]
+               if topic.endswith('/visualization_skeleton') for node in nodes)
 
 
 def show_in_browsers(arguments: argparse.Namespace, folder: Path) -> None:
