@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from development import PACKAGES as FOLDERS
-from workspaces import NOT_SOURCE, shell
+from workspaces import NOT_SOURCE, ROOT, shell
 
 CHECK = """
 import importlib, importlib.util, pkgutil, sys
@@ -54,6 +54,7 @@ def test_package_alone(package, spaces, environment, tmp_path):
     (tmp_path / 'check.py').write_text(CHECK)
     strangers = ' '.join(set(PACKAGES) - {package, *needed})
     shell(f"""
+        export OPENPOSE_ROS_VENV={ROOT}/.venv
         {sources}
         source {spaces / package}/setup.bash --extend
         export ROS_MASTER_URI=http://localhost:1
