@@ -87,6 +87,10 @@ class Browser:
             assert time.monotonic() < end, f'{script} is {value!r} after {seconds} s; errors: {self.errors}'
             time.sleep(0.1)
 
+    def wait_for_drawing(self) -> None:
+        """Wait until what is shown now is drawn."""
+        self.run('new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))')
+
     def press(self, key: str) -> None:
         """Press a key."""
         text = {'text': key} if len(key) == 1 else {}

@@ -55,6 +55,7 @@ class PageTest(unittest.TestCase):
             browser.wait('peopleView.messages.people?.people.length >= 2 && peopleView.messages.signals')
             browser.press('1')
             browser.wait('peopleView.view.mode === "camera 0"')
+            browser.wait_for_drawing()
             drawn = browser.wait(DRAWN, lambda drawn: len(drawn['rows']) >= 2 and len(drawn['joints']) > 20
                                  and drawn['stamp'] == drawn['signals_stamp'])
             self.check_joints(drawn, convert.people_from_array(people.of(drawn['stamp'])), np.reshape(info.K, (3, 3)),

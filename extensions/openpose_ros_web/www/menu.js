@@ -36,7 +36,7 @@ export class Menu {
 
   update() {
     this.boxes.forEach((box, name) => { box.checked = this.settings[name] })
-    element('theme').textContent = this.settings.themeName() === 'dark' ? 'Light' : 'Dark'
+    element('theme').textContent = this.settings.themeName === 'dark' ? 'Light' : 'Dark'
   }
 
   // Offer a switch or not.

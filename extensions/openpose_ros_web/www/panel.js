@@ -3,7 +3,7 @@ import {gestureText, postureText} from './words.js'
 
 const element = id => document.getElementById(id)
 const SILENT = 5 // a node whose last report is older is gone [s]
-const LEVELS = ['good', 'warning', 'error']
+const LEVELS = ['', 'warning', 'error']
 
 export class Panel {
   // `choose` is called with the id of the person whose row is chosen.
@@ -52,10 +52,11 @@ export class Panel {
   showNodes(nodes) {
     element('nodes').replaceChildren(...nodes.map(({name, level, text, silent = 0}) => {
       const item = document.createElement('li')
-      item.className = silent > SILENT ? 'error' : LEVELS[level] ?? 'error'
+      const state = silent > SILENT ? 'error' : LEVELS[level] ?? 'error'
+      item.className = state
       const [title, words] = ['strong', 'span'].map(tag => document.createElement(tag))
       title.textContent = name
-      words.textContent = silent > SILENT ? `silent for ${silent} s; before: ${text}` : `${LEVELS[level] ?? 'error'}: ${text}`
+      words.textContent = silent > SILENT ? `silent for ${silent} s; before: ${text}` : state ? `${state}: ${text}` : text
       item.append(title, ' ', words)
       return item
     }))

@@ -70,7 +70,7 @@ export class Scenery {
   setCloud({camera, low, step, xyz, rgb}) {
     this.clouds.get(camera)?.geometry.dispose()
     const cloud = this.clouds.get(camera)
-      ?? new Points(new BufferGeometry(), new PointsMaterial({size: 0.02, vertexColors: true}))
+      ?? new Points(new BufferGeometry(), new PointsMaterial({size: 0.03, vertexColors: true}))
     cloud.geometry = new BufferGeometry()
       .setAttribute('position', new BufferAttribute(xyz, 3)).setAttribute('color', new BufferAttribute(rgb, 3, true))
     cloud.frustumCulled = false

@@ -38,16 +38,12 @@ export class Settings {
     this.keep(name, value)
   }
 
-  themeName() {
-    return this.stored.theme ?? (this.bright.matches ? 'light' : 'dark')
-  }
-
   theme() {
-    return THEMES[this.themeName()]
+    return THEMES[this.themeName]
   }
 
   switchTheme() {
-    this.keep('theme', this.themeName() === 'dark' ? 'light' : 'dark')
+    this.keep('theme', this.themeName === 'dark' ? 'light' : 'dark')
   }
 
   keep(name, value) {
@@ -66,7 +62,8 @@ export class Settings {
   }
 
   apply() {
-    document.documentElement.dataset.theme = this.themeName()
+    this.themeName = this.stored.theme in THEMES ? this.stored.theme : this.bright.matches ? 'light' : 'dark'
+    document.documentElement.dataset.theme = this.themeName
   }
 }
 

@@ -36,8 +36,8 @@ export class Signs {
   drawVelocity({middle, velocity, rgb}, theme) {
     if (Math.hypot(...velocity) < SLOWEST) return
     const end = share => middle.map((value, axis) => value + share * velocity[axis])
-    this.rods.add(middle, end(0.5), 0.018, theme.shade(rgb))
-    this.tips.add(end(0.5), end(0.62), 0.05, theme.shade(rgb))
+    this.rods.add(middle, end(0.5), 0.012, theme.shade(rgb))
+    this.tips.add(end(0.5), end(0.62), 0.035, theme.shade(rgb))
   }
 
   drawPointing({signals, rgb}, theme) {

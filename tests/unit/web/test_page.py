@@ -131,6 +131,7 @@ def test_people_are_drawn_where_the_messages_say(site, browser, index):
     shown(site, browser, people, signals)
     browser.press(str(index + 1))
     browser.wait(f'peopleView.view.mode === "camera {index}"')
+    browser.wait_for_drawing()
     joints = browser.run('peopleView.joints()')
     expected = expected_pixels(browser, CAMERAS['cameras'][index], people)
     found = {(joint['id'], joint['joint']): (joint['x'], joint['y']) for joint in joints}
@@ -146,7 +147,7 @@ def test_drawn_pixels_have_the_colours_of_the_people(site, browser):
     shown(site, browser, people, signals)
     browser.press('1')
     browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, false))')
-    browser.run('new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))')
+    browser.wait_for_drawing()
     picture = picture_of(browser)
     joints = browser.run('peopleView.joints()')
     browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, true))')
