@@ -1,6 +1,7 @@
 """The commands of ./run; its usage text says what they do."""
 import os
 import sys
+from importlib.util import find_spec
 from typing import Callable, Dict, NoReturn, Sequence
 
 from development import PYTHON, ROOT
@@ -35,9 +36,12 @@ def launch(arguments: Sequence[str]) -> NoReturn:
 
 
 def camera(arguments: Sequence[str]) -> NoReturn:
+    if find_spec('yaml') is None:
+        set_up([])  # brings PyYAML, for the table of cameras
+    from development.camera import launch_command
+    command = launch_command(arguments, bool(os.environ.get('DISPLAY')))  # ends here where the name is wrong
     set_up([])
-    from development.camera import launch_command  # needs PyYAML, which the set-up brings
-    enter_workspace(launch_command(arguments, bool(os.environ.get('DISPLAY'))))
+    enter_workspace(command)
 
 
 def doctor(arguments: Sequence[str]) -> NoReturn:

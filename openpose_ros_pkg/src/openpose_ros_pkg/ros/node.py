@@ -4,11 +4,13 @@ import os
 import signal
 import sys
 import threading
+import time
 from contextlib import suppress
 from typing import Any, Callable, Dict, Iterable, List, NoReturn, Sequence, TextIO, Tuple, Type, cast
 
 import rosgraph.names
 import rospy
+from rosgraph.names import load_mappings
 from rospy.core import is_shutdown_requested
 from rospy.impl import registration
 
@@ -17,6 +19,7 @@ from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRos
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.master.calls import is_running
 from openpose_ros_pkg.ros.master.watch import WATCH
 
 # Variable that the launch files set for nodes that are started again when they end.
@@ -28,7 +31,7 @@ _END = threading.Event()  # set: a signal has come that ends this process
 
 
 def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
-             failed: Callable[[Any], bool] = lambda node: False) -> int:
+             failed: Callable[[Any], bool] = lambda node: False, *, yields: bool = False) -> int:
     """Initialise the node, build it of its parameters and serve until shutdown.
 
     Exits with 1 when it can not be built, or when the ROS master is replaced by another one (see `MasterWatch`).
@@ -40,6 +43,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
         kind: parameter class or record of the private parameters.
         make: builds the node of them and returns it; raises OpenposeRosError for what the user has to mend.
         failed: tells at the end whether the node could not do all of its work.
+        yields: wait as long as a node of this name runs. A second one would end the first, which roslaunch starts
+            again, which would end the second, without end.
 
     Returns:
         The exit status: 1 where it failed.
@@ -54,6 +59,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
     give_back_free_memory()
     is_serving = threading.Event()
     _end_on_signals(is_serving)
+    if yields:
+        _wait_for_other(name)
     try:
         node = _start(name, kind, make, flags, others)
     except rospy.ROSException:
@@ -95,6 +102,15 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
         if RESPAWNS in os.environ and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):
             _rest()
         sys.exit(1)
+
+
+def _wait_for_other(name: str) -> None:
+    own_name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), load_mappings(sys.argv).get('__name', name))
+    if is_running(own_name):
+        sys.stdout.write(f'{own_name} runs already: this one waits for its end\n')
+        sys.stdout.flush()
+    while is_running(own_name):
+        time.sleep(1.0)
 
 
 def _end_on_signals(is_serving: threading.Event) -> None:

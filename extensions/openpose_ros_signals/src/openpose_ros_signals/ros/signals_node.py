@@ -202,4 +202,4 @@ class SignalsNode:
 
 def main() -> None:
     """Run the node of signals."""
-    run_node('people_signals_node', SignalsSettings, SignalsNode)
+    run_node('people_signals_node', SignalsSettings, SignalsNode, yields=True)

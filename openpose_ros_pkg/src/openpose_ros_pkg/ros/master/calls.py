@@ -7,6 +7,7 @@ from typing import Any, Mapping, Sequence, Tuple
 
 import rosgraph
 import rospy
+from rosgraph.network import parse_http_host_and_port
 from rospy.core import parse_rosrpc_uri
 
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
@@ -52,7 +53,20 @@ def published_topics() -> Mapping[str, PublishedTopic]:
 
 def is_listening(service_uri: str) -> bool:
     """Tell whether connections are taken at the URI of a service, rosrpc://HOST:PORT."""
-    with suppress(OSError), socket.create_connection(parse_rosrpc_uri(service_uri), CALL_TIMEOUT):
+    return _takes_connections(parse_rosrpc_uri(service_uri))
+
+
+def is_running(node: str) -> bool:
+    """Tell whether a node of this name is registered and takes connections; one that was killed stays registered."""
+    try:
+        (code, _, uri), = call_master([('lookupNode', node)])
+    except CALL_ERRORS:
+        return False
+    return code == 1 and _takes_connections(parse_http_host_and_port(uri))
+
+
+def _takes_connections(address: Tuple[str, int]) -> bool:
+    with suppress(OSError), socket.create_connection(address, CALL_TIMEOUT):
         return True
     return False
 
