@@ -8,7 +8,7 @@ import cv2
 import genpy
 import numpy as np
 import rosbag
-from known_recording import FRAMES, IMAGE, stamp_of, write_recording
+from known_recording import FRAME_ID, FRAMES, IMAGE, stamp_of, write_recording
 from std_msgs.msg import Header
 
 from animated_skeleton import STANDING, frames, held
@@ -19,18 +19,23 @@ from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Gesture, PersonSignals, Posture
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.ros.report import main
-from skeleton_extract_3d.ros.convert import people_to_array
+from skeleton_extract_3d.landmarks import Hands3D, Points3D
+from skeleton_extract_3d.ros.convert import hands_to_array, people_to_array
 
 SPACE = '/openpose_ros/skeleton_3d'
 
 
-def write_results(path, *, signals=False):
-    """Write the results of a recording: a standing person."""
+def write_results(path, *, signals=False, frame='room', hands=False):
+    """Write the results of a recording: a standing person, and a left hand of all its frames."""
     with rosbag.Bag(str(path), 'w') as bag:
         for number, (_, person) in zip(range(FRAMES), frames(held((0.0, STANDING)), 10.0, 15)):
             stamp = stamp_of(number)
-            header = Header(stamp=stamp, frame_id='room')
+            header = Header(stamp=stamp, frame_id=frame)
             bag.write(f'{SPACE}/detected_poses_3d', people_to_array(person, header), stamp)
+            if hands:
+                points = Points3D(np.full((1, 21, 3), 0.5), np.ones((1, 21)), np.ones((1, 21)), np.ones((1, 21)))
+                hand = Hands3D(points, np.ones(1), np.ones(1, int), np.ones(1, bool))
+                bag.write(f'{SPACE}/detected_hands_3d', hands_to_array(hand, header), stamp)
             if signals:
                 told = PersonSignals(1, np.zeros(3), Posture('kneeling', stamp.to_sec(), 0.5),
                                      (Gesture('beckon', 'left', stamp.to_sec(), 0.75),))
@@ -73,11 +78,21 @@ def test_images_of_frames(tmp_path):
     _, (facts, *_) = report(results, '--images', tmp_path / 'images.bag', '--thumbnails', 3)
     assert len(facts['images']) == 3
     taken, message = facts['images'][0]
-    assert taken == 0.0
+    assert taken == 0.0 and facts['cameras']['cameras'] == []
     pixels = cv2.imdecode(np.frombuffer(base64.b64decode(message)[16:], np.uint8), cv2.IMREAD_COLOR)
     assert pixels.shape == (180, 320, 3)
     _, (facts, *_) = report(results, '--overwrite', '--thumbnails', 0)
     assert facts['images'] == []
+
+
+def test_hands_and_the_camera_in_whose_frame_people_are(tmp_path):
+    write_recording(tmp_path / 'images.bag', image=IMAGE)
+    path = write_results(tmp_path / 'a.bag', frame=FRAME_ID, hands=True)
+    _, (facts, *frames) = report(path, '--images', tmp_path / 'images.bag')
+    camera, = facts['cameras']['cameras']
+    assert camera['size'] == [320, 180] and camera['position'] == [0, 0, 0]
+    assert [message['type'] for message in frames[3]] == ['signals', 'people', 'hands']
+    assert frames[3][2]['hands'][0]['side'] == 'left' and frames[3][2]['hands'][0]['xyz'] == [500] * 63
 
 
 def test_recordings_without_people_in_space_are_refused(tmp_path, capsys):

@@ -42,6 +42,7 @@ export class RecordedSource {
     this.state = state
     state.setLink('recorded', `${this.recording.name}, ${this.recording.moment}`)
     state.receive(this.recording.hello)
+    state.receive(this.recording.cameras)
     this.show(0)
   }
 
@@ -53,7 +54,7 @@ export class RecordedSource {
     const index = Math.max(lastBefore(stamps, time), 0), gone = time - stamps[index] > GAP
     if (this.shown !== `${index} ${gone}`) {
       this.shown = `${index} ${gone}`
-      for (const message of messages(index)) this.state.receive(gone ? {...message, people: []} : message)
+      for (const message of messages(index)) this.state.receive(gone ? {...message, people: [], hands: [], faces: []} : message)
     }
     const image = lastBefore(this.imageTimes, time + 1e-3)
     if (image >= 0 && image !== this.image) this.state.receiveBinary(bytesOf(images[image][1]).buffer)

@@ -107,7 +107,9 @@ export class Timeline {
     const plot = make('details', 'plot'), image = make('img', '')
     plot.open = open
     image.alt = title
-    image.src = URL.createObjectURL(new Blob([svg], {type: 'image/svg+xml'}))
+    plot.ontoggle = () => { // drawn when it is opened
+      if (plot.open && !image.src) image.src = URL.createObjectURL(new Blob([svg], {type: 'image/svg+xml'}))
+    }
     const {row} = this.track(image, 'drawn')
     plot.append(textElement('summary', title), row)
     return plot

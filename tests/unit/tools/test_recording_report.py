@@ -103,5 +103,5 @@ def test_the_joint_set_is_the_one_of_the_joints(model):
 def test_one_frame_and_thumbnails():
     recording = long_recording(0.1, rate=10, people=1)
     facts = facts_of(replace(recording, thumbnails=(Thumbnail(recording.selection.begin, b'jpeg'),)))
-    assert facts['stamps'] == [0.0] and facts['hello']['cameras'] == ['image']
+    assert facts['stamps'] == [0.0] and facts['hello']['cameras'] == ['camera']
     assert facts['images'][0][0] == 0.0

@@ -94,6 +94,7 @@ def test_the_timeline_has_the_spans_of_each_person(browser):
     assert np.allclose(spans, [[[100 * begin / end, 100 * (SITS - WAVES) / end] for begin in (WAVES, WAVES + 20)]] * 3,
                        atol=0.02)
     assert browser.run("document.querySelectorAll('.plot img').length") == 4
+    browser.run("document.querySelectorAll('.plot').forEach(each => { each.open = true })")
     browser.wait("[...document.querySelectorAll('.plot img')].every(each => each.naturalWidth > 0)")
 
 

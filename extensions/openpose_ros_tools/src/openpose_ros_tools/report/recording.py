@@ -1,7 +1,7 @@
 """What the page of a recording shows: a message of the live page's protocol per frame, spans of time and plots."""
 import base64
-from dataclasses import dataclass
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple
+from dataclasses import dataclass, field
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, Span, timeline_of
 from openpose_ros_web import protocol
 from openpose_ros_web.protocol import Message, Moment
+from skeleton_extract_3d.landmarks import Faces3D, Hands3D
 from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
 from skeleton_extract_3d.show.markers import MarkerParams
 
@@ -21,6 +23,13 @@ from skeleton_extract_3d.show.markers import MarkerParams
 _SHADE = 0.72
 # Signals belong to a frame whose stamp is within this [s].
 _TOGETHER = 1e-3
+
+
+class Landmarks(NamedTuple):
+    """Hands and faces of a frame; None: not known."""
+
+    hands: Optional[Hands3D] = None
+    faces: Optional[Faces3D] = None
 
 
 class Thumbnail(NamedTuple):
@@ -32,7 +41,13 @@ class Thumbnail(NamedTuple):
 
 @dataclass(frozen=True)
 class Recording:
-    """People and what they do; `up`: (3,) upwards in their frame, any length."""
+    """People and what they do.
+
+    Attributes:
+        up: (3,) upwards in their frame, any length.
+        landmarks: hands and faces by the stamp of their frame [ns].
+        camera: that took the thumbnails, where the frame of the people is its own.
+    """
 
     name: str
     moment: str  # of the first frame, as a date where it is one
@@ -41,11 +56,18 @@ class Recording:
     up: np.ndarray
     notes: Tuple[str, ...] = ()
     thumbnails: Tuple[Thumbnail, ...] = ()
+    landmarks: Mapping[int, Landmarks] = field(default_factory=dict)
+    camera: Optional[CameraModel] = None
 
     @property
     def begin(self) -> float:
         """Stamp of the first frame [s]."""
         return self.selection.begin * 1e-9
+
+    @property
+    def frame(self) -> str:
+        """Name of the page's frame, with z up."""
+        return self.selection.frame_id + ('' if np.allclose(z_up(self.up)[0], np.eye(3)) else TURNED)
 
 
 def facts_of(recording: Recording) -> Message:
@@ -54,8 +76,10 @@ def facts_of(recording: Recording) -> Message:
     shown = set(selection.persons)
     return {
         'name': recording.name, 'moment': recording.moment, 'notes': list(recording.notes),
-        'frame': selection.frame_id, 'axis': [LEFT, RIGHT],
-        'hello': protocol.hello(['image'] if recording.thumbnails else [], False, 3, MarkerParams()),
+        'axis': [LEFT, RIGHT],
+        'hello': protocol.hello(['camera'] if recording.thumbnails else [], False, 3, MarkerParams()),
+        'cameras': protocol.cameras_message([(0, recording.camera, z_up(recording.up))] if recording.camera else [],
+                                            recording.frame),
         'stamps': np.round(selection.seconds(selection.frames), 4).tolist(),
         'persons': [{'id': person, 'rgb': person_colour(person)[::-1]} for person in selection.persons],
         'spans': [_span(span, recording.begin) for span in timeline.spans if span.person in shown],
@@ -66,18 +90,20 @@ def facts_of(recording: Recording) -> Message:
 
 
 def frames_of(recording: Recording) -> Iterator[List[Message]]:
-    """Yield the messages of each frame: signals, then people."""
+    """Yield the messages of each frame: signals, people, and hands and faces where they are known."""
     selection, pose = recording.selection, z_up(recording.up)
     table, model = selection.table, skeleton_of(selection.joints)
-    frame = selection.frame_id + ('' if np.allclose(pose[0], np.eye(3)) else TURNED)
     told = {round(each.stamp / _TOGETHER): each.persons for each in recording.signals}
     order = np.argsort(table.stamps, kind='stable')
     first, last = (np.searchsorted(table.stamps[order], selection.frames, side) for side in ('left', 'right'))
     for stamp, start, end in zip(selection.frames.tolist(), first, last):
-        moment = Moment(stamp * 1e-9, 0.0, stamp * 1e-9, frame)
+        moment = Moment(stamp * 1e-9, 0.0, stamp * 1e-9, recording.frame)
         persons = [person for person in told.get(round(stamp * 1e-9 / _TOGETHER), ()) if person.id in selection.persons]
+        hands, faces = recording.landmarks.get(stamp, Landmarks())
         yield [protocol.signals_message(persons, pose, moment),
-               protocol.people_message(_people(table.select(order[start:end]), model), pose, moment)]
+               protocol.people_message(_people(table.select(order[start:end]), model), pose, moment),
+               *([] if hands is None else [protocol.hands_message(hands, pose, moment)]),
+               *([] if faces is None else [protocol.faces_message(faces, pose, moment)])]
 
 
 def skeleton_of(joints: Sequence[str]) -> SkeletonModel:

@@ -16,8 +16,9 @@ page.
 import argparse
 import logging
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import cv2
 import genpy
@@ -30,14 +31,23 @@ from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_tools.command_options import add_up, check_up, command_parser, whole_number
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.report.recording import Recording, Thumbnail, facts_of, frames_of
+from openpose_ros_tools.report.recording import Landmarks, Recording, Thumbnail, facts_of, frames_of
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder
-from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, read_keypoints, read_signals
-from openpose_ros_tools.tables.keypoint_selection import MOST_PERSONS, select
+from openpose_ros_tools.ros.keypoints.keypoint_bag import (
+    DIMENSIONS,
+    PARTS,
+    bag_messages,
+    choose_topic,
+    read_keypoints,
+    read_signals,
+)
+from openpose_ros_tools.tables.keypoint_selection import MOST_PERSONS, Selection, select
 from openpose_ros_tools.tables.signal_timeline import upwards_of
 from openpose_ros_web.recorded_page import recorded_page
 from openpose_ros_web.three_js import three_folder
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.ros.convert import camera_from_message, faces_from_array, hands_from_array
 
 # Width of the images [px], and quality of their JPEG.
 _WIDTH, _QUALITY = 320, 75
@@ -97,28 +107,42 @@ def _read(options: argparse.Namespace) -> Recording:
     notes = [] if recorded else [_COMPUTED]
     if selection.left_out:
         notes.append(f'The page shows the {MOST_PERSONS} people with most frames, not {selection.left_out} others.')
-    images, note = _images(options, selection.frames)
-    notes += [note] if note else []
-    return Recording(path.name, selection.first_moment, selection, signals, upwards_of(table, options.up), tuple(notes),
-                     tuple(images))
+    recording = Recording(path.name, selection.first_moment, selection, signals, upwards_of(table, options.up),
+                          tuple(notes), landmarks=_landmarks(path, options.topic))
+    return _with_images(recording, options) if options.thumbnails else recording
 
 
-def _images(options: argparse.Namespace, frames: np.ndarray) -> Tuple[List[Thumbnail], str]:
-    """Return images, and the reason why there are none."""
-    if not options.thumbnails:
-        return [], ''
+def _landmarks(path: Path, topic: Optional[str]) -> Dict[int, Landmarks]:
+    """Return hands and faces beside the people, by their stamp [ns]."""
+    found: Dict[int, Landmarks] = {}
+    with open_bag(path) as bag:
+        types = topic_types(bag)
+        folder = choose_topic(types, str(path), topic).name.rpartition('/')[0]
+        for part, read in (('hands', hands_from_array), ('faces', faces_from_array)):
+            name = f'{folder}/detected_{part}_3d'
+            for message, _ in bag_messages(bag, name) if PARTS[part].get(types.get(name, '')) == 3 else ():
+                stamp = message.header.stamp.to_nsec()
+                values: Dict[str, Any] = {part: read(message)}
+                found[stamp] = found.get(stamp, Landmarks())._replace(**values)
+    return found
+
+
+def _with_images(recording: Recording, options: argparse.Namespace) -> Recording:
+    """Return the recording with images, or with the reason why there are none."""
     try:
-        found = _thumbnails(options, frames)
+        found, camera = _thumbnails(options, recording.selection)
+        note = '' if found else 'There are no images: none has the stamp of a frame.'
     except BadInputError as error:
         if options.images or options.image:
             raise
         logging.getLogger(__name__).warning('there are no images: %s', error)
-        return [], f'There are no images: {error}. --images names a recording with images.'
-    return found, '' if found else 'There are no images: none has the stamp of a frame.'
+        found, camera, note = [], None, f'There are no images: {error}. --images names a recording with images.'
+    return replace(recording, thumbnails=tuple(found), camera=camera,
+                   notes=(*recording.notes, *([note] if note else [])))
 
 
-def _thumbnails(options: argparse.Namespace, frames: np.ndarray) -> List[Thumbnail]:
-    """Return images of frames, evenly over time, which pass one by one.
+def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List[Thumbnail], Optional[CameraModel]]:
+    """Return images of frames, evenly over time, which pass one by one, and their camera if people are in its frame.
 
     Raises:
         BadInputError: there are no images, or several topics come into question.
@@ -131,11 +155,15 @@ def _thumbnails(options: argparse.Namespace, frames: np.ndarray) -> List[Thumbna
         topic = finder.required('colour', options.image, finder.candidates['colour'])
         # images may have been recorded at a lower rate than people
         times = {message.stamp: genpy.Time(0, message.time) for message in stamped_messages(bag, [topic])}
-        there = sorted({*frames.tolist()} & {*times})
+        there = sorted({*selection.frames.tolist()} & {*times})
         chosen = np.unique(np.linspace(0, len(there) - 1, min(options.thumbnails, len(there))).round().astype(int))
-        return [Thumbnail(message.stamp, _jpeg(any_image_to_bgr(deserialized(message))))
-                for stamp in (there[index] for index in chosen)
-                for message in stamped_messages(bag, [topic], times[stamp], times[stamp]) if message.stamp == stamp]
+        taken = [Thumbnail(message.stamp, _jpeg(any_image_to_bgr(deserialized(message))))
+                 for stamp in (there[index] for index in chosen)
+                 for message in stamped_messages(bag, [topic], times[stamp], times[stamp]) if message.stamp == stamp]
+        calibration = finder.camera_info_of(topic)
+        first = next(bag_messages(bag, calibration), None) if taken and calibration else None
+        return taken, (camera_from_message(first[0]) if first and first[0].header.frame_id == selection.frame_id
+                       else None)
 
 
 def _jpeg(bgr: np.ndarray) -> bytes:
