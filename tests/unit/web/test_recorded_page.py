@@ -22,7 +22,7 @@ HOSTILE = '=</script><img src=x onerror="document.title=1">&quot;'
 SECONDS = 40.0
 
 needs_browser = pytest.mark.skipif(chromium() is None, reason='chromium is not installed: apt-get install chromium')
-needs_three = pytest.mark.skipif(not (default_model_folder().parent / 'three-0.170.0').is_dir(),
+needs_three = pytest.mark.skipif(not (default_model_folder().parent / f'three-{three_js.ARCHIVE.version}').is_dir(),
                                  reason='three.js is not fetched: rosrun openpose_ros_web fetch_three')
 
 
