@@ -10,7 +10,6 @@ from browser import Browser, chromium
 from development import PACKAGES
 from long_recording import BEGIN, SITS, WAVES, long_recording
 from openpose_ros_pkg.errors import BadInputError, ModelError
-from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.report.recording import facts_of, frames_of
 from openpose_ros_web import three_js
@@ -22,8 +21,6 @@ HOSTILE = '=</script><img src=x onerror="document.title=1">&quot;'
 SECONDS = 40.0
 
 needs_browser = pytest.mark.skipif(chromium() is None, reason='chromium is not installed: apt-get install chromium')
-needs_three = pytest.mark.skipif(not (default_model_folder().parent / f'three-{three_js.ARCHIVE.version}').is_dir(),
-                                 reason='three.js is not fetched: rosrun openpose_ros_web fetch_three')
 
 
 def page_of(recording):
@@ -46,7 +43,6 @@ def browser(recording, tmp_path_factory):
 
 
 @needs_browser
-@needs_three
 def test_it_shows_the_frame_of_each_time(browser, recording):
     frames = [[json.loads(encode(message)) for message in frame] for frame in frames_of(recording)]
     for time in (0.0, 14.0, 39.0, SITS + 0.5, 1000.0):
@@ -61,7 +57,6 @@ def test_it_shows_the_frame_of_each_time(browser, recording):
 
 
 @needs_browser
-@needs_three
 def test_it_plays_and_keys_move_the_time(browser):
     browser.run('peopleView.player.seek(2)')
     browser.run('document.getElementById("speed").value = 4')
@@ -86,7 +81,6 @@ def test_it_plays_and_keys_move_the_time(browser):
 
 
 @needs_browser
-@needs_three
 def test_the_timeline_has_the_spans_of_each_person(browser):
     spans = browser.run("""[...document.querySelectorAll('.row.person')].map(row =>
         [...row.querySelectorAll('.gesture')].map(each => [each.style.left, each.style.width].map(parseFloat)))""")
@@ -99,7 +93,6 @@ def test_the_timeline_has_the_spans_of_each_person(browser):
 
 
 @needs_browser
-@needs_three
 def test_nothing_in_a_recording_is_markup_or_leaves_the_page(browser):
     assert browser.run('document.title') == HOSTILE
     assert browser.run("document.querySelector('.gesture').textContent") == HOSTILE.lower()
@@ -110,7 +103,6 @@ def test_nothing_in_a_recording_is_markup_or_leaves_the_page(browser):
 
 
 @needs_browser
-@needs_three
 def test_the_table_has_a_row_per_frame_and_person(browser, recording):
     text = browser.run("""import('csv.js').then(csv => Promise.all([csv.tableOf, import('recording.js')])
         .then(async ([table, {readRecording}]) => table(await readRecording()).join('')))""")
@@ -126,7 +118,6 @@ def test_the_table_has_a_row_per_frame_and_person(browser, recording):
     assert rows[0]['posture'] == 'standing' and float(rows[0]['time']) == BEGIN
 
 
-@needs_three
 def test_ten_minutes_of_three_people_have_at_most_15_megabytes():
     assert len(page_of(long_recording(600.0))) < 15_000_000
 
