@@ -53,6 +53,7 @@ class PageTest(unittest.TestCase):
             browser.open(f'http://localhost:{PORT}/')
             browser.wait('window.peopleView?.messages.cameras?.cameras.length === 1')
             browser.wait('peopleView.messages.people?.people.length >= 2 && peopleView.messages.signals')
+            browser.wait('document.getElementById("image").width >= 320')  # it changes the layout
             browser.press('1')
             browser.wait('peopleView.view.mode === "camera 0"')
             browser.wait_for_drawing()
@@ -61,7 +62,6 @@ class PageTest(unittest.TestCase):
             self.check_joints(drawn, convert.people_from_array(people.of(drawn['stamp'])), np.reshape(info.K, (3, 3)),
                               (info.width, info.height))
             self.check_rows(drawn, signals.of(drawn['stamp']))
-            browser.wait('document.getElementById("image").width >= 320')
             browser.wait('[...document.querySelectorAll("#nodes li")].some(each => '
                          'each.textContent.startsWith("skeleton_extract_3d_node"))')
             self.assertEqual(browser.errors, [])
