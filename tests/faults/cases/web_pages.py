@@ -42,11 +42,12 @@ def page(data: bytes, ends: bool = True) -> Injector:
         connection = connect()
         connection.sendall(UPGRADE + b'\r\n')
         assert connection.recv(12) == b'HTTP/1.1 101'
-        connection.sendall(data)
         if not ends:
+            connection.sendall(data)
             chain.kept.append(connection)
             return
-        with connection:
+        with connection, suppress(ConnectionError):  # closed before all was sent
+            connection.sendall(data)
             while connection.recv(65536):
                 pass
     return inject
@@ -96,6 +97,8 @@ FAULTS = [
     Fault('page that sends a frame of 1 GB', page(frame(2, bytes(4096), 1 << 30)), NODE, event=''),
     Fault('page that wants images and never reads', page(frame(1, b'{"want": {"image": {"width": 320}}}'), False), NODE,
           event=''),
+    Fault('page that sends 100000 wishes at once', page(100000 * frame(1, b'{"want": {}}')), NODE, event=''),
+    Fault('page that sends 100000 pings at once', page(100000 * bytes([0x89, 0x80, 0, 0, 0, 0])), NODE, event=''),
     Fault('30 pages that never read', many(30, UPGRADE + b'\r\n'), NODE, event=''),
     Fault('these pages are closed', closed, NODE, event=''),
     Fault('200 connections that say nothing', many(200), NODE, event=''),

@@ -16,6 +16,9 @@ from openpose_ros_web.protocol import encode, hello
 from openpose_ros_web.server import Key, PeopleServer
 from skeleton_extract_3d.show.markers import MarkerParams
 
+HANDSHAKE = (b'GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
+             b'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n')
+
 
 @pytest.fixture
 def pages(tmp_path):
@@ -219,8 +222,7 @@ def test_a_page_that_never_reads_holds_up_no_other(pages):
 
     def handshake():
         connection = socket.create_connection(('127.0.0.1', pages.port))
-        connection.sendall(b'GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
-                           b'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n')
+        connection.sendall(HANDSHAKE)
         return connection
 
     async def run():
@@ -240,13 +242,61 @@ def test_a_page_that_never_reads_holds_up_no_other(pages):
 def test_a_page_that_takes_nothing_is_disconnected(pages, monkeypatch):
     monkeypatch.setattr(server, '_PATIENCE', 0.2)
     with socket.create_connection(('127.0.0.1', pages.port)) as connection:
-        connection.sendall(b'GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
-                           b'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n')
+        connection.sendall(HANDSHAKE)
         wait_for(lambda: pages.clients)
         for _ in range(40):
             pages.publish(Key('people'), 'x' * 500000)
             time.sleep(0.01)
         wait_for(lambda: not pages.clients, 20)
+
+
+@pytest.mark.parametrize('kind', [0x81, 0x89, 0x8a, 0x00], ids=['text', 'ping', 'pong', 'fragment'])
+def test_a_page_that_floods_is_disconnected_and_holds_up_no_other(pages, kind):
+    want = b'{"want": {}}' if kind == 0x81 else b''
+    begin = bytes([0x01, 0x80]) + bytes(4) if kind == 0x00 else b''
+    frames = begin + 1000 * (bytes([kind, 0x80 + len(want)]) + bytes(4) + want)
+
+    async def run():
+        await messages(page := await connect(pages), 1)
+        with socket.create_connection(('127.0.0.1', pages.port)) as flood:
+            flood.sendall(HANDSHAKE)
+            wait_for(lambda: len(pages.clients) == 2)
+            with contextlib.suppress(ConnectionError):
+                flood.sendall(frames)
+            wait_for(lambda: len(pages.clients) == 1)
+            pages.publish(Key('people'), '{"type":"people"}')
+            assert await messages(page, 1) == [{'type': 'people'}]
+    asyncio.run(asyncio.wait_for(run(), 20))
+
+
+def test_a_page_may_send_what_it_wants_many_times(pages):
+    async def run():
+        await messages(page := await connect(pages), 1)
+        for _ in range(35):
+            await page.write_message('{"want": {"cloud": true}}')
+        wait_for(lambda: pages.is_wanted(lambda want: want.cloud))
+        pages.publish(Key('people'), '{"type":"people"}')
+        assert await messages(page, 1) == [{'type': 'people'}]
+    asyncio.run(asyncio.wait_for(run(), 20))
+
+
+def test_a_file_that_is_not_taken_is_given_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(server, '_PATIENCE', 0.2)
+    (tmp_path / 'index.html').write_bytes(bytes(30_000_000))
+    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
+    with socket.create_connection(('127.0.0.1', serving.port)) as connection:
+        connection.sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\n\r\n')
+        wait_for(lambda: serving._http._connected == 1)
+        wait_for(lambda: serving._http._connected == 0)
+    serving.stop()
+
+
+def test_a_server_that_can_not_begin_is_an_error(tmp_path, monkeypatch):
+    def fail(_server, _sockets):
+        raise RuntimeError('no selector')
+    monkeypatch.setattr(server._Server, 'add_sockets', fail)
+    with pytest.raises(RuntimeError, match='no selector'):
+        PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
 
 
 def test_a_flood_of_silent_connections_leaves_the_pages_alone(pages):

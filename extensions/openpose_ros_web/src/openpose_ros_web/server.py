@@ -23,6 +23,9 @@ MOST_CONNECTIONS = 64
 # A connection without a request, and a client that has not taken a message, for this long are closed [s].
 _PATIENCE = 10.0
 _LARGEST_HEAD, _LARGEST_MESSAGE = 8192, 4096  # [bytes]
+# Parts of frames (messages, pings, fragments) that a page may send, up to four each [1/s]: 20 frames, 40 at once.
+_PARTS, _MOST_PARTS = 80.0, 160.0
+_MOST_UNSENT = 8_000_000  # [bytes]
 # No file whose name has a special character or begins with a dot.
 _FILES = r'((?:[\w-]+/)*[\w-][\w.-]*)?'
 _HEADERS = {
@@ -83,8 +86,9 @@ class PeopleServer:
             websocket_ping_interval=_PATIENCE, websocket_ping_timeout=3 * _PATIENCE,
             websocket_max_message_size=_LARGEST_MESSAGE, log_function=lambda handler: None)
         logging.getLogger('tornado').setLevel(logging.ERROR)  # not of each bad request
-        self._thread = threading.Thread(target=self._serve, args=(application, sockets), name='web server', daemon=True)
+        self._thread = threading.Thread(target=self._serve, name='web server', daemon=True)
         self._thread.start()
+        self._http = asyncio.run_coroutine_threadsafe(_begin(application, sockets), self._loop).result()
 
     def is_wanted(self, wanted: Callable[[Want], bool] = lambda want: True) -> bool:
         """Return whether a page is open that wants something."""
@@ -121,19 +125,12 @@ class PeopleServer:
             self.clients.remove(page)
             self.changed()
 
-    def _serve(self, application: Application, sockets: List[socket.socket]) -> None:
-        async def begin() -> None:
-            server.add_sockets(sockets)
-
+    def _serve(self) -> None:
         asyncio.set_event_loop(self._loop)
-        server = _Server(application, idle_connection_timeout=_PATIENCE, body_timeout=_PATIENCE,
-                         max_header_size=_LARGEST_HEAD, max_body_size=_LARGEST_MESSAGE,
-                         max_buffer_size=2 * _LARGEST_HEAD)
-        self._loop.run_until_complete(begin())
         self._loop.run_forever()
         for page in self.clients:
             page.close()
-        server.stop()
+        self._http.stop()
 
     def _distribute(self, key: Key, payload: Payload, keep: bool) -> None:
         if keep:
@@ -152,6 +149,7 @@ class _Server(HTTPServer):
             stream.close()
             return
         self._connected += 1
+        stream.max_write_buffer_size = _MOST_UNSENT
         super().handle_stream(stream, address)
 
     def on_close(self, server_conn: object) -> None:
@@ -181,6 +179,16 @@ class _Guarded(RequestHandler):
 
 
 class _Files(_Guarded, StaticFileHandler):
+    """A file; who does not take it in time gives its place to another one."""
+
+    def initialize(self, *arguments: Any, **options: Any) -> None:
+        super().initialize(*arguments, **options)
+        connection: Any = self.request.connection
+        self._end = asyncio.get_event_loop().call_later(3 * _PATIENCE, connection.stream.close)
+
+    def on_finish(self) -> None:
+        self._end.cancel()
+
     def parse_url_path(self, url_path: str) -> str:
         """Return the path of a file below the folder."""
         return str(super().parse_url_path(url_path or 'index.html'))
@@ -194,6 +202,7 @@ class _Page(_Guarded, WebSocketHandler):
         self._waiting: OrderedDict[Key, Payload] = OrderedDict()
         self._sending = False
         self._next_image = 0.0
+        self._parts, self._counted = _MOST_PARTS, time.monotonic()
 
     async def get(self, *arguments: Any, **options: Any) -> None:
         if len(self.server.clients) >= MOST_CLIENTS:
@@ -202,6 +211,16 @@ class _Page(_Guarded, WebSocketHandler):
 
     def open(self, *_: str, **__: str) -> None:
         self.set_nodelay(True)
+        # tornado takes what has come without a pause, so that a flood would hold up all others
+        connection: Any = self.ws_connection
+        stream, read = connection.stream, connection.stream.read_bytes
+
+        def read_bytes(number: int) -> Any:
+            if not self._can_spend():
+                stream.close()
+            return read(number)
+
+        stream.read_bytes = read_bytes
         self.server.open(self)
 
     def on_close(self) -> None:
@@ -228,6 +247,13 @@ class _Page(_Guarded, WebSocketHandler):
         """Return the width of an image that is wanted now [px]; 0: none is."""
         return self.want.width if time.monotonic() >= self._next_image else 0
 
+    def _can_spend(self) -> bool:
+        """Return whether a page may send a part of a frame."""
+        now = time.monotonic()
+        self._parts = min(self._parts + _PARTS * (now - self._counted), _MOST_PARTS) - 1
+        self._counted = now
+        return self._parts >= 0
+
     def _wants(self, key: Key) -> bool:
         if key.kind == 'image' and (key.camera, key.width) == (self.want.camera, self.due_width()):
             now, period = time.monotonic(), 1 / self.want.rate
@@ -250,6 +276,13 @@ class _Page(_Guarded, WebSocketHandler):
             self._waiting.clear()
         finally:
             self._sending = False
+
+
+async def _begin(application: Application, sockets: List[socket.socket]) -> _Server:
+    server = _Server(application, idle_connection_timeout=_PATIENCE, body_timeout=_PATIENCE,
+                     max_header_size=_LARGEST_HEAD, max_body_size=_LARGEST_MESSAGE, max_buffer_size=2 * _LARGEST_HEAD)
+    server.add_sockets(sockets)
+    return server
 
 
 def _is_address(host: str) -> bool:
