@@ -178,6 +178,15 @@ def test_cameras_without_depth_have_a_detector_each_and_are_fused():
     assert '/skeleton_extract_3d_node' not in alone
 
 
+@pytest.mark.parametrize('name, arguments', [
+    ('people.launch', {'web': 'true', 'floor': 'true'}), ('cameras.launch', {'web': 'true'}),
+    ('cameras.launch', {'rgb_cameras': 'left', 'web': 'true'}), ('bridges.launch', {'jsk': 'true'})])
+def test_nodes_that_are_started_again_know_it(name, arguments):
+    """They rest after an error that a start does not mend."""
+    for node in load(name, **arguments).nodes:
+        assert ('OPENPOSE_ROS_RESPAWNS', '1') in node.env_args or not node.respawn, node.name
+
+
 def test_all_files_are_at_the_top_and_there_are_ten_at_most():
     all_files = {path for folder in PACKAGES.values() for path in folder.glob('launch/*')}
     assert set(FILES.values()) == all_files

@@ -118,8 +118,18 @@ def test_without_three_js_the_page_names_what_fetches_it(tmp_path, monkeypatch, 
 
 
 def test_the_page_is_beside_the_recording_and_stays(tmp_path):
-    path = write_results(tmp_path / 'a.bag')
+    path = write_results(tmp_path / 'a.1.bag')
     assert main([str(path)]) == 0
     assert main([str(path)]) == 2
     assert main([str(path), '--overwrite']) == 0
-    assert (tmp_path / 'a.html').is_file()
+    assert (tmp_path / 'a.1.html').is_file()
+
+
+def test_the_recordings_are_never_replaced(tmp_path, capsys):
+    results, images = write_results(tmp_path / 'a.bag'), tmp_path / 'images.bag'
+    write_recording(images, image=IMAGE)
+    before = [path.read_bytes() for path in (results, images)]
+    for output in (results, images):
+        assert main([str(results), '--images', str(images), '-o', str(output), '--overwrite']) == 2
+        assert 'is an input' in capsys.readouterr().err
+    assert [path.read_bytes() for path in (results, images)] == before

@@ -83,8 +83,8 @@ def _run(options: argparse.Namespace) -> int:
         if not is_bag(path):
             raise BadInputError(f'{path} is neither a bag nor a recording of ROS 2')
     www, three = Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www', three_folder()
-    output = options.output or recording.with_name(f'{recording.name.partition(".")[0]}.html')
-    with output_file(output, options.overwrite, [recording]) as part:
+    output = options.output or recording.with_name(f'{recording.name if recording.is_dir() else recording.stem}.html')
+    with output_file(output, options.overwrite, [*filter(None, (recording, options.images))]) as part:
         read = _read(options)
         part.write_text(recorded_page(recording.name, facts_of(read), frames_of(read), www, three), encoding='utf-8')
     sys.stdout.write(f'{output}\n')
