@@ -1,6 +1,8 @@
 // Messages of a running node, by WebSocket; connects again by itself.
 const VERSION = 1
 const FIRST_WAIT = 500, LONGEST_WAIT = 4000 // [ms]
+// The node sends `state` each second: after this silence the network or the computer is gone [ms].
+const SILENCE = 6000
 
 export class LiveSource {
   constructor(address) {
@@ -14,6 +16,7 @@ export class LiveSource {
     this.connect()
     // a browser that was asleep waits no longer
     addEventListener('online', () => this.connect())
+    setInterval(() => this.watch(), 1000)
   }
 
   // Ask for an image and a cloud: {image: {camera, width, rate}, cloud}.
@@ -29,11 +32,14 @@ export class LiveSource {
     socket.binaryType = 'arraybuffer'
     socket.onopen = () => this.want(this.wish)
     socket.onmessage = ({data}) => this.receive(data)
-    socket.onclose = () => this.lost()
+    // an old one may end late
+    socket.onclose = () => { if (socket === this.socket) this.lost() }
     this.socket = socket
+    this.heard = Date.now()
   }
 
   receive(data) {
+    this.heard = Date.now()
     if (typeof data !== 'string') return this.state.receiveBinary(data)
     const message = JSON.parse(data)
     if (message.type === 'hello') {
@@ -42,6 +48,14 @@ export class LiveSource {
       this.state.setLink(same ? 'live' : 'other', same ? 'live' : 'another version: load the page again')
     }
     this.state.receive(message)
+  }
+
+  // A browser that sends nothing never learns by itself that the other side is gone.
+  watch() {
+    if (!this.socket || this.socket.readyState > WebSocket.OPEN || Date.now() - this.heard < SILENCE) return
+    this.socket.close()
+    this.socket = null
+    this.lost()
   }
 
   lost() {

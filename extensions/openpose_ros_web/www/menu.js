@@ -4,12 +4,15 @@ import {SWITCHES} from './settings.js'
 const element = id => document.getElementById(id)
 
 export class Menu {
-  // `actions`: setView(mode), fit(), views() as [mode, text], followNext().
+  // `actions`: setView(mode), fit(), followNext().
   constructor(settings, actions) {
     this.settings = settings
     this.actions = actions
     this.select = element('view')
-    this.select.onchange = () => actions.setView(this.select.value)
+    this.select.onchange = () => {
+      actions.setView(this.select.value)
+      this.select.blur() // keys are shortcuts again
+    }
     this.boxes = new Map(SWITCHES.map(([name, text, key]) => [name, this.addSwitch(name, text, key)]))
     element('theme').onclick = () => settings.switchTheme()
     this.keys = new Map([

@@ -48,7 +48,7 @@ export function openPage(source) {
   window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? [], measures: () => measures.values()}
   try {
     scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
-    window.peopleView.view = scene.view
+    Object.assign(window.peopleView, {view: scene.view, scenery: scene.scenery})
   } catch (error) {
     notice(`No view in 3D: ${error.message}`)
     for (const kind of ['people', 'signals']) {

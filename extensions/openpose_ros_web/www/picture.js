@@ -14,7 +14,10 @@ export class Picture {
     this.changed = changed
     this.rate = FIRST_RATE
     this.drawn = this.dropped = 0
-    this.select.onchange = () => changed()
+    this.select.onchange = () => {
+      changed()
+      this.select.blur() // keys are shortcuts again
+    }
     state.on('hello', hello => this.begin(hello))
     state.on('image', image => this.take(image))
     settings.onChange(() => this.update())
@@ -63,9 +66,10 @@ export class Picture {
   // The newest image waits while another one is drawn.
   async take(image) {
     const {camera, jpeg} = image
-    if (this.busy || camera !== this.camera()) {
-      this.dropped += 1
-      if (this.busy) this.waiting = image
+    if (camera !== this.camera()) return
+    if (this.busy) {
+      if (this.waiting) this.dropped += 1
+      this.waiting = image
       return
     }
     this.busy = true

@@ -38,11 +38,12 @@ export class Scene {
 
   begin(hello) {
     if (!this.bodies) this.bodies = new Bodies(this.world, hello.look)
+    this.scenery.reset()
     this.redraw()
   }
 
   take(message) {
-    if (message.frame !== this.frame) {
+    if (message.type === 'people' && message.frame !== this.frame) {
       this.frame = message.frame
       this.scenery.reset()
       this.signs.paths.clear()
@@ -79,7 +80,8 @@ export class Scene {
     const shown = this.state.people(), seen = camerasOf(cameras, hello)
     this.view.cameras = seen
     this.view.update(shown)
-    this.scenery.draw(shown, seen, this.view.controls.target, this.view.cameraIndex(), this.settings)
+    this.scenery.findFloor(shown, people?.stamp, seen)
+    this.scenery.draw(seen, this.view.controls.target, this.view.cameraIndex(), this.settings)
     this.bodies?.draw(shown, this.state.landmarks('hands'), this.state.landmarks('faces'), this.settings, this.theme)
     if (people) this.signs.draw(shown, people.stamp, this.scenery.floor, this.settings, this.theme)
     this.light.position.copy(this.view.camera.position)

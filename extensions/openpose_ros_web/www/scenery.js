@@ -21,7 +21,16 @@ export class Scenery {
   reset() {
     this.floor = 0
     this.lowest = []
-    this.clouds.forEach(cloud => cloud.removeFromParent())
+    this.stamp = null
+    this.dropClouds()
+  }
+
+  dropClouds() {
+    for (const cloud of this.clouds.values()) {
+      cloud.removeFromParent()
+      cloud.geometry.dispose()
+      cloud.material.dispose()
+    }
     this.clouds.clear()
   }
 
@@ -32,21 +41,23 @@ export class Scenery {
   }
 
   // `behind`: the index of the camera that the view is from.
-  draw(people, cameras, target, behind, settings) {
-    this.findFloor(people, cameras)
+  draw(cameras, target, behind, settings) {
     this.grid.visible = settings.grid
     this.grid.position.set(Math.round(target.x), Math.round(target.y), this.floor)
     this.rods.clear()
     if (settings.cameras) cameras.filter(({index}) => index !== behind).forEach(camera => this.drawFrustum(camera))
     this.rods.show()
-    this.clouds.forEach(cloud => { cloud.visible = settings.cloud })
+    if (!settings.cloud) this.dropClouds() // an old one is not shown when it is switched on again
   }
 
-  findFloor(people, cameras) {
+  // `stamp` of the people: a frame that is drawn again says nothing new.
+  findFloor(people, stamp, cameras) {
     if (cameras.some(camera => camera.position[2] > MOUNTED)) {
       this.floor = 0
       return
     }
+    if (stamp === this.stamp) return
+    this.stamp = stamp
     for (const {points, status} of people) {
       const heights = points.filter((_, joint) => status[joint] !== MISSING).map(point => point[2])
       if (heights.length) this.lowest.push(Math.min(...heights))

@@ -1,7 +1,7 @@
 // The newest message of each type, and those that listen to them. docs/web.md describes the messages.
 export const MISSING = 0, MEASURED = 1, INFERRED = 2
 const IMAGE = 1, CLOUD = 2
-// Signals, hands and faces belong to people whose stamp is within this [s].
+// Signals, hands and faces belong to people in the same frame whose stamp is within this [s].
 const TOGETHER = 0.5
 
 export class State {
@@ -66,7 +66,8 @@ export class State {
 
   fresh(type) {
     const message = this.messages[type], people = this.messages.people
-    return Boolean(message && people && this.messages.hello && Math.abs(message.stamp - people.stamp) < TOGETHER)
+    return Boolean(message && people && this.messages.hello && message.frame === people.frame
+      && Math.abs(message.stamp - people.stamp) < TOGETHER)
   }
 }
 

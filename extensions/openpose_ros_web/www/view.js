@@ -43,11 +43,12 @@ export class View {
   }
 
   update(people) {
-    if (!this.fitted && people.some(person => person.middle)) {
+    if (!this.fitted && this.cameraIndex() < 0 && people.some(person => person.middle)) {
       this.fit(people)
       this.fitted = true
     }
     if (this.mode.startsWith('person')) this.follow(people, FOLLOWS)
+    this.lookThrough(this.cameraIndex()) // cameras move, too
   }
 
   follow(people, share) {
@@ -110,6 +111,7 @@ export class View {
     this.camera.fov = ANGLE
     this.camera.updateProjectionMatrix()
     this.mode = 'free'
+    this.fitted = true
     this.controls.enabled = true
     this.controls.update()
     this.changed()

@@ -1,6 +1,10 @@
 """The page in a headless Chromium: it draws what the messages of a server say."""
+import contextlib
 import json
 import re
+import socket
+import socketserver
+import threading
 import time
 from pathlib import Path
 
@@ -35,11 +39,22 @@ def frame(people, gestures):
 
 
 class Site:
-    """A server with the page; `restart` uses its port again."""
+    """A server with the page, which sends the state each second; `start` uses its port again."""
 
     def __init__(self):
         self.port = 0
+        self.state = next(message for message in MESSAGES if message['type'] == 'state')
+        self.ended = threading.Event()
         self.start()
+        threading.Thread(target=self.beat, daemon=True).start()
+
+    def beat(self):
+        while not self.ended.wait(1.0):
+            self.send(self.state)
+
+    def stop(self):
+        self.ended.set()
+        self.server.stop()
 
     def start(self):
         self.server = PeopleServer('localhost', self.port, {'/': WWW, '/vendor/': three_js.three_folder()}, HELLO)
@@ -47,6 +62,8 @@ class Site:
 
     def send(self, *messages):
         for message in messages:
+            if message['type'] == 'state':
+                self.state = message
             clock = {'time': time.time()} if 'time' in message else {}
             self.server.publish(Key(message['type']), encode({**message, **clock}), keep=True)
 
@@ -55,7 +72,44 @@ class Site:
 def site():
     site = Site()
     yield site
-    site.server.stop()
+    site.stop()
+
+
+class Relay(socketserver.ThreadingTCPServer):
+    """Passes connections on to a port; those that are cut stay open and pass nothing, as when a network is gone."""
+
+    daemon_threads, block_on_close = True, False
+
+    def __init__(self, port):
+        super().__init__(('127.0.0.1', 0), RelayedConnection)
+        self.target, self.gone, self.ends = ('127.0.0.1', port), threading.Event(), []
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+    def cut(self):
+        """Cut the connections that there are; later ones work. Returns them."""
+        self.gone.set()
+        self.gone, cut, self.ends = threading.Event(), self.ends, []
+        return cut
+
+
+class RelayedConnection(socketserver.BaseRequestHandler):
+    def handle(self):
+        gone = self.server.gone
+        self.server.ends.append(self.request)
+        with socket.create_connection(self.server.target) as there:
+            back = threading.Thread(target=pass_on, args=(there, self.request, gone), daemon=True)
+            back.start()
+            pass_on(self.request, there, gone)
+            there.shutdown(socket.SHUT_RDWR)
+            back.join()
+
+
+def pass_on(source, sink, gone):
+    data = source.recv(65536)
+    while data:
+        if not gone.is_set():
+            sink.sendall(data)
+        data = source.recv(65536)
 
 
 @pytest.fixture(scope='module')
@@ -217,8 +271,6 @@ def test_image_and_cloud_are_asked_for_only_while_they_are_shown(site, browser):
     wait_for(lambda: not site.server.is_wanted(lambda want: want.width > 0))
     browser.press('o')
     wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
-    xyz = np.random.default_rng(1).uniform(-1, 1, (1001, 3))
-    site.server.publish(Key('cloud', 0), cloud_message(0, 1.0, xyz, np.full((1001, 3), 90, np.uint8)))
     browser.press('o')
     browser.press('i')
     wait_for(lambda: site.server.is_wanted(lambda want: want.width == 640 and not want.cloud))
@@ -227,10 +279,91 @@ def test_image_and_cloud_are_asked_for_only_while_they_are_shown(site, browser):
 @needs_browser
 def test_a_damaged_image_is_left_out(site, browser):
     site.send(HELLO)
-    wait_for(lambda: site.server.is_wanted(lambda want: want.width == 640))
+    good = cv2.imencode('.jpg', np.zeros((24, 32, 3), np.uint8))[1].tobytes()
+    wait_for(lambda: site.server.due_widths(0) == {640})
     site.server.publish(Key('image', 0, 640), image_message(0, 1.0, b'no jpeg'))
-    browser.run('new Promise(done => setTimeout(done, 300))')
+
+    def is_good_drawn():
+        site.server.publish(Key('image', 0, 640), image_message(0, 1.0, good))
+        return browser.run('document.getElementById("image").width') == 32
+
+    wait_for(is_good_drawn)
     assert browser.run('document.getElementById("link").textContent') == 'live'
+
+
+@needs_browser
+def test_the_cloud_is_drawn_while_it_is_shown(site, browser):
+    people, signals = frame(2, True)
+    shown(site, browser, {**people, 'people': []}, {**signals, 'people': []})
+    browser.press('0')
+    browser.press('o')
+    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
+    assert magenta(browser) == 0
+    xyz = np.random.default_rng(1).uniform((-1, -1, 0), (1, 1, 2), (1001, 3))
+    site.server.publish(Key('cloud', 0), cloud_message(0, 1.0, xyz, np.tile(np.uint8([255, 0, 255]), (1001, 1))))
+    wait_for(lambda: magenta(browser) > 200)
+    browser.press('o')
+    wait_for(lambda: magenta(browser) == 0)
+    browser.press('o')
+    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
+    browser.wait_for_drawing()
+    assert magenta(browser) == 0, 'the old cloud is shown again'
+    browser.press('o')
+
+
+def magenta(browser):
+    red, green, blue = np.moveaxis(picture_of(browser), 2, 0)
+    return np.count_nonzero((red > 150) & (green < 90) & (blue > 150))
+
+
+@needs_browser
+def test_the_view_from_a_camera_moves_with_it(site, browser):
+    people, signals = frame(3, False)
+    shown(site, browser, people, signals)
+    browser.press('1')
+    browser.wait('peopleView.view.mode === "camera 0"')
+    moved = {**CAMERAS['cameras'][0], 'position': [500, -300, 1200]}
+    site.send({**CAMERAS, 'cameras': [moved]})
+    browser.wait('peopleView.messages.cameras?.cameras.length === 1')
+    browser.wait_for_drawing()
+    expected = expected_pixels(browser, moved, people)
+    for joint in browser.run('peopleView.joints()'):
+        assert (joint['x'], joint['y']) == pytest.approx(expected[joint['id'], joint['joint']], abs=1.0)
+    elsewhere = {'frame': 'elsewhere'}
+    site.send({**CAMERAS, **elsewhere}, {**people, **elsewhere})
+    browser.wait('peopleView.messages.people?.frame === "elsewhere"')
+    browser.wait_for_drawing()
+    assert browser.run('peopleView.view.camera.position.toArray()') == pytest.approx([0, 0, 1.7]), 'not that of a fit'
+    assert browser.run('peopleView.state.people().every(person => !person.signals)'), 'signals are in another frame'
+    shown(site, browser, people, signals)
+    browser.press('0')
+
+
+@needs_browser
+def test_keys_are_shortcuts_after_a_view_was_chosen(site, browser):
+    people, signals = frame(2, True)
+    shown(site, browser, people, signals)
+    browser.wait('document.querySelectorAll("#view option").length > 4')
+    browser.run('(select => { select.focus(); select.value = "above"; select.dispatchEvent(new Event("change")) })'
+                '(document.getElementById("view"))')
+    browser.wait('peopleView.view.mode === "above"')
+    browser.press('1')
+    browser.wait('peopleView.view.mode === "camera 0"')
+    browser.press('0')
+
+
+@needs_browser
+def test_the_floor_is_found_once_per_frame(site, browser):
+    """Drawing again, as when the view is turned, adds nothing to what is known of the floor."""
+    people, signals = frame(2, True)
+    low = [{**camera, 'position': [0, 0, 0]} for camera in CAMERAS['cameras']]
+    site.send({**CAMERAS, 'cameras': low})
+    site.send({**people, 'stamp': people['stamp'] + 100, 'frame': 'low'})
+    browser.wait('peopleView.messages.people?.frame === "low" && peopleView.scenery.lowest.length')
+    browser.run('peopleView.view.changed()')
+    browser.wait_for_drawing()
+    assert browser.run('peopleView.scenery.lowest.length') == 2
+    shown(site, browser, people, signals)
 
 
 @needs_browser
@@ -288,6 +421,28 @@ def test_connects_again_after_the_server_was_gone(site, browser):
     shown(site, browser, *other)
     assert len(table(browser)) == 3
     browser.errors = [error for error in browser.errors if 'WebSocket' not in error and 'ERR_CONNECTION' not in error]
+
+
+@needs_browser
+def test_connects_again_after_the_network_was_gone(site, browser):
+    """The browser is told of no end; that of the old connection comes when the new one is there."""
+    relay = Relay(site.port)
+    browser.open(f'http://localhost:{relay.server_address[1]}/')
+    browser.wait('document.getElementById("link")?.className === "live"')
+    browser.run('window.links = []; peopleView.state.on("link", ({state}) => links.push(state))')
+    cut = relay.cut()
+    browser.wait('links.join() === "lost,live"')
+    for end in cut:
+        with contextlib.suppress(OSError):  # those of files have ended
+            end.shutdown(socket.SHUT_RDWR)
+    people, signals = frame(3, False)
+    shown(site, browser, people, signals)
+    browser.run('new Promise(done => setTimeout(done, 1000))')
+    assert browser.run('links.join()') == 'lost,live'
+    browser.open(f'http://localhost:{site.port}/')
+    browser.wait('Boolean(window.peopleView?.messages.hello)')
+    relay.shutdown()
+    relay.server_close()
 
 
 def wait_for(condition, seconds=60.0):
