@@ -439,8 +439,7 @@ def test_connects_again_after_the_network_was_gone(site, browser):
     shown(site, browser, people, signals)
     browser.run('new Promise(done => setTimeout(done, 1000))')
     assert browser.run('links.join()') == 'lost,live'
-    browser.open(f'http://localhost:{site.port}/')
-    browser.wait('Boolean(window.peopleView?.messages.hello)')
+    browser.open('about:blank')  # the last test of this page, which loads slowly without a graphics card
     relay.shutdown()
     relay.server_close()
 
