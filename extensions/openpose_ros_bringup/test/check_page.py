@@ -83,6 +83,7 @@ class PageTest(unittest.TestCase):
     def check_rows(self, drawn, signals):
         """Ids, postures and gestures of the table are those of the topic."""
         persons = {str(person.person_ID): person for person in signals.persons}
+        self.assertTrue(persons.keys() & {row[0] for row in drawn['rows']}, drawn['rows'])
         for name, distance, posture, gestures in drawn['rows']:
             self.assertRegex(distance, r'^\d\.\d m$')
             if name in persons:

@@ -105,4 +105,8 @@ FAULTS = [
     Fault('these connections end', closed, NODE, event=''),
     Scenario('port that is taken', refused(PROGRAM, {'port': 1, 'host': '192.0.2.1'}, '192.0.2.1', 'port 1'),
              'people_web_node', 'ends with 1 and names it'),
+    Scenario('no name to serve at', refused(PROGRAM, {'host': "''"}, 'host is empty'), 'people_web_node',
+             'ends with 1 and names it'),
+    Scenario('name that is none', refused(PROGRAM, {'host': 'a..b'}, 'a..b'), 'people_web_node',
+             'ends with 1 and names it'),
 ]

@@ -1,7 +1,7 @@
 """The frame that pages show, and where other frames are in it."""
 import threading
 import time
-from typing import NamedTuple, Optional, Set, Tuple
+from typing import Dict, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 import rospy
@@ -39,7 +39,7 @@ class Room:
         self._lock = threading.Lock()
         self._tf: Optional[Tuple[tf2_ros.Buffer, tf2_ros.TransformListener]] = None
         self._optical: Set[str] = set()
-        self._missing = ''
+        self._connected: Dict[str, bool] = {}
         self._deadline = 0.0
 
     def add_optical(self, frame: str) -> None:
@@ -48,8 +48,8 @@ class Room:
 
     def fault(self) -> str:
         """Return what is wrong, in words; empty: nothing is."""
-        missing = self._missing
-        return f"tf does not connect '{self._fixed_frame}' with '{missing}', which is shown in its place" if (
+        missing = [frame for frame, connected in sorted(self._connected.copy().items()) if not connected]
+        return f"tf does not connect '{self._fixed_frame}' with '{', '.join(missing)}', shown in its place" if (
             missing and self._fixed_frame) else ''
 
     def place(self, header: Header) -> Place:
@@ -61,7 +61,7 @@ class Room:
         own = header.frame_id
         target = self._fixed_frame or WORLD
         pose = _STILL if target == own else self._pose(target, header)
-        self._missing = '' if pose is not None else own
+        self._connected[own] = pose is not None
         if pose is not None:
             return Place(target, pose)
         if 'optical' in own or own in self._optical:
@@ -74,6 +74,7 @@ class Room:
             if self._tf is not None:
                 self._tf[1].unregister()
                 self._tf = None
+        self._connected = {}
 
     def _pose(self, target: str, header: Header) -> Optional[Transform]:
         buffer = self._buffer()

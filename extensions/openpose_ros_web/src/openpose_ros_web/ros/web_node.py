@@ -79,7 +79,8 @@ class WebNode:
         self._server = _serve(params, protocol.hello([name for name, _ in chains], has_cloud, params.dimensions, _LOOK),
                               self._demand.peer_subscribe)
         self._infos: Dict[int, CameraInfo] = {}
-        self._cameras = ''
+        self._cameras, self._frame = '', ''
+        self._cloud_points = params.cloud_points // max(sum(SPACE in chain for _, chain in chains), 1)
         self._cloud_times: Dict[int, float] = {}
         self._ages: Deque[Tuple[float, float]] = deque(maxlen=1000)
         self._nodes: Dict[str, Tuple[float, Message]] = {}
@@ -94,7 +95,8 @@ class WebNode:
             if has_cloud and SPACE in chain:
                 needs[self._input(f'{chain}/input_pointcloud', PointCloud2, partial(self._cloud, index))] = [
                     _Pages(self._server, lambda want: want.cloud)]
-        inputs.append(self._input('/diagnostics', DiagnosticArray, self._diagnostics))
+        inputs.append(InputSubscriber('/diagnostics', DiagnosticArray, optional=True))
+        inputs[-1].registerCallback(self._diagnostics)  # each: two nodes may report at the same time
         self._health.show(lambda: {'pages': str(len(self._server.clients)),
                                    'frames skipped': str(sum(worker.replaced for worker in self._workers))})
         self._health.show_lasting(self._room.fault)
@@ -107,6 +109,7 @@ class WebNode:
         def send(kind: str, make: Callable[[Any, Transform, Moment], Message], message: Any) -> None:
             header = message.header
             frame, pose = self._room.place(header)
+            self._frame = frame
             age = (rospy.get_rostime() - header.stamp).to_sec()
             moment = Moment(header.stamp.to_sec(), age, time.time(), frame)
             self._server.publish(Key(kind), protocol.encode(make(message, pose, moment)))
@@ -168,9 +171,11 @@ class WebNode:
         # a little early, as frames do not come at exact times
         if now - self._cloud_times.get(index, 0.0) < 0.9 / self._params.cloud_rate:
             return
+        frame, (rotation, translation) = self._room.place(message.header)
+        if frame != self._frame:
+            return
         self._cloud_times[index] = now
-        xyz, rgb = points_from_cloud(message, self._params.cloud_points // self._server.cameras)
-        rotation, translation = self._room.place(message.header).pose
+        xyz, rgb = points_from_cloud(message, self._cloud_points)
         payload = protocol.cloud_message(index, message.header.stamp.to_sec(), xyz @ rotation.T + translation, rgb)
         self._server.publish(Key('cloud', index), payload)
 
@@ -184,6 +189,7 @@ class WebNode:
         now = time.monotonic()
         if not self._server.clients:
             self._room.rest()
+            self._nodes.clear()
             return
         ages = [age for when, age in list(self._ages) if now - when <= RECENT]
         self._nodes = {name: known for name, known in list(self._nodes.items()) if now - known[0] <= _REMEMBERED}
@@ -204,10 +210,13 @@ def _chains(params: WebParams) -> List[Tuple[str, str]]:
 
 
 def _serve(params: WebParams, hello: Message, changed: Callable[[], None]) -> PeopleServer:
+    if not params.host.strip():
+        raise ParameterError("host is empty, expected the name or address of this computer: localhost, or 0.0.0.0 for "
+                             'all of the network', 'host')
     folders = {'/': Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www', '/vendor/': three_folder()}
     try:
         return PeopleServer(params.host, params.port, folders, hello, changed)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
         raise ParameterError(f"pages can not be served at '{params.host}', port {params.port}: {error}", 'port'
                              ) from error
 
