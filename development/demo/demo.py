@@ -37,7 +37,7 @@ NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': 
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray),
            'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
-OWN_FOLDER = Path(__file__).resolve().parents[1] / 'demo_output'
+OWN_FOLDER = Path(__file__).resolve().parents[2] / 'demo_output'
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
