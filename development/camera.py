@@ -7,8 +7,8 @@ from development import PACKAGES
 from development.terminal import die
 
 sys.path.append(str(PACKAGES['openpose_ros_pkg'] / 'src'))
-from openpose_ros_pkg.camera_presets import AUTO, find_preset, read_presets
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.camera_presets import AUTO, find_preset, read_presets
 
 # Arguments of people.launch that may be a path, which a node would read in a folder of its own.
 _PATHS = ('source', 'folder', 'record', 'config')

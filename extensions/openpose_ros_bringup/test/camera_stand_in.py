@@ -17,7 +17,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.camera_presets import CameraPreset, find_preset
+from openpose_ros_pkg.params.camera_presets import CameraPreset, find_preset
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.points.camera import CameraModel

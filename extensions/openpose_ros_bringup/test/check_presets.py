@@ -21,7 +21,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
 sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
-from openpose_ros_pkg.camera_presets import CameraPreset, find_preset, read_presets
+from openpose_ros_pkg.params.camera_presets import CameraPreset, find_preset, read_presets
 from openpose_ros_pkg.skeletons import COCO_18
 from session import ENDS_WITH_PARENT, PATIENCE, await_true
 

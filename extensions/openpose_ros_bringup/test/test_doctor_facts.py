@@ -8,7 +8,7 @@ from openpose_ros_bringup.doctor.snapshot import ChainNode, Stream
 from openpose_ros_bringup.ros.doctor import network, program
 from openpose_ros_bringup.ros.doctor.inputs import Wanted, find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.streams import Listener
-from openpose_ros_pkg.camera_presets import find_preset, read_presets
+from openpose_ros_pkg.params.camera_presets import find_preset, read_presets
 from openpose_ros_pkg.ros.convert import pixels_to_image
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic

@@ -10,7 +10,7 @@ from roslaunch.config import load_config_default
 from roslaunch.xmlloader import XmlLoader
 
 from development import PACKAGES, ROOT
-from openpose_ros_pkg.launch_arguments import declared_arguments, mistakes
+from openpose_ros_pkg.params.launch_arguments import declared_arguments, mistakes
 
 FILES = {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()}
 ARGUMENTS = {name: declared_arguments([path]) for name, path in FILES.items()}

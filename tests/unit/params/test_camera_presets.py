@@ -5,8 +5,9 @@ import sys
 
 import pytest
 
-from openpose_ros_pkg import camera_presets
-from openpose_ros_pkg.camera_presets import (
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params import camera_presets
+from openpose_ros_pkg.params.camera_presets import (
     CAMERA_INFO,
     CLOUD,
     COMPRESSED,
@@ -15,7 +16,6 @@ from openpose_ros_pkg.camera_presets import (
     find_preset,
     read_presets,
 )
-from openpose_ros_pkg.errors import ParameterError
 
 PRESETS = read_presets()
 CAMERAS = [name for name, preset in PRESETS.items() if preset.package]
@@ -178,7 +178,7 @@ def test_image_in_another_namespace_is_no_webcam():
 
 
 def test_table_is_found_where_the_package_is_installed(tmp_path):
-    module = tmp_path / 'lib/python3/dist-packages/openpose_ros_pkg/camera_presets.py'
+    module = tmp_path / 'lib/python3/dist-packages/openpose_ros_pkg/params/camera_presets.py'
     table = tmp_path / 'share/openpose_ros_pkg/config/cameras.yaml'
     for source, copy in ((camera_presets.__file__, module), (camera_presets.presets_file(), table)):
         copy.parent.mkdir(parents=True)

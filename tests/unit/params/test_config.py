@@ -10,8 +10,8 @@ import openpose_ros_signals.node_params
 import openpose_ros_web.node_params
 import skeleton_extract_3d.node_params
 from development import PACKAGES
-from openpose_ros_pkg.camera_presets import presets_file
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.camera_presets import presets_file
 from openpose_ros_pkg.params.parameters import build, describe, flat_values, parameter_fields, to_yaml
 
 FILES = [(PACKAGES[package.__name__.split('.')[0]] / 'config' / name, kind)

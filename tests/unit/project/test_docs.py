@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from openpose_ros_pkg.params.launch_arguments import declared_arguments
+
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 NOTES = sorted((ROOT / 'development/notes').glob('*.md'))
@@ -44,15 +46,10 @@ def test_the_pages_are_read_in_an_hour():
     assert sum(words.values()) <= 25000, words
 
 
-def launch_arguments(path, known=frozenset()):
-    """Return the arguments of a launch file, with those that it passes on to others."""
-    if path in known:
-        return set()
-    names = set(re.findall(r'<arg\s+name="(\w+)"', path.read_text()))
-    for element in re.findall(r'<include.*?>', path.read_text(), re.DOTALL):
-        if 'pass_all_args="true"' in element:
-            names |= launch_arguments(LAUNCH_FILES[re.search(r'(\w+\.launch)"', element)[1]], known | {path})
-    return names
+def launch_arguments(path):
+    """Return the arguments that a launch file accepts: those of the files that it has checked."""
+    command = re.search(r'/check_arguments (.*?)"', path.read_text(), re.DOTALL)[1]
+    return set(declared_arguments([LAUNCH_FILES[name] for name in re.findall(r'\w+\.launch', command)]))
 
 
 LAUNCH_FILES = {path.name: path for parent in ('.', 'extensions') for path in (ROOT / parent).glob('*/launch/*.launch')}

@@ -15,7 +15,6 @@ from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import UPRIGHT
-from skeleton_extract_3d.show.markers import MarkerParams
 
 MOMENT = Moment(1000.1234567, 0.1, 2000.0, 'world')
 STILL = np.eye(3), np.zeros(3)
@@ -54,7 +53,7 @@ def faces():
 
 CAMERA = CameraModel(64, 48, np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]]))
 MESSAGES = {message['type']: message for message in (
-    protocol.hello(['camera'], True, 3, MarkerParams()), protocol.people_message(person(), POSE, MOMENT),
+    protocol.hello(['camera'], True, 3), protocol.people_message(person(), POSE, MOMENT),
     protocol.signals_message([signals()], POSE, MOMENT), protocol.hands_message(hands(), STILL, MOMENT),
     protocol.faces_message(faces(), STILL, MOMENT), protocol.cameras_message([(0, CAMERA, POSE)], 'world'))}
 
@@ -95,11 +94,11 @@ def test_positions_beyond_all_numbers_are_cut():
     assert protocol.people_message(people, STILL, MOMENT)['people'][0]['xyz'][:3] == [10 ** 9] * 3
 
 
-def test_the_look_is_that_of_markers():
+def test_the_look_is_that_of_people_in_rviz():
     look = MESSAGES['hello']['look']
     assert look['opacity'] == {'joint': 1.0, 'skeleton': 1.0, 'joint_inferred': 0.6, 'skeleton_inferred': 0.6,
                                'sigma': 0.25}
-    assert (look['joint_diameter'], look['limb_width']) == (0.05, 0.03)
+    assert (look['joint_diameter'], look['limb_width']) == (0.06, 0.03)
 
 
 def test_a_cloud_is_kept_to_its_step():

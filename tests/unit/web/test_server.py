@@ -14,7 +14,6 @@ from tornado.websocket import websocket_connect
 from openpose_ros_web import protocol, server
 from openpose_ros_web.protocol import encode, hello
 from openpose_ros_web.server import Key, PeopleServer
-from skeleton_extract_3d.show.markers import MarkerParams
 
 HANDSHAKE = (b'GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
              b'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n')
@@ -29,7 +28,7 @@ def pages(tmp_path):
     (tmp_path / 'three' / 'one.js').write_text('one')
     (tmp_path / 'secret.txt').write_text('secret')
     serving = PeopleServer('localhost', 0, {'/': folder, '/vendor/': tmp_path / 'three'},
-                           hello(['left', 'right'], True, 3, MarkerParams()))
+                           hello(['left', 'right'], True, 3))
     yield serving
     serving.stop()
 
@@ -283,7 +282,7 @@ def test_a_page_may_send_what_it_wants_many_times(pages):
 def test_a_file_that_is_not_taken_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(server, '_PATIENCE', 0.2)
     (tmp_path / 'index.html').write_bytes(bytes(30_000_000))
-    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
+    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3))
     with socket.create_connection(('127.0.0.1', serving.port)) as connection:
         connection.sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\n\r\n')
         wait_for(lambda: serving._http._connected == 1)
@@ -296,7 +295,7 @@ def test_a_server_that_can_not_begin_is_an_error(tmp_path, monkeypatch):
         raise RuntimeError('no selector')
     monkeypatch.setattr(server._Server, 'add_sockets', fail)
     with pytest.raises(RuntimeError, match='no selector'):
-        PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
+        PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3))
 
 
 def test_a_flood_of_silent_connections_leaves_the_pages_alone(pages):
@@ -325,7 +324,7 @@ def _answers(pages):
 
 def test_a_request_that_never_ends_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(server, '_PATIENCE', 0.3)
-    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
+    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3))
     for begun in (b'', b'GET / HTTP/1.1\r\nHost:'):
         assert request(serving, begun) == b''
     serving.stop()
@@ -333,6 +332,6 @@ def test_a_request_that_never_ends_is_given_up(tmp_path, monkeypatch):
 
 def test_a_port_that_is_taken_is_an_error(pages, tmp_path):
     with pytest.raises(OSError, match='in use'):
-        PeopleServer('localhost', pages.port, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
+        PeopleServer('localhost', pages.port, {'/': tmp_path}, hello([], False, 3))
     with pytest.raises(OSError, match=r'assign|known|address'):
-        PeopleServer('192.0.2.1', 0, {'/': tmp_path}, hello([], False, 3, MarkerParams()))
+        PeopleServer('192.0.2.1', 0, {'/': tmp_path}, hello([], False, 3))

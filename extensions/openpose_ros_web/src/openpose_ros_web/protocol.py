@@ -25,6 +25,8 @@ WIDTHS = (160, 320, 640, 960)
 """Images are sent in the largest of these widths that is not beyond what a page wants [px]."""
 FASTEST_IMAGES = 15.0
 """Images are sent at most this often [Hz]."""
+# Markers as people.launch starts them.
+_LOOK = MarkerParams(joint_scale=0.06)
 _IMAGE_HEAD = struct.Struct('<BBHId')
 _CLOUD_HEAD = struct.Struct('<BBHId4f')
 # Positions beyond are cut [mm]: JavaScript's numbers are whole up to 2^53.
@@ -76,24 +78,23 @@ def encode(message: Message) -> str:
     return json.dumps(message, separators=(',', ':'), allow_nan=False)
 
 
-def hello(cameras: Sequence[str], cloud: bool, dimensions: int, params: MarkerParams) -> Message:
+def hello(cameras: Sequence[str], cloud: bool, dimensions: int) -> Message:
     """Return the first message of a connection.
 
     Args:
         cameras: names; binary messages have their index.
         cloud: whether clouds are offered.
         dimensions: 2: there are only images.
-        params: how markers look in RViz.
     """
     skeletons = {model.name: {'joints': model.joints, 'limbs': [(model.index[start], model.index[end])
                                                                 for start, end in model.drawn_limbs]}
                  for model in (*SKELETONS.values(), HAND_21, FACE_70)}
-    opacity = {name: float(getattr(params, f'{name}_colour').split()[3])
+    opacity = {name: float(getattr(_LOOK, f'{name}_colour').split()[3])
                for name in ('joint', 'skeleton', 'joint_inferred', 'skeleton_inferred', 'sigma')}
     return {'type': 'hello', 'version': VERSION, 'dimensions': dimensions, 'cameras': list(cameras), 'cloud': cloud,
             'widths': WIDTHS, 'image_rate': FASTEST_IMAGES, 'skeletons': skeletons,
-            'look': {'joint_diameter': params.joint_scale, 'limb_width': params.skeleton_scale,
-                     'dash_length': params.dash_length, 'landmark_width': params.hand_scale, 'inferred_white': 0.5,
+            'look': {'joint_diameter': _LOOK.joint_scale, 'limb_width': _LOOK.skeleton_scale,
+                     'dash_length': _LOOK.dash_length, 'landmark_width': _LOOK.hand_scale, 'inferred_white': 0.5,
                      'opacity': opacity}}
 
 

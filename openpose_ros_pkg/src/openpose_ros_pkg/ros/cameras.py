@@ -5,8 +5,8 @@ from typing import Dict, NamedTuple, Optional
 import rosgraph
 import rospy
 
-from openpose_ros_pkg.camera_presets import AUTO, CameraPreset, choose_camera, find_preset
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset
 from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, published_topics
 
 # Period of looking for a camera with `auto`; of telling that none is there [s].

@@ -2,7 +2,7 @@
 from dataclasses import replace
 from typing import NamedTuple
 
-from openpose_ros_pkg.camera_presets import CameraPreset, find_preset
+from openpose_ros_pkg.params.camera_presets import CameraPreset, find_preset
 from openpose_ros_pkg.ros.cameras import Camera, find_camera
 from skeleton_extract_3d.node_params import ExtractorParams, ExtractorSettings
 

@@ -9,8 +9,8 @@ import roslib.packages
 import rospkg
 import rospy
 
-from openpose_ros_pkg.camera_presets import AUTO, CameraPreset, find_preset, read_presets
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, find_preset, read_presets
 from openpose_ros_pkg.ros.node import RESPAWNS
 
 # The preset whose driver has a substitute here.

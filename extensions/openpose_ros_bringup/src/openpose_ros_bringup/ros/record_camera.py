@@ -8,8 +8,8 @@ import sys
 
 import rospy
 
-from openpose_ros_pkg.camera_presets import AUTO
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.camera_presets import AUTO
 from openpose_ros_pkg.ros.cameras import find_camera
 
 _ALWAYS = ('/tf', '/tf_static')

@@ -17,7 +17,6 @@ from skeleton_extract_3d.landmarks import Faces3D, Hands3D
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
-from skeleton_extract_3d.show.markers import MarkerParams
 
 # Colours of lines on white paper are those of the people, darker.
 _SHADE = 0.72
@@ -77,7 +76,7 @@ def facts_of(recording: Recording) -> Message:
     return {
         'name': recording.name, 'moment': recording.moment, 'notes': list(recording.notes),
         'axis': [LEFT, RIGHT],
-        'hello': protocol.hello(['camera'] if recording.thumbnails else [], False, 3, MarkerParams()),
+        'hello': protocol.hello(['camera'] if recording.thumbnails else [], False, 3),
         'cameras': protocol.cameras_message([(0, recording.camera, z_up(recording.up))] if recording.camera else [],
                                             recording.frame),
         'stamps': np.round(selection.seconds(selection.frames), 4).tolist(),

@@ -41,11 +41,8 @@ from openpose_ros_web.server import Key, PeopleServer
 from openpose_ros_web.three_js import three_folder
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.show.markers import MarkerParams
 
 SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'
-# Markers as people.launch starts them.
-_LOOK = MarkerParams(joint_scale=0.06)
 # What a node said of itself is shown for this long [s].
 _REMEMBERED = 60.0
 _MOST_NODES = 50
@@ -76,7 +73,7 @@ class WebNode:
         self._room = Room(params.fixed_frame)
         chains = _chains(params)
         has_cloud = params.cloud and params.dimensions == 3 and any(SPACE in chain for _, chain in chains)
-        self._server = _serve(params, protocol.hello([name for name, _ in chains], has_cloud, params.dimensions, _LOOK),
+        self._server = _serve(params, protocol.hello([name for name, _ in chains], has_cloud, params.dimensions),
                               self._demand.peer_subscribe)
         self._infos: Dict[int, CameraInfo] = {}
         self._cameras, self._frame = '', ''

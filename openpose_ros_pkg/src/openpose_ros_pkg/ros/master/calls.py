@@ -47,13 +47,18 @@ def call_master(calls: Sequence[Tuple[Any, ...]]) -> Sequence[Tuple[int, str, An
 def published_topics() -> Mapping[str, PublishedTopic]:
     """Return all topics that are published, by their names; CALL_ERRORS: the master does not answer."""
     (_, _, state), (_, _, types) = call_master([('getSystemState',), ('getTopicTypes',)])
+    return publications(state, types)
+
+
+def publications(state: Sequence[Any], types: Sequence[Any]) -> Mapping[str, PublishedTopic]:
+    """Return the published topics that the answers to getSystemState and getTopicTypes name."""
     kinds = dict(types)
     return {topic: PublishedTopic(kinds.get(topic, ''), nodes) for topic, nodes in state[0]}
 
 
 def is_listening(service_uri: str) -> bool:
     """Tell whether connections are taken at the URI of a service, rosrpc://HOST:PORT."""
-    return _takes_connections(parse_rosrpc_uri(service_uri))
+    return takes_connections(parse_rosrpc_uri(service_uri))
 
 
 def is_running(node: str) -> bool:
@@ -62,10 +67,11 @@ def is_running(node: str) -> bool:
         (code, _, uri), = call_master([('lookupNode', node)])
     except CALL_ERRORS:
         return False
-    return code == 1 and _takes_connections(parse_http_host_and_port(uri))
+    return code == 1 and takes_connections(parse_http_host_and_port(uri))
 
 
-def _takes_connections(address: Tuple[str, int]) -> bool:
+def takes_connections(address: Tuple[str, int]) -> bool:
+    """Tell whether a node listens at an address."""
     with suppress(OSError), socket.create_connection(address, CALL_TIMEOUT):
         return True
     return False

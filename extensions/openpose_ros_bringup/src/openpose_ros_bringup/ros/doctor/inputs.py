@@ -8,7 +8,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
 from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Stream
 from openpose_ros_bringup.ros.doctor.chain import IMAGES, inputs_of
-from openpose_ros_pkg.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
+from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
 # Share of a preset's topics that is published where the others may be misspelt.

@@ -7,14 +7,11 @@ from typing import Any, Dict, Mapping, NamedTuple, Sequence, Tuple
 from urllib.parse import urlsplit
 
 import rosgraph
-from rosgraph.network import get_host_name, get_local_addresses
+from rosgraph.network import get_host_name, get_local_addresses, parse_http_host_and_port
 
 from openpose_ros_bringup.doctor.snapshot import Machine, Master
-from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, call_master
+from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, call_master, publications, takes_connections
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
-
-# Longest wait for a connection to a node [s].
-_TIMEOUT = 1.0
 
 
 class Graph(NamedTuple):
@@ -37,12 +34,10 @@ def read_master() -> Tuple[Master, Graph]:
             [('getSystemState',), ('getTopicTypes',), ('getParam', '/use_sim_time')])
     except CALL_ERRORS:
         return Master(uri, is_online=False), Graph({}, {})
-    kinds = dict(types)
-    published = {topic: PublishedTopic(kinds.get(topic, ''), nodes) for topic, nodes in state[0]}
     name, address = get_host_name(), _address_towards(uri)
     master = Master(uri, name=name, address=address, fault=_name_fault(name, uri),
                     sim_time=code == 1 and bool(sim_time))
-    return master, Graph(published, dict(state[1]))
+    return master, Graph(publications(state, types), dict(state[1]))
 
 
 def private_parameters(node: str) -> Dict[str, Any]:
@@ -56,10 +51,10 @@ def private_parameters(node: str) -> Dict[str, Any]:
 def unreachable(nodes: Sequence[str]) -> Dict[str, str]:
     """Return those of the nodes that take no connections, with the URIs at which they are registered."""
     found = {}
-    with suppress(*CALL_ERRORS):
+    with suppress(*CALL_ERRORS, ValueError):
         for node in nodes:
             (code, _, uri), = call_master([('lookupNode', node)])
-            if code == 1 and not _takes_connections(uri):
+            if code == 1 and not takes_connections(parse_http_host_and_port(uri)):
                 found[node] = uri
     return found
 
@@ -71,14 +66,6 @@ def read_machine() -> Machine:
         lines = Path('/proc/meminfo').read_text().splitlines()
         memory = next(int(line.split()[1]) for line in lines if line.startswith('MemAvailable:')) / 1024
     return Machine(os.getloadavg()[0], os.cpu_count() or 1, memory)
-
-
-def _takes_connections(uri: str) -> bool:
-    with suppress(OSError, ValueError):
-        parts = urlsplit(uri)
-        with socket.create_connection((parts.hostname, parts.port), _TIMEOUT):
-            return True
-    return False
 
 
 def _address_towards(uri: str) -> str:

@@ -29,8 +29,8 @@ from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras,
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_bringup.ros.doctor.transforms import FrameListener
-from openpose_ros_pkg.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
 PREFIX = 'OPENPOSE_ROS_PREFIX'

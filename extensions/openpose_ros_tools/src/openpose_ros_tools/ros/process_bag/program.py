@@ -46,12 +46,12 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 from tqdm import tqdm
 
 from openpose_ros_pkg.allocator import keep_large_blocks
-from openpose_ros_pkg.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, create_detector
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
+from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.structured_text import yaml_value

@@ -131,7 +131,7 @@ Presets = Mapping[str, CameraPreset]
 def presets_file() -> Path:
     """Return the table of cameras, in the sources or where the package is installed."""
     here = Path(__file__).resolve()
-    folders = (here.parents[2], here.parents[4] / 'share' / 'openpose_ros_pkg')
+    folders = (here.parents[3], here.parents[5] / 'share' / 'openpose_ros_pkg')
     return next((file for file in (folder / 'config' / 'cameras.yaml' for folder in folders) if file.exists()),
                 folders[-1] / 'config' / 'cameras.yaml')
 
