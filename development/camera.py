@@ -11,7 +11,7 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset, read_presets
 
 # Arguments of people.launch that may be a path, which a node would read in a folder of its own.
-_PATHS = ('source', 'folder', 'record', 'config')
+_PATHS = ('source', 'folder', 'targets', 'record', 'config')
 
 
 def launch_command(arguments: Sequence[str], has_display: bool) -> List[str]:

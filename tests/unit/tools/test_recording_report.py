@@ -75,6 +75,14 @@ def test_frames_have_people_in_millimetres_and_what_they_do():
     encode({'facts': facts, 'frames': frames})
 
 
+def test_signals_belong_to_their_frame_whatever_the_rounding_of_its_stamp():
+    recording = long_recording(20, rate=16)  # each second stamp lies between two milliseconds
+    later = replace(recording, signals=[SignalFrame(np.nextafter(each.stamp, np.inf), each.persons)
+                                        for each in recording.signals])
+    for each in (recording, later):
+        assert all(len(signals['people']) == 3 for signals, *_ in frames_of(each))
+
+
 def test_spans_and_plots_of_the_page():
     facts = facts_of(long_recording(40.0))
     spans = [span for span in facts['spans'] if (span['person'], span['kind']) == (2, 'gesture')]

@@ -36,13 +36,15 @@ def recorded_page(title: str, facts: Message, frames: Iterable[Sequence[Message]
         modules = _modules(www, three)
         style = ''.join((www / name).read_text(encoding='utf-8') for name in ('style.css', 'recorded.css'))
         page = (www / 'index.html').read_text(encoding='utf-8')
+        licence = (three / 'LICENSE').read_text(encoding='utf-8')
     except OSError as error:
         raise BadInputError(f'the page lacks a file: {error.filename}: {error.strerror}') from error
     imports = {'imports': {name: f'data:text/javascript;base64,{_base64(text.encode())}'
                            for name, text in modules.items()}}
     policy, data = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">', _base64(_packed(facts, frames))
     for there, new in (
-            ('<meta charset="utf-8">', f'<meta charset="utf-8">\n{policy}'),
+            ('<meta charset="utf-8">',
+             f'<meta charset="utf-8">\n{policy}\n<!-- three.js and OrbitControls:\n{licence}-->'),
             ('<title>People</title>', f'<title>{html.escape(title)}</title>'),
             ('<link rel="stylesheet" href="style.css">', f'<style>\n{style}</style>'),
             ('<script type="module" src="main.js"></script>',

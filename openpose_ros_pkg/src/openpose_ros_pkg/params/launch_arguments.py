@@ -44,7 +44,7 @@ def mistakes(given: Dict[str, str], declared: Dict[str, str]) -> List[str]:
             found.append(f"there is no argument '{name}'" + (f"; do you mean '{similar[0]}'?" if similar else ''))
         elif declared[name] in ('true', 'false') and value.lower() not in _SWITCH:
             found.append(f"'{name}:={value}' is not allowed: true or false")
-        elif name == 'config' and not _is_by_node(value):
+        elif name == 'config' and value and not _is_by_node(value):
             found.append(f"'config:={value}' is no YAML file of parameters by node, such as\n"
                          '  skeleton_extract_3d_node: {mode: fast}')
     return found

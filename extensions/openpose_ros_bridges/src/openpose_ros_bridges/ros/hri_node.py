@@ -72,6 +72,9 @@ class HriNode:
 
     def __init__(self, settings: HriSettings) -> None:
         self._params = params = settings.hri
+        if bool(params.image_width) != bool(params.image_height):
+            raise ParameterError("parameters 'image_width' and 'image_height' belong together: set both or none",
+                                 'image_width')
         prefixes = id_prefixes(params)
         self._messages, self._health = HriMessages(), Health()
         self._lock = threading.Lock()

@@ -1,5 +1,6 @@
 """What the page of a recording shows: a message of the live page's protocol per frame, spans of time and plots."""
 import base64
+import bisect
 from dataclasses import dataclass, field
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -92,12 +93,15 @@ def frames_of(recording: Recording) -> Iterator[List[Message]]:
     """Yield the messages of each frame: signals, people, and hands and faces where they are known."""
     selection, pose = recording.selection, z_up(recording.up)
     table, model = selection.table, skeleton_of(selection.joints)
-    told = {round(each.stamp / _TOGETHER): each.persons for each in recording.signals}
+    signals = sorted(recording.signals, key=lambda each: each.stamp)
+    times = [each.stamp for each in signals]
     order = np.argsort(table.stamps, kind='stable')
     first, last = (np.searchsorted(table.stamps[order], selection.frames, side) for side in ('left', 'right'))
     for stamp, start, end in zip(selection.frames.tolist(), first, last):
         moment = Moment(stamp * 1e-9, 0.0, stamp * 1e-9, recording.frame)
-        persons = [person for person in told.get(round(stamp * 1e-9 / _TOGETHER), ()) if person.id in selection.persons]
+        found = bisect.bisect(times, moment.stamp - _TOGETHER)
+        is_of_frame = found < len(times) and times[found] < moment.stamp + _TOGETHER
+        persons = [person for person in signals[found].persons if person.id in selection.persons] if is_of_frame else []
         hands, faces = recording.landmarks.get(stamp, Landmarks())
         yield [protocol.signals_message(persons, pose, moment),
                protocol.people_message(_people(table.select(order[start:end]), model), pose, moment),
