@@ -19,6 +19,7 @@ export class Scene {
     this.state = state
     this.settings = settings
     this.drawn = drawn
+    this.shown = [] // the people of the newest drawing
     this.world = new World()
     this.world.add(new HemisphereLight(0xffffff, 0xb0b0b0, 2.4))
     this.light = new DirectionalLight(0xffffff, 1)
@@ -87,6 +88,7 @@ export class Scene {
     this.light.position.copy(this.view.camera.position)
     this.renderer.render(this.world, this.view.camera)
     this.labels.draw(shown, seen, this.settings, this.theme, this.view)
+    this.shown = shown
     this.waits = false // of the view that moved while it was drawn: it is drawn
     this.drawn(shown, seen)
   }
@@ -94,7 +96,7 @@ export class Scene {
   // Pixels of the window where joints are drawn.
   joints() {
     const {left, top} = this.canvas.getBoundingClientRect()
-    return this.state.people().flatMap(person => person.points.flatMap((point, joint) => {
+    return this.shown.flatMap(person => person.points.flatMap((point, joint) => {
       const pixel = this.view.project(point)
       return pixel && person.status[joint]
         ? [{id: person.id, joint: person.names[joint], status: person.status[joint], x: left + pixel[0], y: top + pixel[1]}]
