@@ -1,0 +1,201 @@
+"""People as capsules: for each part of a body a segment between two points, and a radius that contains it."""
+from dataclasses import dataclass
+from typing import Iterator, NamedTuple, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from openpose_ros_signals.geometry import EARS, joints_of, stature_of
+from skeleton_extract_3d.body.body import BODY, HEAD, HIPS, BodyConstants, joint_indices
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+
+_SIDES = ('left', 'right')
+_TOES = tuple(f'{side}_big_toe' for side in _SIDES)
+# Points at which capsules end: the joints of COCO_18, and these.
+_POINTS = {name: row for row, name in enumerate(
+    (*COCO_18.joints, 'mid_hip', 'head', *(f'{side}_hand' for side in _SIDES), *_TOES))}
+_ELBOWS, _WRISTS = (joint_indices(*(f'{side}_{joint}' for side in _SIDES)) for joint in ('elbow', 'wrist'))
+_RENDERED = ('98 % of the surface of rendered, dressed people with known joints (wave, turn, cross, group, robot) is '
+             'nearer to the bone, rounded')
+_WINTER = 'Winter, Biomechanics and Motor Control of Human Movement, 2009, fig. 4.1'
+
+
+@dataclass(frozen=True)
+class CapsuleConstants:
+    """Capsules of an adult of `BodyConstants.adult_stature`; lengths scale with the stature."""
+
+    trunk: float = constant(0.15, 'Radius of the capsules of shoulders, hips, spine and both sides.', unit='m',
+                            source=_RENDERED)
+    head: float = constant(0.14, 'Radius of the head, from ear to ear, and of the neck.', unit='m', source=_RENDERED)
+    upper_arm: float = constant(0.10, 'Radius of an upper arm.', unit='m',
+                                source=_RENDERED + ', without what belongs to the trunk beside it')
+    forearm: float = constant(0.08, 'Radius of a forearm.', unit='m', source=_RENDERED + ', without the hand')
+    hand: float = constant(0.06, 'Radius of a hand.', unit='m', source='half of the breadth of an open hand with thumb')
+    thigh: float = constant(0.12, 'Radius of a thigh.', unit='m', source=_RENDERED)
+    shin: float = constant(0.09, 'Radius of a shin.', unit='m', source=_RENDERED + ', without the foot')
+    foot: float = constant(0.06, 'Radius of a foot; there is one where the network has toes.', unit='m',
+                           source='half of its breadth, with the shoe')
+    hand_length: float = constant(0.184, 'Wrist to fingertips, along the forearm.', unit='m',
+                                  source=_WINTER + ': 0.108 of the stature')
+    hand_bend: float = constant(0.5, 'Root mean square angle between forearm and hand.', unit='rad', source='chosen')
+    part_of_head: float = constant(0.08, 'Sigma of the middle of the head without both ears.', unit='m',
+                                   source='middle of the ears to eyes and nose, BodyConstants.head_points')
+
+
+CAPSULES = CapsuleConstants()
+
+
+def _parts() -> Tuple[Tuple[str, str, str, str], ...]:
+    """Return name, field of `CapsuleConstants` and points of all parts."""
+    parts = [('shoulders', 'trunk', 'left_shoulder', 'right_shoulder'), ('hips', 'trunk', 'left_hip', 'right_hip'),
+             ('spine', 'trunk', 'neck', 'mid_hip'), ('neck', 'head', 'neck', 'head'),
+             ('head', 'head', 'left_ear', 'right_ear')]
+    for side in _SIDES:
+        parts += [(f'{side}_{name}', field, f'{side}_{start}', f'{side}_{end}') for name, field, start, end in (
+            ('side', 'trunk', 'shoulder', 'hip'), ('upper_arm', 'upper_arm', 'shoulder', 'elbow'),
+            ('forearm', 'forearm', 'elbow', 'wrist'), ('hand', 'hand', 'wrist', 'hand'),
+            ('thigh', 'thigh', 'hip', 'knee'), ('shin', 'shin', 'knee', 'ankle'), ('foot', 'foot', 'ankle', 'big_toe'))]
+    return tuple(parts)
+
+
+_PARTS = _parts()
+PARTS = tuple(name for name, *_ in _PARTS)
+"""Names of the capsules of a body."""
+_ENDS = np.array([[_POINTS[start], _POINTS[end]] for *_, start, end in _PARTS])
+
+
+class Capsule(NamedTuple):
+    """A part of a person, as arrays of `Capsules` have it."""
+
+    person: int
+    part: str
+    ends: np.ndarray
+    radius: float
+    sigma: np.ndarray
+    velocity: np.ndarray
+    measured: bool
+
+
+@dataclass(frozen=True)
+class Capsules:
+    """The N capsules of all people of a frame, those whose ends are both known, person by person.
+
+    Attributes:
+        persons: (N,) int64 ids.
+        parts: (N,) int64 places in `PARTS`.
+        ends: (N, 2, 3) float64 [m].
+        radii: (N,) [m], without sigma.
+        sigma: (N, 2) [m], root mean square distance of the true ends from these; NaN: not estimated.
+        velocity: (N, 2, 3) of the ends [m/s]; NaN: not estimated.
+        measured: (N,) bool, both ends are MEASURED; a hand is with its forearm.
+    """
+
+    persons: np.ndarray
+    parts: np.ndarray
+    ends: np.ndarray
+    radii: np.ndarray
+    sigma: np.ndarray
+    velocity: np.ndarray
+    measured: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.persons)
+
+    def __iter__(self) -> Iterator[Capsule]:
+        """Yield the capsules one by one."""
+        for row in range(len(self)):
+            yield Capsule(int(self.persons[row]), PARTS[self.parts[row]], self.ends[row], float(self.radii[row]),
+                          self.sigma[row], self.velocity[row], bool(self.measured[row]))
+
+
+class _Points(NamedTuple):
+    """Points of P people: (P, M, 3) [m], status (P, M), sigma (P, M) [m] and velocity (P, M, 3) [m/s]."""
+
+    xyz: np.ndarray
+    status: np.ndarray
+    sigma: np.ndarray
+    velocity: np.ndarray
+
+
+def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
+    """Return the capsules of the people of a frame, in their frame of reference.
+
+    Radii follow from the measured bones of this frame; without, they are those of an adult.
+    """
+    velocity = values_in(people.velocity, people.skeleton, COCO_18, np.nan).astype(np.float64)
+    joints = _Points(*joints_of(people), velocity)
+    statures = np.array([stature_of(xyz, status) for xyz, status in zip(joints.xyz, joints.status)])
+    scale = np.clip(np.where(np.isnan(statures), body.adult_stature, statures), *body.stature_limits
+                    ) / body.adult_stature
+    points = _joined(joints, _mid_hip(joints), _head(joints, scale, constants), _hands(joints, scale, constants),
+                     _toes(people))
+    known = (points.status[:, _ENDS] != MISSING).all(axis=2)
+    persons, parts = np.nonzero(known)
+    rows = persons[:, np.newaxis], _ENDS[parts]
+    radii = np.array([getattr(constants, field) for _, field, *_ in _PARTS])
+    return Capsules(people.ids[persons], parts, points.xyz[rows], radii[parts] * scale[persons], points.sigma[rows],
+                    points.velocity[rows], (points.status[rows] == MEASURED).all(axis=1))
+
+
+def _joined(*points: _Points) -> _Points:
+    return _Points(*(np.concatenate(values, axis=1) for values in zip(*points)))
+
+
+def _mean(points: _Points, joints: np.ndarray) -> _Points:
+    """Return the middle of joints that are all known; it is measured if all of them are."""
+    status = points.status[:, joints]
+    seen = np.where((status == MEASURED).all(axis=1), MEASURED, INFERRED)
+    return _Points(points.xyz[:, joints].mean(axis=1, keepdims=True),
+                   np.where((status == MISSING).any(axis=1), MISSING, seen)[:, np.newaxis],
+                   points.sigma[:, joints].max(axis=1, keepdims=True),
+                   points.velocity[:, joints].mean(axis=1, keepdims=True))
+
+
+def _mid_hip(joints: _Points) -> _Points:
+    return _mean(joints, HIPS)
+
+
+def _head(joints: _Points, scale: np.ndarray, constants: CapsuleConstants) -> _Points:
+    """Return the middle of the ears, or of those joints of the head that are known."""
+    head = _mean(joints, EARS)
+    for row in np.flatnonzero(head.status[:, 0] == MISSING):
+        known = HEAD[joints.status[row, HEAD] != MISSING]
+        if len(known):
+            one = _mean(_Points(*(value[[row]] for value in joints)), known)
+            wider = np.hypot(one.sigma, constants.part_of_head * scale[row])
+            for target, value in zip(head, one._replace(sigma=wider, status=np.full((1, 1), INFERRED))):
+                target[row] = value[0]
+    return head
+
+
+@np.errstate(invalid='ignore')
+def _hands(joints: _Points, scale: np.ndarray, constants: CapsuleConstants) -> _Points:
+    """Return the ends of the capsules of the hands, which lie on from the forearms, or, without these, at the wrists.
+
+    The hand may be bent at the wrist, by any angle where the direction of the forearm is not known.
+    """
+    length = ((constants.hand_length - constants.hand) * scale)[:, np.newaxis]
+    wrists, elbows = (_Points(*(value[:, rows] for value in joints)) for rows in (_WRISTS, _ELBOWS))
+    forearm = np.linalg.norm(wrists.xyz - elbows.xyz, axis=2)
+    has_forearm = forearm > 0
+    share = np.where(has_forearm, length / np.where(has_forearm, forearm, 1.0), 0.0)
+    beyond = share[..., np.newaxis]
+
+    def extended(wrist: np.ndarray, elbow: np.ndarray) -> np.ndarray:
+        return np.where(beyond > 0, wrist + beyond * (wrist - elbow), wrist)
+
+    sigma = np.sqrt(((1 + share) * wrists.sigma) ** 2 + np.where(has_forearm, share * elbows.sigma, 0.0) ** 2
+                    + np.where(has_forearm, constants.hand_bend * length, length) ** 2)
+    both = np.where(has_forearm & (elbows.status == MEASURED), wrists.status, INFERRED)
+    return _Points(extended(wrists.xyz, elbows.xyz), np.where(wrists.status == MISSING, MISSING, both), sigma,
+                   extended(wrists.velocity, elbows.velocity))
+
+
+def _toes(people: People3D) -> _Points:
+    """Return the big toes, MISSING where the network has none."""
+    rows = [BODY_25.index[name] for name in _TOES]
+    return _Points(*(values_in(values, people.skeleton, BODY_25, missing)[:, rows] for values, missing in (
+        (people.xyz.astype(np.float64), np.nan), (people.status, MISSING), (people.sigma.astype(np.float64), np.nan),
+        (people.velocity.astype(np.float64), np.nan))))
