@@ -14,7 +14,7 @@ This page is for readers who want to know how accurate and how fast the packages
 written by `./run bench report`; each section says by which commit, on which processor and when it was measured. Figures
 are followed by their 95 % interval, by bootstrap over scenes: `0.961 [0.949, 0.972]`; where all scenes agree, as where
 none has an error, it has no width. **T** is the time of a pass of the network mobilenet_thin at 656 x 368 in f32 on two
-threads: divide times by it to compare machines.
+threads: divide times by it to compare machines. Sections that name no processor were measured on {processor}.
 '''
 # Sections in the order of the page; others follow.
 ORDER = ('accuracy', 'errors', 'sigma', 'speed', 'modes', 'latency', 'live', 'images', 'signals', 'hands', 'cameras',
@@ -40,23 +40,27 @@ def read_results(folder: Path = FOLDER) -> Sections:
 def results_page(sections: Sections) -> str:
     """Return docs/results.md."""
     names = [*(name for name in ORDER if name in sections), *sorted(set(sections) - {*ORDER})]
-    return '\n'.join([HEAD, *(part for name in names for part in _section(name, sections[name]))])
+    processors = [sections[name]['made']['processor'] for name in names]
+    usual = max(processors, key=processors.count, default='')
+    return '\n'.join([HEAD.format(processor=usual),
+                      *(part for name in names for part in _section(name, sections[name], usual))])
 
 
-def _section(name: str, section: Dict[str, Any]) -> List[str]:
+def _section(name: str, section: Dict[str, Any], usual: str) -> List[str]:
     made = section['made']
+    processor = '' if made['processor'] == usual else f"{made['processor']}, "
     parts = [f"## {section['title']}\n", f"{section['text']}\n"]
     for table in section['tables']:
         parts += [*([f"**{table['title']}**\n"] if table['title'] else []), _markdown(table['rows'])]
     parts += [f"![{picture['file']}](images/{picture['file']})\n\n{picture['text']}\n"
               for picture in section['pictures']]
-    return [*parts, f"`./run bench report {name}`: commit {made['commit']}, {made['processor']}, "
+    return [*parts, f"`./run bench report {name}`: commit {made['commit']}, {processor}"
                     f"T = {made['T_ms']} ms, {made['date']}\n"]
 
 
 def _markdown(rows: Sequence[Sequence[str]]) -> str:
     lines = [f"| {'| '.join(row)}|" for row in rows]
-    lines.insert(1, '| --- |' + ' ---: |' * (len(rows[0]) - 1))
+    lines.insert(1, '|---|' + '---:|' * (len(rows[0]) - 1))
     return '\n'.join(lines) + '\n'
 
 

@@ -160,7 +160,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_space(tmp_path / 'elsewhere/space', environment)
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
-    build_examples('ros_api.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
+    build_examples('signals.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
     build_user_of_nodelets(tmp_path / 'elsewhere/space', environment, tmp_path / 'nodelets')
 
 

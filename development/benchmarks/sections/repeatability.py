@@ -41,7 +41,7 @@ class Way(NamedTuple):
 
 
 AUTO = ('--set', 'precision=auto')
-WAYS = (Way('first', 'one process, f32'), Way('again', 'the same again'), Way('jobs_4', '--jobs 4', ('--jobs', '4')),
+WAYS = (Way('first', 'f32'), Way('again', 'the same again'), Way('jobs_4', '--jobs 4', ('--jobs', '4')),
         Way('threads_1', 'one thread', ('--set', 'threads=1')),
         Way('threads_3', 'three threads', ('--set', 'threads=3')),
         Way('avx2', 'AVX-512 switched off', (), NO_AVX_512),

@@ -39,8 +39,17 @@ def test_a_section_is_written_and_shown(tmp_path, monkeypatch):
     assert '## A trial\n' in page
     assert '| x| 0.961 [0.949, 0.972]|' in page
     assert '![results_x.svg](images/results_x.svg)' in page
-    assert 'commit abc, 2 cores, T = 50.0 ms, 2026-01-01' in page
+    assert 'measured on 2 cores.' in page and 'commit abc, T = 50.0 ms, 2026-01-01' in page
     assert '| x | 0.961 [0.949, 0.972] |' in str(section)
+
+
+def test_a_section_of_another_processor_names_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, 'FOLDER', tmp_path)
+    for name, processor in (('first', '2 cores'), ('second', '8 cores'), ('third', '2 cores')):
+        results.write(name, name, Section('Text.', {}), {**MADE, 'processor': processor})
+    page = results_page(read_results(tmp_path))
+    assert 'measured on 2 cores.' in page and page.count('2 cores') == 1
+    assert '`./run bench report second`: commit abc, 8 cores, T = 50.0 ms' in page
 
 
 def test_names_that_can_not_be_quoted_are_refused(tmp_path, monkeypatch):

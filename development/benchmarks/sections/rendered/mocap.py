@@ -57,7 +57,7 @@ def measure(options: Options) -> Section:
     counts = [score_trajectories(folder, people_of(each, sequence_truth(folder).joints.times))
               for folder, each in zip(options.scenes, found_in)]
     found = figures(counts, statistics())
-    columns = [('visible', figure) for figure in TITLES] + [('all', figure) for figure in ('rmse', 'centred', 'r')]
+    columns = [*(('visible', figure) for figure in TITLES), ('all', 'rmse')]
     rows = [['region or angle', 'axis', *(f'{TITLES[figure]}, {kind}' for kind, figure in columns)]]
     rows += [[part, axis, *(found[name_of(part, axis, *column)] for column in columns)] for part, axis in PARTS]
     for kind in KINDS:  # over regions and axes
