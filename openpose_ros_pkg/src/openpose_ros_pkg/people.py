@@ -1,7 +1,7 @@
 """People in an image: the one type that passes between detector, tracker, painter and converters."""
 import functools
 from dataclasses import dataclass, field
-from typing import List, NamedTuple, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -9,6 +9,8 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 # Ids of people count from here, as 0 is the scene where points are labelled with the person's id.
 FIRST_ID = 1
+# Points of COCO-WholeBody: body, feet, face and hands.
+WHOLE_BODY_POINTS = 133
 
 # Joints that are the middle of two others, where a network does not find them itself.
 _MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip', 'right_hip')}
@@ -58,10 +60,25 @@ class Poses(NamedTuple):
 
     keypoints: np.ndarray  # (P, K, 3) float32: x, y [px], score; NaN, NaN, 0 where missing
     scores: np.ndarray  # (P,) float32 [0..1]
+    # (P, 133, 3) float32: all points of COCO-WholeBody, x, y [px], score; NaN, NaN, 0 of people without; None: of none
+    points: Optional[np.ndarray] = None
 
     def joined(self, others: 'Poses') -> 'Poses':
         """Return these people and then others."""
-        return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]))
+        return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]),
+                     joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))))
+
+
+def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarray]:
+    """Return the points of COCO-WholeBody of several groups of people, given with the number of people of each."""
+    if all(points is None for points, _ in parts):
+        return None
+    return np.concatenate([no_points(people) if points is None else points for points, people in parts])
+
+
+def no_points(people: int) -> np.ndarray:
+    """Return missing points of COCO-WholeBody, (P, 133, 3)."""
+    return np.full((people, WHOLE_BODY_POINTS, 3), (np.nan, np.nan, 0), np.float32)
 
 
 @dataclass(frozen=True)
@@ -76,6 +93,9 @@ class People2D:
     ids: np.ndarray  # (P,) int64 track ids; negative where no tracker has named the person
     # (P,) bool, whether a network saw the person in this image; False: extrapolated; None: all were seen
     looked: np.ndarray = None  # type: ignore[assignment]
+    # (P, 133, 3) float32: all points of COCO-WholeBody where a network for whole bodies saw the person, NaN, NaN, 0
+    # elsewhere; None: there is no such network
+    points: Optional[np.ndarray] = None
 
     def __post_init__(self) -> None:
         joints = len(self.skeleton.joints)
@@ -91,7 +111,11 @@ class People2D:
         present = np.isfinite(keypoints[..., :2]).all(axis=2)
         if not np.array_equal(present, keypoints[..., 2] > 0):
             raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
-        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked)):
+        points = self.points if self.points is None else np.asarray(self.points, np.float32)
+        if points is not None and points.shape != (*people, WHOLE_BODY_POINTS, 3):
+            raise ValueError(f'points: expected {(*people, WHOLE_BODY_POINTS, 3)}, got {points.shape}')
+        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked),
+                            ('points', points)):
             object.__setattr__(self, name, value)
 
     @classmethod
@@ -105,13 +129,14 @@ class People2D:
     def select(self, indices: np.ndarray) -> 'People2D':
         """Return some of the people, in the order of their indices (N,)."""
         return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices],
-                        self.looked[indices])
+                        self.looked[indices], None if self.points is None else self.points[indices])
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""
         return People2D(self.skeleton, np.concatenate([self.keypoints, others.keypoints]),
                         np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]),
-                        np.concatenate([self.looked, others.looked]))
+                        np.concatenate([self.looked, others.looked]),
+                        joined_points((self.points, len(self)), (others.points, len(others))))
 
     @property
     def xy(self) -> np.ndarray:
