@@ -2,7 +2,6 @@
 """The programs in examples/ do what docs/signals.md says of them, on messages that a test makes by hand."""
 import subprocess
 import sys
-import threading
 import unittest
 from operator import attrgetter
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import Point, PointStamped, Pose, PoseStamped, Quaternion, Twist, Vector3
+from geometry_msgs.msg import Point, PointStamped, PoseStamped, Quaternion, Twist, Vector3
 from openpose_ros_msgs.msg import (
     BodypartDetection_3d,
     FaceDetection_3d,
@@ -20,7 +19,6 @@ from openpose_ros_msgs.msg import (
     PersonDetection_3dArray,
     PersonGesture,
     PersonPointing,
-    PersonSignals,
     PersonSignalsArray,
     PersonSummary,
     PersonVelocity_3d,
@@ -34,15 +32,16 @@ from std_msgs.msg import Bool, Header, Int32, String
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
 from session import PATIENCE, Recorder, await_true
+from signal_feed import NAN, Feed, does, signals, told
 
 ROOT = Path(__file__).resolve().parents[3]
-PROGRAMS = {path.stem: path for path in (ROOT / 'examples').glob('*.py') if 'rospy.init_node' in path.read_text()}
+# approach_person.py has a test of its own
+PROGRAMS = {path.stem: path for path in (ROOT / 'examples').glob('*.py')
+            if 'rospy.init_node' in path.read_text() and path.stem != 'approach_person'}
 PEOPLE, SIGNALS, FACES = (f'openpose_ros/skeleton_3d/{name}'
                           for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d'))
 PARTS = PersonDetection_3d.__slots__[3:]
 MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
-NAN = float('nan')
-RATE = 20.0
 
 
 def part(x, y, z, status=MEASURED, sigma=0.02):
@@ -61,49 +60,6 @@ def people(*persons):
     return lambda header: PersonDetection_3dArray(
         header=Header(stamp=header.stamp, frame_id='camera'), pose_model='COCO_18',
         persons=[person for person, _ in persons], velocities=[velocity for _, velocity in persons])
-
-
-def does(number, x=NAN, y=NAN, z=1.1, *gestures, **values):
-    """Return the signals of a person at a place of the room."""
-    told_else = {'posture': PersonSignals.STANDING, 'speed': NAN, 'walking_direction': Vector3(NAN, NAN, NAN), **values}
-    return PersonSignals(person_ID=number, position=Point(x, y, z), floor_pose=Pose(position=Point(x, y, 0.0)),
-                         gestures=list(gestures), **told_else)
-
-
-def signals(*persons):
-    return lambda header: PersonSignalsArray(header=header, persons=list(persons))
-
-
-def told(name, arm='right', since=None, ray=()):
-    return PersonGesture(name=name, arm=arm, since=since or rospy.Time(1), confidence=1.0, pointing=list(ray))
-
-
-class Feed(threading.Thread):
-    """Publishes what it is told on a topic, again and again with new stamps, to a program that has subscribed."""
-
-    def __init__(self, topic, kind, make):
-        super().__init__(daemon=True)
-        self._topic, self.make, self.sent = rospy.Publisher(topic, kind, queue_size=5), make, 0
-        await_true(self._topic.get_num_connections, f'a reader of {topic}')
-        self._ended = threading.Event()
-
-    def run(self):
-        while not self._ended.wait(1 / RATE):
-            self._topic.publish(self.make(Header(stamp=rospy.Time.now(), frame_id='map')))
-            self.sent += 1
-
-    def __enter__(self):
-        self.start()
-        return self
-
-    def __exit__(self, *_):
-        self._ended.set()
-        self.join()
-
-    def send(self, make, frames=0):
-        """Publish something else from now on; return after some frames of it."""
-        self.make, end = make, self.sent + 1 + frames
-        await_true(lambda: self.sent >= end, 'frames are sent')
 
 
 def awaits(output, *fields):
