@@ -49,7 +49,7 @@ class PageTest(unittest.TestCase):
     def test_the_page_draws_what_the_topics_say(self):
         people, signals = Kept('detected_poses_3d', PersonDetection_3dArray), Kept('people_signals', PersonSignalsArray)
         info = rospy.wait_for_message(f'{SPACE}/camera_info', CameraInfo, 60)
-        with Browser() as browser:
+        with Browser(900, 500) as browser:  # software draws it, beside the chain
             browser.open(f'http://localhost:{PORT}/')
             browser.wait('window.peopleView?.messages.cameras?.cameras.length === 1')
             browser.wait('peopleView.messages.people?.people.length >= 2 && peopleView.messages.signals')
