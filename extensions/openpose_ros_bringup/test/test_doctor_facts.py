@@ -38,7 +38,7 @@ def test_each_preset_that_is_published_is_found(name):
     source, = find_cameras(AUTO, [], published(preset.inputs()))
     assert {stream.topic: stream.kind for stream in source.camera.streams} == preset.inputs()
     named, = find_cameras(Wanted(name, {}, ''), [], {})
-    assert (named.camera.driver, named.rectified) == (preset.driver_line, preset.rectified)
+    assert (named.camera.driver, named.rectified) == (preset.driver_line(), preset.rectified)
 
 
 @pytest.mark.parametrize('missing', ['image', 'depth', 'camera_info'])
@@ -67,6 +67,7 @@ def test_the_cameras_that_nodes_read():
     flat = node([('/x/image', IMAGE)], '/openpose_ros_service_node')
     first, second = [source.camera for source in find_cameras(AUTO, [left, flat], {})]
     assert (first.preset, first.namespace, first.node) == ('realsense', 'left', '/left/skeleton_extract_3d_node')
+    assert 'camera:=left' in first.driver
     assert topics_of(first) == {role: realsense.topic(role, 'left') for role in ('image', 'depth', 'camera_info')}
     assert (second.preset, second.points, second.node) == ('', None, '/openpose_ros_service_node')
     assert nodes_within('left', [left, flat]) == [left] and nodes_within('x', [left, flat]) == [flat]

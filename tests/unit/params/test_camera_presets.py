@@ -31,7 +31,7 @@ def test_entries_of_the_table_are_complete(name):
     preset = PRESETS[name]
     assert preset.title and preset.frame and preset.image_encoding and preset.camera_info and preset.source
     assert len(preset.size) == 2
-    assert preset.driver_line.split()[:3] == ['roslaunch', preset.package, preset.launch_file]
+    assert preset.driver_line().split()[:3] == ['roslaunch', preset.package, preset.launch_file]
     assert bool(preset.depth_encoding) == (preset.dimensions == 3)
 
 
@@ -91,7 +91,7 @@ def test_file_of_a_user(tmp_path):
     file.write_text('mine: {ns: lab, image: rgb, points_source: depth_image, depth: depth, camera_info: info,\n'
                     '       image_transport: compressed, depth_transport: compressedDepth}')
     preset = find_preset(str(file))
-    assert preset.name == 'mine' and preset.driver_line == ''
+    assert preset.name == 'mine' and preset.driver_line() == ''
     assert preset.inputs() == {'/lab/rgb/compressed': COMPRESSED, '/lab/depth/compressedDepth': COMPRESSED,
                                '/lab/info': CAMERA_INFO}
 
@@ -161,6 +161,13 @@ def test_camera_without_aligned_depth_is_not_chosen_and_its_line_named():
     assert 'realsense (/camera/color/image_raw) without /camera/aligned_depth_to_color/image_raw' in str(choice)
     assert 'align_depth:=true' in str(choice)
     assert choose_camera(topics, 2).chosen.preset.name == 'realsense'
+
+
+def test_the_line_of_the_driver_is_that_of_the_namespace():
+    assert 'camera:=right ' in f"{PRESETS['realsense'].driver_line('right')} "
+    assert PRESETS['azure_kinect'].driver_line('/right').startswith('env ROS_NAMESPACE=/right roslaunch')
+    assert PRESETS['realsense'].driver_line('camera') == PRESETS['realsense'].driver_line()
+    assert PRESETS['usb_cam'].driver_line('right') == ''  # its launch file has no argument for it
 
 
 def test_topic_of_another_type_is_missing():

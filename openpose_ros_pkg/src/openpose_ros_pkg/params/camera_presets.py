@@ -49,10 +49,16 @@ class CameraPreset:
         """2 for a camera without depth, else 3."""
         return 3 if self.points_source else 2
 
-    @property
-    def driver_line(self) -> str:
-        """The line that starts the driver so that it publishes these topics; empty: not known."""
-        return ' '.join(self.driver_command()) if self.package else ''
+    def driver_line(self, ns: str = '') -> str:
+        """Return the line that starts the driver so that it publishes these topics; empty: not known.
+
+        Args:
+            ns: namespace in place of the preset's; empty: the preset's.
+        """
+        try:
+            return ' '.join(self.driver_command(ns)) if self.package else ''
+        except ParameterError:  # the launch file has no argument for it
+            return ''
 
     def driver_command(self, ns: str = '', words: Iterable[str] = ()) -> List[str]:
         """Return the command that starts the driver.
@@ -181,7 +187,6 @@ class SeenCamera(NamedTuple):
 
     preset: CameraPreset
     ns: str
-    dimensions: int
     missing: Tuple[str, ...] = ()
 
     def __str__(self) -> str:
@@ -190,8 +195,8 @@ class SeenCamera(NamedTuple):
         text = f'{self.preset.name} ({image})'
         if not self.missing:
             return text
-        line = f' ({self.preset.driver_line})' if self.preset.driver_line else ''
-        return f'{text} without {", ".join(self.missing)}{line}'
+        line = self.preset.driver_line(self.ns)
+        return f'{text} without {", ".join(self.missing)}' + (f' ({line})' if line else '')
 
 
 class CameraChoice(NamedTuple):
@@ -252,7 +257,7 @@ def _seen(preset: CameraPreset, published: Mapping[str, str], dimensions: int) -
     for topic in sorted(topic for topic, its_kind in published.items() if its_kind == kind and topic.endswith(ending)):
         ns = topic[:-len(ending)].strip('/')
         if preset.points_source or ns == preset.ns:
-            yield SeenCamera(preset, ns, dimensions, tuple(
+            yield SeenCamera(preset, ns, tuple(
                 name for name, its_kind in preset.inputs(dimensions, ns).items() if published.get(name) != its_kind))
 
 

@@ -6,7 +6,7 @@ import rosgraph
 import rospy
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset
+from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
 from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, published_topics
 
 # Period of looking for a camera with `auto`; of telling that none is there [s].
@@ -55,9 +55,10 @@ def find_camera(name: str, ns: str, dimensions: int, within: str = '') -> Camera
 
 def _wait_for_camera(within: str, dimensions: int) -> Camera:
     begin = last = time.monotonic()
+    presets = read_presets()
     while True:
         there = _published(within)
-        choice = choose_camera(there, dimensions)
+        choice = choose_camera(there, dimensions, presets)
         if choice.chosen is not None:
             rospy.loginfo('camera:=auto takes %s; there is also: %s', choice.chosen, choice)
             return Camera(choice.chosen.preset, choice.chosen.ns)

@@ -42,13 +42,18 @@ def settle_camera(settings: ExtractorSettings, within: str = '') -> ExtractorSet
                    transport=replace(settings.transport, image_transport=settled(transport, preset.image_transport)))
 
 
-def input_topics(params: ExtractorParams, is_one_of_several: bool) -> InputTopics:
-    """Return the topics of settled parameters; those of one camera of several are relative to its namespace."""
+def input_topics(params: ExtractorParams, one_of_several: str) -> InputTopics:
+    """Return the topics of settled parameters.
+
+    Args:
+        one_of_several: namespace of one camera of several, to which its topics are relative; empty: there is one.
+    """
     if not params.camera:
         return InputTopics()
-    camera = Camera(find_preset(params.camera), None if is_one_of_several else params.camera_ns)
+    camera = Camera(find_preset(params.camera), None if one_of_several else params.camera_ns)
     privates = InputTopics()[:4]
     topics = InputTopics(*(camera.topic(role, private) for role, private in zip(InputTopics._fields, privates)))
     used = topics.image, topics.points if params.points_source == 'point_cloud' else topics.depth
     is_given = any(topic.startswith('~') for topic in used)
-    return topics if is_given else topics._replace(driver_line=camera.preset.driver_line)
+    return topics if is_given else topics._replace(
+        driver_line=camera.preset.driver_line(one_of_several or params.camera_ns))

@@ -149,7 +149,7 @@ class Extractor:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
-        topics = input_topics(self._params, bool(self._networks.camera))
+        topics = input_topics(self._params, self._networks.camera)
         self._camera_info = CameraInfoPublisher(NAMESPACE, topics.camera_info, self._health, self._demand,
                                                 needed=self._params.points_source == 'depth_image')
         images = image_subscriber(self._demand.resolve(topics.image), transport.image_transport)

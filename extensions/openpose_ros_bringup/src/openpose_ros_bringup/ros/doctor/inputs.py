@@ -66,12 +66,13 @@ def _known_camera(kinds: Mapping[str, str]) -> Optional[Source]:
     """Return the preset of which all topics are published, or most of them; None: not half of any."""
     bases = {topic[:-len('/compressed')] if topic.endswith('/compressed') else topic for topic in kinds}
     seen: List[Tuple[CameraPreset, Optional[str]]] = []
+    presets = read_presets()
     for dimensions in (3, 2):
-        choice = choose_camera(kinds, dimensions)
+        choice = choose_camera(kinds, dimensions, presets)
         if choice.chosen is not None and choice.chosen.preset.dimensions == dimensions:
             return _of_preset(choice.chosen.preset, choice.chosen.ns)
         seen += [(other.preset, other.ns) for other in choice.others]
-    seen += [(preset, None) for preset in read_presets().values()]
+    seen += [(preset, None) for preset in presets.values()]
     shares = [sum(topic in bases for topic in preset.inputs(ns=ns)) / len(preset.inputs()) for preset, ns in seen]
     best = shares.index(max(shares))
     return _of_preset(*seen[best]) if shares[best] >= _LEAST_SHARE else None
@@ -106,7 +107,7 @@ def _of_preset(preset: CameraPreset, namespace: Optional[str]) -> Source:
     points = Stream(role, *topics[1]) if len(topics) > 1 else None
     other = '' if namespace in (None, preset.ns) else str(namespace)
     camera = Camera(Stream('image', *topics[0]), points, info, _beside(topics[0][0], info), preset.name, other,
-                    preset.driver_line)
+                    preset.driver_line(other))
     return Source(camera, preset.rectified)
 
 
@@ -120,7 +121,7 @@ def _of_node(node: ChainNode) -> Source:
     info = Stream('camera_info', infos[0], CameraInfo._type) if has_info else None
     preset, namespace = _preset_of([image[0]] + ([points.topic] if points else []), node)
     camera = Camera(Stream('image', *image), points, info, _beside(image[0], info), preset.name if preset else '',
-                    namespace, preset.driver_line if preset else '', node.name)
+                    namespace, preset.driver_line(namespace) if preset else '', node.name)
     rectified = node.parameters.get('rectified', 'auto')
     is_rectified = bool(preset and preset.rectified) if rectified == 'auto' else str(rectified).lower() == 'true'
     return Source(camera, is_rectified)
