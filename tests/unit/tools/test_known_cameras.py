@@ -249,7 +249,7 @@ def test_stereo_of_ros(tmp_path):
             'distortion_model': 'plumb_bob', **{f'{key}_matrix': {'data': np.ravel(value).tolist()} for key, value in (
                 ('camera', matrix), ('rectification', r), ('projection', p))},
             'distortion_coefficients': {'data': distortion.tolist()}}))
-    folder = made(tmp_path, 'door.yaml', 'window.yaml', '--cameras', 'door window')
+    folder = made(tmp_path, 'door.yaml', 'window.yaml', '--cameras', 'door window', '--height', '1.4')
     turn, centre = read_rig(folder / 'rig.yaml').camera('door').pose
     check(folder, ('door', 'window'), seen_from_the_door() @ turn.T + centre)
 
@@ -282,6 +282,14 @@ def test_options_that_do_not_fit(tmp_path, capsys, options, told):
     (tmp_path / 'Calib.toml').write_text(pose2sim_text())
     assert told in refused(capsys, tmp_path / 'Calib.toml', '-o', tmp_path / 'made/rig.yaml', *options)
     assert not (tmp_path / 'made').exists()
+
+
+def test_the_height_of_a_camera_has_to_be_given(tmp_path, capsys):
+    rotation, translation = stereo()
+    (_, _, m1, d1), (_, _, m2, d2) = (CAMERAS[name] for name in ('door', 'window'))
+    opencv_file(tmp_path / 'both.yml', M1=m1, D1=d1, M2=m2, D2=d2, R=rotation, T=translation)
+    told = refused(capsys, tmp_path / 'both.yml', '-o', tmp_path / 'made/rig.yaml', '--size', '1280', '720')
+    assert '--height METRES' in told and not (tmp_path / 'made').exists()
 
 
 @pytest.mark.parametrize('name, text, told', [

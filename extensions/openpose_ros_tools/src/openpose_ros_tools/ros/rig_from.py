@@ -71,7 +71,10 @@ def _run(options: argparse.Namespace) -> int:
     known = read_known_cameras(options.files, options.size and tuple(options.size))
     unit = known.unit if options.unit is None else UNITS[options.unit]
     if not known.is_room:
-        known = seen_from_a_level_camera(known, options.tilt or 0.0, (options.height or 0.0) / unit)
+        if options.height is None:
+            raise ParameterError('this calibration does not tell how high the first camera is above the floor; give '
+                                 'it: --height METRES, and --tilt DEGREES if the camera looks down')
+        known = seen_from_a_level_camera(known, options.tilt or 0.0, options.height / unit)
     elif options.tilt is not None or options.height is not None:
         raise ParameterError('--tilt and --height are for calibrations in the frame of a camera; this one is in that '
                              'of a room')
@@ -132,6 +135,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--size', nargs=2, type=whole_number(1), metavar=('W', 'H'),
                         help='of the images [px], for files that do not tell it')
     parser.add_argument('--height', type=positive_number(float), metavar='M',
-                        help='of the first camera above the floor')
+                        help='of the first camera above the floor; needed where the frame is that of a '
+                        'camera')
     parser.add_argument('--tilt', type=float, metavar='DEGREES', help='by which the first camera looks down')
     return parser
