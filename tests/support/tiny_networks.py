@@ -98,15 +98,28 @@ def average_kernel(weights):
     return np.repeat(np.asarray(weights, np.float32)[:, :, None] / 64, 64, axis=2).reshape(-1, 3, 8, 8)
 
 
-def onnx_people(outputs):
-    """A network that finds the same people in every picture: outputs (1, ...), times the picture's mean value."""
+def onnx_people(outputs, size=('height', 'width'), batch=1, sizes=''):
+    """A network that finds the same people in every picture: outputs (1, ...), times the picture's mean value.
+
+    Args:
+        size: height and width of the input; texts for free ones.
+        batch: number of images, or a text; the outputs then have it as well.
+        sizes: name of a second input, (N, 2) int64, by which it multiplies the last output.
+    """
     nodes, constants = [onnx_node('Cast', ['image'], ['real'], to=FLOAT),
                         onnx_node('ReduceMean', ['real'], ['mean'], keepdims=0)], {}
+    inputs = [onnx_value('image', FLOAT, (batch, 3, *size))]
+    if sizes:
+        inputs.append(onnx_value(sizes, INT64, (batch, 2)))
+        nodes.append(onnx_node('Cast', [sizes], ['real_sizes'], to=FLOAT))
     for name, array in outputs.items():
         constants[f'{name}_constant'] = array
-        nodes.append(onnx_node('Mul', [f'{name}_constant', 'mean'], [name]))
-    return onnx_model(nodes, constants, [onnx_value('image', FLOAT, (1, 3, 'height', 'width'))],
-                      [onnx_value(name, FLOAT, array.shape) for name, array in outputs.items()])
+        scaled = sizes and name == list(outputs)[-1]
+        nodes.append(onnx_node('Mul', [f'{name}_constant', 'mean'], [f'{name}_alone' if scaled else name]))
+        if scaled:
+            nodes.append(onnx_node('Mul', [f'{name}_alone', 'real_sizes'], [name]))
+    return onnx_model(nodes, constants, inputs,
+                      [onnx_value(name, FLOAT, (batch, *array.shape[1:])) for name, array in outputs.items()])
 
 
 # --- Caffe ----------------------------------------------------------------------------------------------------------

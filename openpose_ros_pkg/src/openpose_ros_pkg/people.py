@@ -62,6 +62,8 @@ class Poses(NamedTuple):
     scores: np.ndarray  # (P,) float32 [0..1]
     # (P, 133, 3) float32: all points of COCO-WholeBody, x, y [px], score; NaN, NaN, 0 of people without; None: of none
     points: Optional[np.ndarray] = None
+    # (P, K, 2) float32: standard deviations of x and y as the network tells them [px], NaN where missing; None: none
+    sigmas: Optional[np.ndarray] = None
 
     def joined(self, others: 'Poses') -> 'Poses':
         """Return these people and then others."""

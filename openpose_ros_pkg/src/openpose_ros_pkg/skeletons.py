@@ -31,7 +31,7 @@ class SkeletonModel:
     """A joint set; ValueError: the parts contradict each other, or left and right are no mirror images."""
 
     name: str  # as published in `pose_model` of the array messages
-    joints: Tuple[str, ...]  # names in channel order; those of bodies are among `MESSAGE_JOINTS`
+    joints: Tuple[str, ...]  # names in channel order; messages hold those among `MESSAGE_JOINTS`
     limbs: Tuple[Limb, ...]  # all pairs with a part affinity field, in the order of assembly; none without fields
     drawn_limbs: Tuple[Tuple[str, str], ...]  # pairs of joint names of the drawn skeleton
     colours: Tuple[Colour, ...]  # RGB per joint, as OpenPose draws them
@@ -180,6 +180,41 @@ COCO_17 = SkeletonModel(
         ('right_eye', 'right_ear'), ('left_ear', 'left_shoulder'), ('right_ear', 'right_shoulder')),
     colours=tuple(COLOURS[joint] for joint in _COCO_17_JOINTS),
 )
+
+
+# mmpose 1.3.2, configs/_base_/datasets/halpe26.py: COCO's joints, head, neck, hip and feet. Its neck is higher than the
+# middle of the shoulders, which the neck is everywhere else: in training it is MPII's upper neck as well
+# (`mpii_halpe26` of configs/body_2d_keypoint/rtmpose/body8/).
+_HALPE_26_JOINTS = (*_COCO_17_JOINTS, 'head_top', 'upper_neck', 'mid_hip', 'left_big_toe', 'right_big_toe',
+                    'left_small_toe', 'right_small_toe', 'left_heel', 'right_heel')
+HALPE_26 = SkeletonModel('HALPE_26', _HALPE_26_JOINTS, (), COCO_17.drawn_limbs,
+                         tuple(COLOURS.get(joint, COLOURS['neck']) for joint in _HALPE_26_JOINTS))
+
+
+def _face_names() -> Tuple[str, ...]:
+    """Return names of the 68 points of a face in iBUG's order, so that mirror partners have one name but for the side.
+
+    mmpose 1.3.2, configs/_base_/datasets/coco_wholebody.py, `swap`.
+    """
+    pairs = [*((i, 16 - i) for i in range(8)), *((17 + i, 26 - i) for i in range(5)), (31, 35), (32, 34), (36, 45),
+             (37, 44), (38, 43), (39, 42), (40, 47), (41, 46), (48, 54), (49, 53), (50, 52), (59, 55), (58, 56),
+             (60, 64), (61, 63), (67, 65)]
+    names = [f'face_{i}' for i in range(68)]
+    for right, left in pairs:
+        names[right], names[left] = f'right_face_{right}', f'left_face_{right}'
+    return tuple(names)
+
+
+# COCO-WholeBody's 133 points, the same file: COCO's joints, feet, face (23 to 90), left and right hand (91 and 112 on).
+# The order of a face and of a hand is OpenPose's, but for the pupils, which are missing.
+_WHOLE_BODY_JOINTS = (
+    *_COCO_17_JOINTS, 'left_big_toe', 'left_small_toe', 'left_heel', 'right_big_toe', 'right_small_toe', 'right_heel',
+    *_face_names(), *(f'{side}_hand_{i}' for side in ('left', 'right') for i in range(21)))
+WHOLE_BODY_133 = SkeletonModel('WHOLE_BODY_133', _WHOLE_BODY_JOINTS, (), COCO_17.drawn_limbs,
+                               tuple(COLOURS.get(joint, (255, 255, 255)) for joint in _WHOLE_BODY_JOINTS))
+
+# What networks without fields give of a person, by the number of points.
+POINT_SETS: Dict[int, SkeletonModel] = {len(model.joints): model for model in (COCO_17, HALPE_26, WHOLE_BODY_133)}
 
 # All joint sets by the name that the array messages publish as `pose_model`.
 SKELETONS: Dict[str, SkeletonModel] = {model.name: model for model in (COCO_18, BODY_25, MPI_15, COCO_17)}

@@ -22,7 +22,7 @@ def decoded(fields, **params):
 
 def assert_found(fields, people, atol=0.5, **params):
     """Every person is found, whole, no other one, to half a network pixel (a sixteenth of a cell)."""
-    keypoints, scores = decoded(fields, **params)
+    keypoints, scores, *_ = decoded(fields, **params)
     assert keypoints.shape == (len(people), 18, 3) and keypoints.dtype == np.float32
     assert scores.shape == (len(people),) and ((scores > 0.8) & (scores <= 1)).all()
     for found, person in zip(in_order(keypoints), sorted(people, key=lambda person: person[1, 0])):
@@ -37,7 +37,7 @@ def assert_found(fields, people, atol=0.5, **params):
     np.full((57, 46, 82), np.nan, np.float32), np.zeros((57, 1, 1), np.float32)],
     ids=['zero', 'background', 'constant', 'NaN', 'one cell'])
 def test_no_person(fields):
-    keypoints, scores = decoded(fields)
+    keypoints, scores, *_ = decoded(fields)
     assert keypoints.shape == (0, 18, 3) and keypoints.dtype == np.float32 and scores.shape == (0,)
 
 
@@ -53,7 +53,7 @@ FIVE = [standing_person(x, 50 + 3 * i, 200 + 12 * i) for i, x in enumerate((70, 
 def test_a_crowd():
     """Twenty people in rows of ten, who overlap their neighbours."""
     people = [standing_person(40 + 60 * (i % 10) + 0.3 * i, 20 + 175 * (i // 10), 140 + i % 5) for i in range(20)]
-    keypoints, _ = decoded(render_fields(people))
+    keypoints, *_ = decoded(render_fields(people))
     assert len(keypoints) == 20
     for person in people:
         nearest = keypoints[np.abs(keypoints[:, 1, :2] - person[1]).sum(axis=1).argmin()]
@@ -64,7 +64,7 @@ def test_the_surest_person_comes_first():
     weak, strong = render_fields([standing_person(150, 60, 240)]), render_fields([standing_person(480, 60, 240)])
     weak[:18] *= 0.5
     weak[19:] *= 0.5
-    keypoints, scores = decoded(weak + strong)
+    keypoints, scores, *_ = decoded(weak + strong)
     assert keypoints[0, 1, 0] > keypoints[1, 1, 0]
     assert scores[0] > 0.9 and 0.4 < scores[1] < 0.6
 
@@ -86,7 +86,7 @@ def test_person_cut_in_half_by_a_side(x, inside):
     """Joints within the picture are found; those beyond are missing, not clamped to its border."""
     person = standing_person(x, 40, 280)
     seen = (person[:, 0] >= 0) & (person[:, 0] <= NET[1] - 1)
-    keypoints, _ = decoded(render_fields([person]))
+    keypoints, *_ = decoded(render_fields([person]))
     assert len(keypoints) == 1
     np.testing.assert_allclose(keypoints[0, seen, :2], person[seen], atol=STRIDE / 2)
     # The Gaussian of a joint just outside reaches into the picture, and so has a peak at the border.
@@ -170,7 +170,7 @@ def people_from(joints, limbs, heights=None, min_joints=2):
     names = [(limb.start, limb.end) for limb in COCO_18.limbs]
     candidates = np.array([(names.index((joints[start], joints[end])), start, end, score)
                            for start, end, score in limbs], openpose_ros_decode.LIMB_CANDIDATE)
-    keypoints, scores = assemble(candidates, peaks, COCO_18,
+    keypoints, scores, *_ = assemble(candidates, peaks, COCO_18,
                                  DecodeParams(person_min_joints=min_joints, person_min_score=0.0))
     return [{joint: int(person[COCO_18.index[joint], 0]) for joint in COCO_18.joints
              if person[COCO_18.index[joint], 2] > 0} for person in keypoints], scores
@@ -211,7 +211,7 @@ def test_people_of_all_skeletons(skeleton):
     model = dataclasses.replace(MOBILENET_THIN, skeleton=skeleton, heatmaps=len(skeleton.joints) + 1)
     random = np.random.default_rng(1)
     people = [np.array([x, 180]) + random.uniform(-80, 80, (len(skeleton.joints), 2)) for x in (120, 330, 540)]
-    keypoints, _ = decode_fields(render_fields(people, skeleton=skeleton), model, DecodeParams(person_min_joints=2))
+    keypoints, *_ = decode_fields(render_fields(people, skeleton=skeleton), model, DecodeParams(person_min_joints=2))
     assert len(keypoints) == 3
     reached = [skeleton.index[name] for name in {end for limb in skeleton.limbs for end in (limb.start, limb.end)}]
     for person in people:

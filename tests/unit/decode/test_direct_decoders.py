@@ -89,7 +89,7 @@ def place(keypoints, joint):
 
 @ALL
 def test_no_person(decode):
-    keypoints, scores = decode()
+    keypoints, scores, *_ = decode()
     assert keypoints.shape == (0, 18, 3) and scores.shape == (0,)
     assert keypoints.dtype == scores.dtype == np.float32
 
@@ -97,7 +97,7 @@ def test_no_person(decode):
 @ALL
 def test_every_joint_lands_where_it_is_under_its_name(decode):
     confidence = np.linspace(0.3, 0.9, 17)
-    keypoints, scores = decode((STANDING, confidence, 0.8))
+    keypoints, scores, *_ = decode((STANDING, confidence, 0.8))
     assert keypoints.shape == (1, 18, 3) and scores[0] == pytest.approx(0.8)
     people = People2D(COCO_18, keypoints, scores, [-1])  # which checks missing joints
     order = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoulder', 'right_shoulder', 'left_elbow',
@@ -111,7 +111,7 @@ def test_every_joint_lands_where_it_is_under_its_name(decode):
 def test_neck_is_between_the_shoulders_and_as_sure_as_the_less_sure(decode):
     confidence = np.full(17, 0.9)
     confidence[5], confidence[6] = 0.8, 0.4
-    keypoints, _ = decode((STANDING, confidence, 0.8))
+    keypoints, *_ = decode((STANDING, confidence, 0.8))
     np.testing.assert_allclose(place(keypoints[0], 'neck'), [50, 25, 0.4], atol=1e-4)
 
 
@@ -119,7 +119,7 @@ def test_neck_is_between_the_shoulders_and_as_sure_as_the_less_sure(decode):
 def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
     pixels = STANDING.copy()
     pixels[9], pixels[10], pixels[15] = (120.6, 58), (-0.6, 58), (60, 104.4)  # wrists, left ankle
-    keypoints, _ = decode((pixels, np.full(17, 0.9), 0.9), valid=(0, 0, 121, 105))
+    keypoints, *_ = decode((pixels, np.full(17, 0.9), 0.9), valid=(0, 0, 121, 105))
     assert np.isnan(place(keypoints[0], 'left_wrist')[0]) and np.isnan(place(keypoints[0], 'right_wrist')[0])
     np.testing.assert_allclose(place(keypoints[0], 'left_ankle'), [60, 104.4, 0.9], atol=1e-4)
 
@@ -129,7 +129,7 @@ def test_joint_below_its_threshold_is_missing_and_without_joints_there_is_no_per
     confidence = np.full(17, 0.2)
     confidence[0] = 0.5
     params = DirectDecodeParams(direct_joint_score=0.3)
-    keypoints, _ = decode((STANDING, confidence, 0.9), params=params)
+    keypoints, *_ = decode((STANDING, confidence, 0.9), params=params)
     assert (keypoints[0, :, 2] > 0).sum() == 1
     assert len(decode((STANDING, np.full(17, 0.2), 0.9), params=params)[0]) == 0
 
@@ -144,7 +144,7 @@ def test_person_score_is_that_of_the_network_unless_demanded(decode, threshold):
 @ALL
 def test_the_same_person_twice_is_one_the_surer_one(decode):
     people = [(moved(1, 1), np.full(17, 0.9), 0.75), (STANDING, np.full(17, 0.9), 0.9)]
-    keypoints, scores = decode(*people)
+    keypoints, scores, *_ = decode(*people)
     np.testing.assert_allclose(scores, [0.9], atol=1e-6)
     np.testing.assert_allclose(place(keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
 

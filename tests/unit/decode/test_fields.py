@@ -28,7 +28,7 @@ def mean_of(people, size, model, *looks):
 
 def assert_people(plan, fields, people, model, atol):
     """All people and no others, whole, each joint under its name and within `atol` pixels of the network."""
-    keypoints, _ = decode_fields(fields, model, DecodeParams(), plan.scaled_size)
+    keypoints, *_ = decode_fields(fields, model, DecodeParams(), plan.scaled_size)
     assert len(keypoints) == len(people)
     order = np.argsort(keypoints[:, model.skeleton.index['neck'], 0])
     for found, person in zip(keypoints[order], people):

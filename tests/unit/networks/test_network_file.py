@@ -11,7 +11,7 @@ from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 READERS = [name for name in ('openvino', 'onnxruntime') if importlib.util.find_spec(name)]
 pytestmark = pytest.mark.skipif(not READERS, reason='neither openvino nor onnxruntime is installed')
@@ -35,11 +35,20 @@ def end_to_end(rows=30):
     return output
 
 
-def network_file(folder, name='mine.onnx', **outputs):
-    """A network that finds the same people in every white image."""
+def network_file(folder, name='mine.onnx', size=('height', 'width'), batch=1, sizes='', **outputs):
+    """A network that finds the same people in every white image; see `tiny_networks.onnx_people`."""
     path = folder / name
-    path.write_bytes(tiny_networks.onnx_people(outputs or {'output0': raw()}))
+    path.write_bytes(tiny_networks.onnx_people(outputs or {'output0': raw()}, size, batch, sizes))
     return path
+
+
+def zeros(*shape):
+    return np.zeros(shape, np.float32)
+
+
+def bins(points=17, width=192, height=256, ratio=2):
+    """Outputs of a SimCC network."""
+    return {'simcc_x': zeros(1, points, ratio * width), 'simcc_y': zeros(1, points, ratio * height)}
 
 
 FORMS = pytest.mark.parametrize('people', [raw(), end_to_end()], ids=['raw', 'end to end'])
@@ -84,6 +93,63 @@ def test_rtmo_is_told_by_the_names_of_its_outputs(tmp_path, reader):
     boxes, joints = np.zeros((1, 9, 5), np.float32), np.zeros((1, 9, 17, 3), np.float32)
     model = find_model(str(network_file(tmp_path, keypoints=joints, dets=boxes)))
     assert (model.decoder, model.outputs, model.input.channels) == ('rtmo', ('dets', 'keypoints'), 'BGR')
+
+
+@pytest.mark.parametrize('points, skeleton', [(17, COCO_18), (26, BODY_25), (133, BODY_25)])
+@pytest.mark.parametrize('width, height, batch', [(192, 256, 1), (192, 256, 'batch'), (288, 384, 'batch')])
+def test_simcc_is_told_by_its_bins(tmp_path, reader, points, skeleton, width, height, batch):
+    outputs = bins(points, width, height)
+    model = find_model(str(network_file(tmp_path, size=(height, width), batch=batch, **outputs)))
+    assert (model.decoder, model.points, model.skeleton) == ('simcc', points, skeleton)
+    assert model.outputs == ('simcc_x', 'simcc_y')
+    assert (model.input.fixed_size, model.input.channels) == ((width, height), 'RGB')
+    assert model.input.mean == pytest.approx([123.675, 116.28, 103.53])
+    assert 1 / np.array(model.input.scale) == pytest.approx([58.395, 57.12, 57.375])
+
+
+def test_the_bins_of_a_simcc_network_tell_their_axes_where_its_names_do_not(tmp_path, reader):
+    x, y = bins().values()
+    assert find_model(str(network_file(tmp_path, size=(256, 192), one=y, two=x))).outputs == ('two', 'one')
+    for size, outputs in (((256, 256), {'one': zeros(1, 17, 512), 'two': zeros(1, 17, 512)}),  # which is along x?
+                          ((256, 192), {'simcc_x': y, 'simcc_y': x}),  # names against bins
+                          ((256, 192), {'one': zeros(1, 17, 384), 'two': zeros(1, 26, 512)}),
+                          ((256, 192), bins(21)), ((256, 192), {'one': zeros(1, 17, 384), 'two': zeros(1, 17, 768)}),
+                          (('h', 'w'), bins())):
+        with pytest.raises(ModelError, match=r'does not tell what network it is.*simcc_x'):
+            find_model(str(network_file(tmp_path, size=size, **outputs)))
+    square = bins(17, 256, 256)
+    assert find_model(str(network_file(tmp_path, size=(256, 256), **square))).outputs == ('simcc_x', 'simcc_y')
+
+
+@pytest.mark.parametrize('size, fixed', [((640, 640), (640, 640)), (('height', 'width'), None)])
+@pytest.mark.parametrize('sizes, outputs', [
+    ('orig_target_sizes', {'scores': zeros(1, 60), 'labels': zeros(1, 60), 'keypoints': zeros(1, 60, 17, 2)}),
+    ('', {'pred_logits': zeros(1, 60, 2), 'pred_keypoints': zeros(1, 60, 17, 2)}),
+    ('', {'pred_logits': zeros(1, 60, 2), 'pred_keypoints': zeros(1, 60, 34)})],
+    ids=['with its post-processor', 'without', 'not deployed'])
+def test_detr_pose_is_told_with_and_without_its_post_processor(tmp_path, reader, size, fixed, sizes, outputs):
+    model = find_model(str(network_file(tmp_path, size=size, sizes=sizes, **outputs)))
+    assert (model.decoder, model.outputs, model.skeleton) == ('detr_pose', tuple(outputs), COCO_18)
+    assert (model.input.fixed_size, model.input.stretched, model.input.channels) == (fixed, True, 'RGB')
+
+
+@pytest.mark.parametrize('side, points', [(576, 17), (432, 17), (576, 34)])
+def test_rf_detr_is_told_by_its_covariances(tmp_path, reader, side, points):
+    outputs = {'dets': zeros(1, 100, 4), 'labels': zeros(1, 100, 91), 'keypoints': zeros(1, 100, points, 8)}
+    model = find_model(str(network_file(tmp_path, size=(side, side), **outputs)))
+    assert (model.decoder, model.outputs) == ('rf_detr', ('dets', 'labels', 'keypoints'))
+    assert model.input.fixed_size == (side, side) and side % model.input.multiple_of == 0
+
+
+@pytest.mark.parametrize('outputs', [{'dets': zeros(1, 100, 5), 'labels': zeros(1, 100)},
+                                     {'output': zeros(1, 3549, 6)}, {'output': zeros(1, 3549, 85)}],
+                         ids=['end to end', 'people', 'COCO'])
+def test_yolox_is_told_by_its_cells(tmp_path, reader, outputs):
+    model = find_model(str(network_file(tmp_path, size=(416, 416), **outputs)))
+    assert (model.decoder, model.outputs) == ('yolox', tuple(outputs))
+    assert (model.input.channels, model.input.padding, model.input.mean) == ('BGR', 114, 0.0)
+    with pytest.raises(ModelError, match='does not tell'):  # of RTMDet as well, or of another size
+        find_model(str(network_file(tmp_path, size=(640, 640), **outputs)))
 
 
 @pytest.mark.parametrize('outputs, found', [

@@ -72,7 +72,15 @@ class View:
             # a pixel reaches half a pixel beyond its centre
             there = (np.abs(keypoints[..., :2] + 0.5 - np.divide(self.within, 2)) <= np.divide(self.within, 2))
             keypoints[~there.all(axis=-1)] = (np.nan, np.nan, 0)
-        return Poses(keypoints, poses.scores)
+        return Poses(keypoints, poses.scores, sigmas=self._sigmas_in_image(poses, keypoints, skeleton))
+
+    def _sigmas_in_image(self, poses: Poses, keypoints: np.ndarray, skeleton: SkeletonModel) -> Optional[np.ndarray]:
+        """Return the standard deviations of poses of the network's input, for their keypoints in the image."""
+        if poses.sigmas is None:
+            return None
+        sigmas = (poses.sigmas[..., ::-1] if self.turns % 2 else poses.sigmas) / self.plan.scale
+        sigmas = sigmas[:, list(skeleton.swap)] if self.mirror else sigmas
+        return np.where(keypoints[..., 2:] > 0, sigmas, np.nan).astype(np.float32)
 
 
 def _cut(bgr: np.ndarray, left: int, top: int, width: int, height: int) -> np.ndarray:
@@ -131,6 +139,8 @@ def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[I
     """
     recipe = network_pass.model.input
     width, height = recipe.fixed_size or network_pass.box
+    if recipe.stretched and recipe.fixed_size:
+        return [ImageToNet(size, recipe.fixed_size, recipe.fixed_size)]
     plans = [fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
              for zoom in network_pass.zooms]
     return [plan.centred() if recipe.centred else plan for plan in plans]

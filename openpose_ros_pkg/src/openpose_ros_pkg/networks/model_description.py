@@ -3,17 +3,43 @@ import difflib
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, List, Mapping, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, Sequence, Tuple, Union
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
-from openpose_ros_pkg.networks.model_types import YOLO_INPUT, Decoder, InputRecipe, Model, UserFiles, WeightsFile
-from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel, starting_limbs
+from openpose_ros_pkg.networks.model_types import (
+    DETR_POSE_INPUT,
+    RF_DETR_INPUT,
+    SIMCC_INPUT,
+    YOLO_INPUT,
+    YOLOX_INPUT,
+    Decoder,
+    InputRecipe,
+    Model,
+    UserFiles,
+    WeightsFile,
+    skeleton_of,
+)
+from openpose_ros_pkg.skeletons import (
+    COLOURS,
+    MESSAGE_JOINTS,
+    POINT_SETS,
+    SKELETONS,
+    Limb,
+    SkeletonModel,
+    starting_limbs,
+)
 from openpose_ros_pkg.structured_text import yaml_value
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {Decoder.PAF: (1, 2), Decoder.MOVENET_MULTIPOSE: (1,), Decoder.MOVENET_SINGLEPOSE: (1,), Decoder.RTMO: (2,),
-            Decoder.YOLO_POSE: (0, 1)}
+            Decoder.YOLO_POSE: (0, 1), Decoder.SIMCC: (2,), Decoder.DETR_POSE: (2, 3), Decoder.RF_DETR: (3,),
+            Decoder.BOXES: (1, 2)}
+# Inputs of networks that look alike whatever their maker.
+_INPUTS = {Decoder.YOLO_POSE: YOLO_INPUT, Decoder.SIMCC: SIMCC_INPUT, Decoder.DETR_POSE: DETR_POSE_INPUT,
+           Decoder.RF_DETR: RF_DETR_INPUT, Decoder.BOXES: YOLOX_INPUT}
+# Which need a size of their own: what they give has places for its pixels, or was trained for it alone.
+_SIZED = (Decoder.SIMCC, Decoder.RF_DETR)
 _HASH_DIGITS = {'md5': 32, 'sha256': 64}
 _REQUIRED = object()
 
@@ -32,9 +58,10 @@ def read_description(path: Path) -> Model:
     except (OSError, ValueError) as error:
         raise ModelError(f'{path} can not be read: {error}') from error
     top = _Section(path, '', content, ('skeleton', 'files', 'licence', 'source', 'input', 'outputs', 'output_layout',
-                                       'decoder', 'stride', 'heatmaps', 'peak_threshold'))
+                                       'decoder', 'stride', 'heatmaps', 'peak_threshold', 'points'))
     decoder = top.choice('decoder', tuple(_OUTPUTS))
-    skeleton = _skeleton(top, path.stem, decoder)
+    points = top.number_among('points', tuple(POINT_SETS) if decoder == Decoder.SIMCC else (17,), 17)
+    skeleton = _skeleton(top, path.stem, decoder, points)
     joints = len(skeleton.joints)
     stride = top.integer('stride', 1, 64, 8 if decoder == Decoder.PAF else 32)
     outputs = top.texts('outputs', () if decoder == Decoder.YOLO_POSE else _REQUIRED)
@@ -44,7 +71,7 @@ def read_description(path: Path) -> Model:
     return Model(
         name=path.stem, skeleton=skeleton, files=_files(top), licence=top.text('licence', 'not stated'),
         source=UserFiles(top.text('source', f'the maker of {path}')), input=_input(top, decoder, stride),
-        outputs=outputs, decoder=decoder, stride=stride,
+        outputs=outputs, decoder=decoder, points=points, stride=stride,
         output_layout=top.choice('output_layout', ('NCHW', 'NHWC'), 'NCHW'),
         heatmaps=top.integer('heatmaps', joints, 1000, joints + 1) if decoder == Decoder.PAF else 0,
         peak_threshold=top.number('peak_threshold', 0.0, 1.0, 0.0), description=path)
@@ -112,10 +139,20 @@ class _Section:
         return self._given(key, default, lambda value: type(value) is int and minimum <= value <= maximum,
                            f'a whole number in {minimum} .. {maximum}')
 
+    def number_among(self, key: str, choices: Sequence[int], default: int) -> int:
+        return self._given(key, default, lambda value: type(value) is int and value in choices,
+                           f'one of {", ".join(map(str, choices))}')
+
     def number(self, key: str, minimum: float, maximum: float, default: float) -> float:
-        value = self._given(key, default, lambda value: type(value) in (int, float) and minimum <= value <= maximum,
-                            f'a number in {minimum:g} .. {maximum:g}')
-        return float(value)
+        return float(self._given(key, default, lambda value: _is_number(value, minimum, maximum),
+                                 f'a number in {minimum:g} .. {maximum:g}'))
+
+    def of_colours(self, key: str, minimum: float, maximum: float, default: Union[float, Tuple[float, ...]]
+                   ) -> Union[float, Tuple[float, ...]]:
+        value = self._given(key, default, lambda value: _is_number(value, minimum, maximum) or (
+            isinstance(value, list) and len(value) == 3 and all(_is_number(item, minimum, maximum) for item in value)),
+            f'a number in {minimum:g} .. {maximum:g}, or three, of the colours')
+        return tuple(map(float, value)) if isinstance(value, (list, tuple)) else float(value)
 
     def pair(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> Any:
         value = self._given(key, default, lambda value: isinstance(value, list) and len(value) == 2 and all(
@@ -127,20 +164,24 @@ class _Section:
         return self._given(key, default, lambda value: isinstance(value, list) and value, 'a list')
 
 
+def _is_number(value: Any, minimum: float, maximum: float) -> bool:
+    return type(value) in (int, float) and minimum <= value <= maximum
+
+
 def _input(top: _Section, decoder: str, stride: int) -> InputRecipe:
-    """Return the network's input; missing keys are those of `InputRecipe`, or of YOLO-pose."""
-    standard = replace(YOLO_INPUT if decoder == Decoder.YOLO_POSE else InputRecipe(), multiple_of=stride)
+    """Return the network's input; missing keys are those of `InputRecipe`, or of the decoder's networks."""
+    standard = replace(_INPUTS.get(decoder, InputRecipe()), multiple_of=stride)
     section = _Section(top.path, 'input', top.values.get('input', {}), tuple(vars(standard)))
     recipe = InputRecipe(
         channels=section.choice('channels', ('BGR', 'RGB'), standard.channels),
         layout=section.choice('layout', ('NCHW', 'NHWC'), standard.layout),
         dtype=section.choice('dtype', ('float32', 'uint8'), standard.dtype),
-        mean=section.number('mean', 0.0, 255.0, standard.mean),
-        scale=section.number('scale', 1e-6, 1e3, standard.scale),
+        mean=section.of_colours('mean', 0.0, 255.0, standard.mean),
+        scale=section.of_colours('scale', 1e-6, 1e3, standard.scale),
         multiple_of=section.integer('multiple_of', stride, 1024, standard.multiple_of),
         padding=section.integer('padding', 0, 255, standard.padding),
-        fixed_size=section.pair('fixed_size', stride, 8192, None),
-        centred=section.flag('centred', standard.centred))
+        fixed_size=section.pair('fixed_size', stride, 8192, _REQUIRED if decoder in _SIZED else None),
+        centred=section.flag('centred', standard.centred), stretched=section.flag('stretched', standard.stretched))
     if recipe.multiple_of % stride:
         raise section.error('multiple_of', f'a multiple of stride, which is {stride}')
     if recipe.fixed_size and any(side % stride for side in recipe.fixed_size):
@@ -165,18 +206,18 @@ def _files(top: _Section) -> Tuple[WeightsFile, ...]:
     return tuple(files)
 
 
-def _skeleton(top: _Section, name: str, decoder: str) -> SkeletonModel:
+def _skeleton(top: _Section, name: str, decoder: str, points: int) -> SkeletonModel:
     """Return the joint set: a known one by its name, or the description's own."""
     value = top.values.get('skeleton')
     if not isinstance(value, dict):
-        default = _REQUIRED if decoder == Decoder.PAF else COCO_18.name
+        default = _REQUIRED if decoder == Decoder.PAF else skeleton_of(points).name
         skeleton = SKELETONS[top.choice('skeleton', tuple(SKELETONS), default)]
     else:
         skeleton = _own_skeleton(_Section(top.path, 'skeleton', value, ('joints', 'limbs', 'drawn_limbs')), name)
     if decoder == Decoder.PAF and not skeleton.limbs:
         raise top.error('skeleton', 'one with limbs, for decoder paf')
-    if decoder != Decoder.PAF and skeleton is not COCO_18:
-        raise top.error('skeleton', f'{COCO_18.name}, which is what decoder {decoder} gives')
+    if decoder != Decoder.PAF and skeleton is not skeleton_of(points):
+        raise top.error('skeleton', f'{skeleton_of(points).name}, which is what decoder {decoder} gives')
     return skeleton
 
 

@@ -1,9 +1,9 @@
 """Records of the model registry: the origin of a network's weights, and how it is used."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Optional, Tuple, Union
 
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, SkeletonModel
 
 
 class Decoder:
@@ -14,6 +14,10 @@ class Decoder:
     MOVENET_SINGLEPOSE = 'movenet_singlepose'
     RTMO = 'rtmo'
     YOLO_POSE = 'yolo_pose'
+    SIMCC = 'simcc'  # one person on a crop
+    DETR_POSE = 'detr_pose'
+    RF_DETR = 'rf_detr'
+    BOXES = 'yolox'  # boxes of people, without joints
 
 
 # Sizes along the axes of an array; None: free.
@@ -72,12 +76,14 @@ class InputRecipe:
     channels: str = 'BGR'  # or 'RGB'
     layout: str = 'NCHW'  # or 'NHWC'
     dtype: str = 'float32'  # or 'uint8'
-    mean: float = 0.0
-    scale: float = 1.0  # the network computes on (pixel - mean) * scale
+    # The network computes on (pixel - mean) * scale: one number, or one for each of `channels` in their order.
+    mean: Union[float, Tuple[float, ...]] = 0.0
+    scale: Union[float, Tuple[float, ...]] = 1.0
     multiple_of: int = 8  # the sides of the input are multiples of it [px]
     padding: Optional[int] = None  # value of the padded pixels, 0..255; None repeats the border, which shows no edge
     fixed_size: Optional[Tuple[int, int]] = None  # (width, height) [px] of networks that take no other
     centred: bool = False  # whether the padding is on all sides, not only at the right and the bottom
+    stretched: bool = False  # whether the image fills the whole `fixed_size`, so that its aspect changes
 
 
 # RTMO: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py. YOLO-pose: docs.ultralytics.com, "Model export" and
@@ -85,6 +91,20 @@ class InputRecipe:
 # padding at the right and the bottom alone costs YOLO11n-pose .025 of AP.
 RTMO_INPUT = InputRecipe(channels='BGR', layout='NCHW', multiple_of=32, padding=114, fixed_size=(640, 640))
 YOLO_INPUT = InputRecipe(channels='RGB', layout='NCHW', scale=1 / 255, multiple_of=32, padding=114, centred=True)
+# ImageNet's mean and standard deviation. SimCC: data_preprocessor of mmpose 1.3.2's rtmpose configurations; its crops
+# are padded with 0. RF-DETR: rfdetr 1.11.2, datasets/transforms.py, Normalize; all images become squares.
+SIMCC_INPUT = InputRecipe(channels='RGB', mean=(123.675, 116.28, 103.53), scale=(1 / 58.395, 1 / 57.12, 1 / 57.375),
+                          multiple_of=32, padding=0)
+# DETRPose: tools/inference/onnx_inf.py and configs/detrpose/include/dataset.py, which stretch all images to 640 x 640.
+DETR_POSE_INPUT = InputRecipe(channels='RGB', scale=1 / 255, multiple_of=32, padding=0, stretched=True)
+RF_DETR_INPUT = replace(SIMCC_INPUT, stretched=True)
+# YOLOX: rtmlib 0.0.16, rtmlib/tools/object_detection/yolox.py, preprocess.
+YOLOX_INPUT = InputRecipe(channels='BGR', multiple_of=32, padding=114)
+
+
+def skeleton_of(points: int) -> SkeletonModel:
+    """Return the joint set of people with so many points: with feet, if the network finds them."""
+    return COCO_18 if points == len(COCO_17.joints) else BODY_25
 
 
 @dataclass(frozen=True)
@@ -102,6 +122,7 @@ class Model:
     # Caffe: the layer that computes it. Empty: all outputs of the graph in its order.
     outputs: Tuple[str, ...]
     decoder: str = Decoder.PAF  # a `Decoder`, or 'landmarks' for the points of a hand or a face
+    points: int = 17  # of a person that the decoder gives, in an order of `skeletons`; without fields
     output_layout: str = 'NCHW'  # of the fields, or 'NHWC'; backends give NCHW
     stride: int = 8  # network pixels per output cell
     heatmaps: int = 0  # number of confidence maps, with the background's; the PAF channels follow them

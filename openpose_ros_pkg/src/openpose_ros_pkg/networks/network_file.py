@@ -1,43 +1,163 @@
-"""Networks recognized by their outputs: the path of such a file is a `pose_model`."""
-from dataclasses import replace
+"""Networks recognized by names and shapes of inputs and outputs: the path of such a file is a `pose_model`."""
+import math
+from dataclasses import dataclass, replace
+from itertools import permutations
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.model_types import RTMO_INPUT, YOLO_INPUT, Model, Shape, UserFiles, WeightsFile
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.networks.model_types import (
+    DETR_POSE_INPUT,
+    RF_DETR_INPUT,
+    RTMO_INPUT,
+    SIMCC_INPUT,
+    YOLO_INPUT,
+    YOLOX_INPUT,
+    Decoder,
+    InputRecipe,
+    Model,
+    Shape,
+    UserFiles,
+    WeightsFile,
+    skeleton_of,
+)
+from openpose_ros_pkg.skeletons import POINT_SETS
 
 NETWORK_SUFFIXES = ('.onnx', '.xml')
+# Of mmdeploy's files of SimCC networks.
+_SIMCC_NAMES = ('simcc_x', 'simcc_y')
+
+
+class Graph(NamedTuple):
+    """What a file tells of its network: shapes of its inputs, and of its outputs by name."""
+
+    inputs: List[Shape]
+    outputs: Dict[str, Shape]
+
+    @property
+    def size(self) -> Optional[Tuple[int, int]]:
+        """(width, height) of the image [px], the first input; None: free."""
+        height, width = self.inputs[0][2:]
+        return (width, height) if width and height else None
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a network turned out to be."""
+
+    decoder: str
+    input: InputRecipe
+    outputs: Tuple[str, ...] = ()  # as `Model.outputs`
+    points: int = 17
 
 
 def read_network_file(path: Path) -> Model:
-    """Return the YOLO-pose or RTMO network in a file, named like the file.
+    """Return the pose network in a file, named like the file.
 
     Raises:
-        ModelError: no installed runtime can read the file, or its outputs are of another kind.
+        ModelError: no installed runtime can read the file, or its inputs and outputs fit no kind, or several.
     """
-    inputs, outputs = _graph_shapes(path)
-    names, recipe, decoder = tuple(outputs), YOLO_INPUT, 'yolo_pose'
-    if set(names) == {'dets', 'keypoints'}:
-        names, recipe, decoder = ('dets', 'keypoints'), RTMO_INPUT, 'rtmo'
-    elif _is_yolo_pose(list(outputs.values())):
-        names = ()  # converters name the one output differently
-    else:
-        raise _unknown(path, inputs, outputs)
-    if len(inputs) != 1 or len(inputs[0]) != 4 or inputs[0][1] != 3:
-        raise _unknown(path, inputs, outputs)
-    height, width = inputs[0][2:]
-    if height and width:
-        recipe = replace(recipe, fixed_size=(width, height))
+    graph = Graph(*_graph_shapes(path))
+    image = graph.inputs[0] if graph.inputs else ()
+    kinds = []
+    if len(image) == 4 and image[1] == 3 and image[0] in (1, None):
+        kinds = [kind for kind in (recognize(graph) for recognize in _RECOGNIZERS) if kind]
+    if len(kinds) != 1:
+        raise _unknown(path, graph, kinds)
+    kind, = kinds
+    recipe = kind.input
+    if graph.size:
+        recipe = replace(recipe, fixed_size=graph.size, multiple_of=math.gcd(recipe.multiple_of, *graph.size))
     files = [path.name, f'{path.stem}.bin'] if path.suffix == '.xml' else [path.name]
-    return Model(name=path.name, skeleton=COCO_18, files=tuple(WeightsFile(name) for name in files),
-                 licence='as its maker says', source=UserFiles(f'the maker of {path}'), input=recipe, outputs=names,
-                 decoder=decoder, stride=recipe.multiple_of, description=path)
+    return Model(name=path.name, skeleton=skeleton_of(kind.points),
+                 files=tuple(WeightsFile(name) for name in files), licence='as its maker says',
+                 source=UserFiles(f'the maker of {path}'), input=recipe, outputs=kind.outputs, decoder=kind.decoder,
+                 points=kind.points, stride=recipe.multiple_of, description=path)
 
 
-def _is_yolo_pose(outputs: List[Shape]) -> bool:
-    """Return whether there is one output, (1, 56, N) or (1, N, 57): box, score, and 17 joints of three numbers."""
-    return len(outputs) == 1 and len(outputs[0]) == 3 and (outputs[0][1] == 56 or outputs[0][2] == 57)
+def _rtmo(graph: Graph) -> Optional[Kind]:
+    """RTMO: mmdeploy names its outputs dets and keypoints."""
+    if len(graph.inputs) == 1 and set(graph.outputs) == {'dets', 'keypoints'}:
+        return Kind(Decoder.RTMO, RTMO_INPUT, ('dets', 'keypoints'))
+    return None
+
+
+def _yolo_pose(graph: Graph) -> Optional[Kind]:
+    """YOLO-pose: one output, (1, 56, N) or (1, N, 57): box, score, and 17 joints of three numbers.
+
+    Converters name it differently.
+    """
+    shapes = list(graph.outputs.values())
+    if len(graph.inputs) == len(shapes) == 1 and len(shapes[0]) == 3 and (shapes[0][1] == 56 or shapes[0][2] == 57):
+        return Kind(Decoder.YOLO_POSE, YOLO_INPUT)
+    return None
+
+
+def _simcc(graph: Graph) -> Optional[Kind]:
+    """SimCC: two outputs (1, points, bins) with as many bins per pixel of the input along x as along y.
+
+    With other names than those of mmdeploy, the bins tell which of both is along x, if the input is no square.
+    """
+    shapes = graph.outputs
+    if len(graph.inputs) != 1 or graph.size is None or [len(shape) for shape in shapes.values()] != [3, 3]:
+        return None
+    orders = [_SIMCC_NAMES] if set(shapes) == set(_SIMCC_NAMES) else list(permutations(shapes))
+    width, height = graph.size
+    fitting = [(x, y) for x, y in orders
+               if shapes[x][2] and shapes[y][2] and shapes[x][2] * height == shapes[y][2] * width]  # type: ignore
+    points = {shape[1] for shape in shapes.values()}
+    if len(fitting) != 1 or len(points) != 1 or not points <= set(POINT_SETS):
+        return None
+    return Kind(Decoder.SIMCC, SIMCC_INPUT, fitting[0], points.pop() or 0)
+
+
+def _detr_pose(graph: Graph) -> Optional[Kind]:
+    """DETRPose: scores, labels and keypoints (1, N, 17, 2), with sizes (1, 2) as a second input.
+
+    Without its post-processor: pred_logits (1, N, classes) and pred_keypoints (1, N, 17, 2) or (1, N, 34).
+    """
+    shapes = graph.outputs
+    for names, sizes, joints in ((('scores', 'labels', 'keypoints'), [2], ((17, 2),)),
+                                 (('pred_logits', 'pred_keypoints'), [], ((17, 2), (34,)))):
+        if set(shapes) == set(names) and [shape[-1] for shape in graph.inputs[1:]] == sizes and (
+                len(shapes[names[0]]) == (2 if sizes else 3) and shapes[names[-1]][2:] in joints):
+            return Kind(Decoder.DETR_POSE, DETR_POSE_INPUT, names)
+    return None
+
+
+def _rf_detr(graph: Graph) -> Optional[Kind]:
+    """RF-DETR Keypoint: dets (1, N, 4), labels (1, N, classes) and keypoints (1, N, 17, 8), or (1, N, 34, 8)."""
+    shapes = graph.outputs
+    if len(graph.inputs) != 1 or set(shapes) != {'dets', 'labels', 'keypoints'} or len(shapes['labels']) != 3:
+        return None
+    if shapes['dets'][2:] != (4,) or shapes['keypoints'][2:] not in ((17, 8), (34, 8)):
+        return None
+    return Kind(Decoder.RF_DETR, RF_DETR_INPUT, ('dets', 'labels', 'keypoints'))
+
+
+def _yolox(graph: Graph) -> Optional[Kind]:
+    """YOLOX for boxes: dets (1, N, 5) and labels (1, N) by mmdeploy; or (1, N, 6) or (1, N, 85) with N cells.
+
+    RTMDet has the outputs of the first form as well, but another input, which no shape tells: its files are those of
+    320 x 320 and 640 x 640 pixels, that of YOLOX-tiny has 416 x 416.
+    """
+    shapes = graph.outputs
+    if len(graph.inputs) != 1 or graph.size is None:
+        return None
+    if set(shapes) == {'dets', 'labels'} and shapes['dets'][2:] == (5,) and len(shapes['labels']) == 2:
+        return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if graph.size == (416, 416) else None
+    (name, shape), *others = shapes.items()
+    cells = sum((graph.size[0] // stride) * (graph.size[1] // stride) for stride in (8, 16, 32))
+    if not others and len(shape) == 3 and shape[1] == cells and shape[2] in (6, 85):
+        return Kind(Decoder.BOXES, YOLOX_INPUT, (name,))
+    return None
+
+
+_EXPECTED = (
+    'of YOLO-pose with one class and 17 joints (1, 56, N) or (1, N, 57); of RTMO dets and keypoints; of RTMPose with K '
+    '= 17, 26 or 133 points simcc_x (1, K, 2 W) and simcc_y (1, K, 2 H); of DETRPose scores, labels and keypoints; of '
+    'RF-DETR dets, labels and keypoints; of YOLOX at 416 x 416 dets and labels')
+_RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _detr_pose, _rf_detr, _yolox)
 
 
 def _graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
@@ -56,11 +176,12 @@ def _graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
     raise ModelError(f'{path} can not be read: {reason}')
 
 
-def _unknown(path: Path, inputs: List[Shape], outputs: Dict[str, Shape]) -> ModelError:
+def _unknown(path: Path, graph: Graph, kinds: List[Kind]) -> ModelError:
     def told(shape: Shape) -> str:
         return f"({', '.join('?' if size is None else str(size) for size in shape)})"
+    fits = f": it fits {' and '.join(kind.decoder for kind in kinds)}" if kinds else ''
+    outputs = ', '.join(f'{name} {told(shape)}' for name, shape in graph.outputs.items())
     return ModelError(
-        f"{path} does not tell what network it is: inputs {', '.join(map(told, inputs))}, outputs "
-        f"{', '.join(f'{name} {told(shape)}' for name, shape in outputs.items())}; expected an image (1, 3, H, W), and "
-        '(1, 56, N) or (1, N, 57) of YOLO-pose with one class and 17 joints, or dets and keypoints of RTMO. Describe '
-        'any other network in a .yaml file: docs/networks.md, "A network of your own"')
+        f"{path} does not tell what network it is{fits}: inputs {', '.join(map(told, graph.inputs))}, outputs "
+        f'{outputs}; expected an image (1, 3, H, W), and {_EXPECTED}. Describe any other network in a .yaml file: '
+        'docs/networks.md, "A network of your own"')

@@ -7,20 +7,24 @@ from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model
 
 def network_input(images: np.ndarray, recipe: InputRecipe) -> np.ndarray:
     """Convert (1, H, W, 3) uint8 BGR to (1, 3, H, W) or (1, H, W, 3), float32 or uint8, as the recipe says."""
+    mean, scale = np.broadcast_to(recipe.mean, 3), np.broadcast_to(recipe.scale, 3)
     if recipe.dtype == 'float32' and recipe.layout == 'NCHW':
-        # One pass over the pixels: colours, mean, scale and layout at once.
-        return cv2.dnn.blobFromImages(list(images), recipe.scale, mean=(recipe.mean,) * 3,
-                                      swapRB=recipe.channels == 'RGB')
+        # One pass over the pixels: colours, mean, one scale and layout at once.
+        blob = cv2.dnn.blobFromImages(list(images), scale[0], mean=mean.tolist(), swapRB=recipe.channels == 'RGB')
+        if scale.min() != scale.max():
+            blob *= (scale / scale[0]).astype(np.float32)[:, None, None]
+        return blob
     array = images[..., ::-1] if recipe.channels == 'RGB' else images
     if recipe.layout == 'NCHW':
         array = array.transpose(0, 3, 1, 2)
     if recipe.dtype == 'uint8':
         return np.ascontiguousarray(array)
     values = array.astype(np.float32, order='C')
-    if recipe.mean != 0:
-        values -= np.float32(recipe.mean)
-    if recipe.scale != 1:
-        values *= np.float32(recipe.scale)
+    axis = (slice(None), None, None) if recipe.layout == 'NCHW' else slice(None)
+    if mean.any():
+        values -= mean.astype(np.float32)[axis]
+    if (scale != 1).any():
+        values *= scale.astype(np.float32)[axis]
     return values
 
 

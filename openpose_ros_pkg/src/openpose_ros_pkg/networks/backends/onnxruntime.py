@@ -42,13 +42,17 @@ class OnnxruntimeBackend(Backend):
         if wanted not in self._session.get_providers():
             raise _no_device(device, f'the network would run on {self._session.get_providers()[0]}; are the libraries '
                                      'of the GPU installed in the versions that it needs?')
-        self._input = self._session.get_inputs()[0].name
+        first, *others = self._session.get_inputs()
+        self._input = first.name
+        # sizes, (N, 2), by which it multiplies places
+        self._others = {other.name: _one(other) for other in others}
         self._outputs = _output_names(self._session, weights, model)
         self.description = f'onnxruntime {ort.__version__} (device {device}, precision {precision})'
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""
-        outputs = self._session.run(self._outputs, {self._input: network_input(images, self._model.input)})
+        given = {self._input: network_input(images, self._model.input), **self._others}
+        outputs = self._session.run(self._outputs, given)
         return tuple(own_output(output, self._model, self._model.output_layout) for output in outputs)
 
 
@@ -81,7 +85,17 @@ def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
         raise ModelError(f'onnxruntime can not read {path}: {error}') from error
     inputs, outputs = ([tuple(size if isinstance(size, int) else None for size in port.shape) for port in ports]
                        for ports in (session.get_inputs(), session.get_outputs()))
+    if any(None in shape[1:] for shape in outputs) and not any(None in shape[1:] for shape in inputs):
+        # The file does not tell all that is known.
+        given = {port.name: _one(port) for port in session.get_inputs()}
+        outputs = [output.shape for output in session.run(None, given)]
     return inputs, {port.name: shape for port, shape in zip(session.get_outputs(), outputs)}
+
+
+def _one(port: Any) -> np.ndarray:
+    """Return ones for an input whose shape is known but for the first axis, as one image."""
+    kinds = {'tensor(int64)': np.int64, 'tensor(uint8)': np.uint8}
+    return np.ones((1, *port.shape[1:]), kinds.get(port.type, np.float32))
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:

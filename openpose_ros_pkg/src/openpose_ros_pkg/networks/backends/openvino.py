@@ -158,7 +158,7 @@ class OpenvinoBackend:
         """The graph, which takes uint8 (N, H, W, 3) BGR and gives what `Backend.infer` says."""
         try:
             graph = self._core.read_model(str(self._weights))
-            return _with_recipe(_with_outputs(graph, self._model), self._model)
+            return _with_recipe(_with_outputs(_with_image_alone(graph), self._model), self._model)
         except (RuntimeError, ValueError) as error:
             raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
 
@@ -178,10 +178,26 @@ def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
         graph = _core().read_model(str(path))
     except RuntimeError as error:
         raise ModelError(f'OpenVINO can not read {path}: {error}') from error
-    inputs, outputs = ([tuple(None if size.is_dynamic else size.get_length() for size in port.get_partial_shape())
-                        for port in ports] for ports in (graph.inputs, graph.outputs))
+    inputs = _shapes(graph.inputs)
+    if any(None in shape[1:] for shape in _shapes(graph.outputs)) and not any(None in shape[1:] for shape in inputs):
+        # With one image at a time, more of the outputs is known.
+        graph.reshape({port: [1, *shape[1:]] for port, shape in zip(graph.inputs, inputs)})
     names = [next(iter(sorted(port.get_names())), str(i)) for i, port in enumerate(graph.outputs)]
-    return inputs, dict(zip(names, outputs))
+    return inputs, dict(zip(names, _shapes(graph.outputs)))
+
+
+def _shapes(ports: Sequence[Any]) -> List[Shape]:
+    return [tuple(None if size.is_dynamic else size.get_length() for size in port.get_partial_shape())
+            for port in ports]
+
+
+def _with_image_alone(graph: ov.Model) -> ov.Model:
+    """Return the graph without inputs beside the image: sizes, (N, 2), by which it multiplies places, are 1."""
+    for parameter in graph.get_parameters()[1:]:
+        sizes = ov.opset8.constant(np.ones((1, 2)), parameter.get_element_type())
+        parameter.output(0).replace(sizes.output(0))
+        graph.remove_parameter(parameter)
+    return graph
 
 
 def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
@@ -213,9 +229,10 @@ def _with_recipe(graph: ov.Model, model: Model) -> ov.Model:
     if recipe.dtype == 'float32':
         given.preprocess().convert_element_type(ov.Type.f32)
         if recipe.mean != 0:
-            given.preprocess().mean(recipe.mean)
-        if recipe.scale != 1:
-            given.preprocess().scale(1 / recipe.scale)  # OpenVINO divides
+            given.preprocess().mean(list(recipe.mean) if isinstance(recipe.mean, tuple) else recipe.mean)
+        if recipe.scale != 1:  # OpenVINO divides
+            given.preprocess().scale([1 / scale for scale in recipe.scale] if isinstance(recipe.scale, tuple) else
+                                     1 / recipe.scale)
     given.model().set_layout(ov.Layout(recipe.layout))
     for i in range(len(graph.outputs)):
         steps.output(i).tensor().set_element_type(ov.Type.f32)

@@ -22,6 +22,7 @@ from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.skeletons import POINT_SETS
 
 if TYPE_CHECKING:
     from openpose_ros_pkg.networks.backends import Backend
@@ -190,7 +191,18 @@ _STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
     Decoder.RTMO: ('(1, N, 5) and (1, N, 17, 3)', lambda boxes, joints: (
         len(boxes) == 3 and boxes[::2] == (1, 5) and joints == (1, boxes[1], 17, 3))),
     Decoder.YOLO_POSE: ('(1, 56, N) or (1, N, 57)', lambda people: (
-        len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57)))}
+        len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57))),
+    Decoder.SIMCC: ('(1, K, bins along x) and (1, K, bins along y) with K = 17, 26 or 133', lambda x, y: (
+        len(x) == len(y) == 3 and x[:2] == y[:2] and x[0] == 1 and x[1] in POINT_SETS)),
+    Decoder.DETR_POSE: ('(1, N), (1, N) and (1, N, 17, 2), or (1, N, C) and (1, N, 17, 2)', lambda scores, *others: (
+        len(scores) == (3 if len(others) == 1 else 2) and scores[0] == 1 and others[-1][:2] == scores[:2]
+        and others[-1][2:] in ((17, 2), (34,)))),
+    Decoder.RF_DETR: ('(1, N, 4), (1, N, C) and (1, N, 17, 8)', lambda boxes, classes, joints: (
+        len(classes) == 3 and boxes == (1, classes[1], 4) and joints[:2] == boxes[:2]
+        and joints[2:] in ((17, 8), (34, 8)))),
+    Decoder.BOXES: ('(1, N, 5) and (1, N), or (1, N, 6 or more)', lambda boxes, *classes: (
+        len(boxes) == 3 and boxes[0] == 1 and (boxes[2] >= 6 if not classes else
+                                               boxes[2] == 5 and classes == (boxes[:2],))))}
 
 
 def _any_image(model: Model) -> np.ndarray:

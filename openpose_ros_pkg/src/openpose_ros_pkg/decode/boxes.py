@@ -1,0 +1,81 @@
+"""From the outputs of networks that find people's boxes (YOLOX) to boxes."""
+from dataclasses import dataclass
+from typing import NamedTuple, Sequence, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.params.constants import constant
+
+
+@dataclass(frozen=True)
+class BoxConstants:
+    """Thresholds for boxes of people."""
+
+    yolox_person: float = constant(
+        0.3, 'Score that a box of YOLOX needs.', source='rtmlib 0.0.16, yolox.py, postprocess, of files with NMS')
+    yolox_overlap: float = constant(
+        0.45, 'Of two boxes of YOLOX that share more of their union the less sure one goes; its file with NMS did so '
+              'itself.', source='rtmlib 0.0.16, yolox.py, nms_thr')
+
+
+BOXES = BoxConstants()
+# Input pixels per cell of the three grids of YOLOX, in the order of its rows.
+_STRIDES = (8, 16, 32)
+# The class of people: the first of COCO's, and the only one of networks for people.
+_PERSON = 0
+
+
+class Boxes(NamedTuple):
+    """Boxes of people, the surest first."""
+
+    boxes: np.ndarray  # (N, 4) float32: x1, y1, x2, y2 [px of the network's input, an integer is a pixel's centre]
+    scores: np.ndarray  # (N,) float32 [0..1]
+
+
+def decode_boxes(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],
+                 constants: BoxConstants = BOXES) -> Boxes:
+    """Return the boxes of people that YOLOX found.
+
+    Its files have one of two forms; both are in pixels from the corner of the first one:
+    - end to end (mmdeploy): boxes (N, 5): x1, y1, x2, y2, score; and classes (N,). Different people already;
+    - raw, (N, 5 + C): x and y of the middle and the logarithms of width and height in cells of three grids, score of a
+      box, and scores of C classes.
+
+    Args:
+        outputs: float32, as `Backend.infer` gives them, without the first axis (the image).
+        least: score that a box needs; 0: that of the constants.
+        net_size: (width, height) of the network's input [px].
+    """
+    rows = np.asarray(outputs[0], np.float64)
+    raw = len(outputs) == 1
+    if raw:
+        rows = _rows_of_grids(rows, net_size)
+    elif len(outputs) == 2:
+        rows = rows[np.asarray(outputs[1]) == _PERSON]
+    rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 4] >= (least or constants.yolox_person))]
+    rows = rows[np.argsort(-rows[:, 4], kind='stable')]
+    if raw:
+        rows = rows[without_overlap(rows[:, :4], rows[:, 4], constants.yolox_overlap)]
+    return Boxes((rows[:, :4] - 0.5).astype(np.float32), np.minimum(rows[:, 4], 1).astype(np.float32))
+
+
+def _rows_of_grids(rows: np.ndarray, net_size: Tuple[int, int]) -> np.ndarray:
+    """Return x1, y1, x2, y2, score of people, (N, 5), of the raw form of YOLOX."""
+    cells = []
+    for stride in _STRIDES:
+        y, x = np.mgrid[:net_size[1] // stride, :net_size[0] // stride]
+        cells.append(np.stack([x.ravel(), y.ravel(), np.full(x.size, stride)], axis=1))
+    x, y, stride = np.concatenate(cells).T
+    with np.errstate(over='ignore', invalid='ignore'):
+        middle = (rows[:, :2] + np.stack([x, y], axis=1)) * stride[:, None]
+        half = np.exp(rows[:, 2:4]) * stride[:, None] / 2
+        score = rows[:, 4] * rows[:, 5 + _PERSON]
+        return np.concatenate([middle - half, middle + half, score[:, None]], axis=1)
+
+
+def without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:
+    """Return the indices of (N, 4) boxes x1, y1, x2, y2 without those that overlap a surer one (share of the union)."""
+    sides = boxes[:, 2:] - boxes[:, :2]
+    kept = cv2.dnn.NMSBoxes(np.hstack([boxes[:, :2], sides]).tolist(), scores.tolist(), 0.0, overlap)
+    return np.asarray(kept, np.int64).ravel()

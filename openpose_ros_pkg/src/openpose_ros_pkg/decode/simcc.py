@@ -1,0 +1,55 @@
+"""From the outputs of SimCC networks (RTMPose), which see one person on a crop, to body, feet, face and hands."""
+from typing import NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.decode.points import Decoded
+
+# First points of COCO-WholeBody's face, left and right hand; see `skeletons.WHOLE_BODY_133`.
+_FACE, _LEFT_HAND, _RIGHT_HAND = 23, 91, 112
+# Points of a face around each eye, whose middle is the pupil.
+_EYES = (range(36, 42), range(42, 48))
+
+
+class HandsAndFace(NamedTuple):
+    """Points of one person in OpenPose's order, x, y [px], score; (NaN, NaN, 0) where missing."""
+
+    left_hand: np.ndarray  # (21, 3)
+    right_hand: np.ndarray  # (21, 3)
+    face: np.ndarray  # (70, 3)
+
+
+def simcc_points(outputs: Sequence[np.ndarray], net_size: Tuple[int, int]) -> np.ndarray:
+    """Return the points (K, 3) float64: x, y [px of the input, an integer is a pixel's centre] and score.
+
+    A point lies where its row of bins along x, and that along y, has the greatest value; a side of the input has a
+    fixed number of bins per pixel (2 in all of RTMPose). Its score is the smaller of both values; 0 or less: missing.
+    mmpose 1.3.2, `SimCCLabel.decode` and `get_simcc_maximum`, and mmdeploy 1.3.1, codebase/mmpose/codecs; rtmlib takes
+    the mean of both. Values are about 1 at most: they were trained on Gaussians of the height 1.
+
+    Args:
+        outputs: (K, bins along x) and (K, bins along y).
+        net_size: (width, height) of the input [px].
+    """
+    along_x, along_y = outputs
+    places = [axis.argmax(axis=1) * (side / axis.shape[1]) for axis, side in zip((along_x, along_y), net_size)]
+    scores = np.minimum(along_x.max(axis=1), along_y.max(axis=1)).astype(np.float64)
+    return np.stack([*places, np.where(np.isfinite(scores), scores, 0)], axis=1)
+
+
+def decode_simcc(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Decoded:
+    """Return the person on a crop, or none; its score is the mean of those of COCO's joints, the first 17 points."""
+    points = simcc_points(outputs, net_size)[np.newaxis]
+    points[..., 2] = np.clip(points[..., 2], 0, 1)
+    scores = points[:, :17, 2].mean(axis=1)
+    sure = scores >= least
+    return Decoded(points[sure], scores[sure])
+
+
+def hands_and_face(points: np.ndarray) -> HandsAndFace:
+    """Return hands and face of COCO-WholeBody's points, (133, 3); the pupils are the middles of the eyes."""
+    face = points[_FACE:_LEFT_HAND]
+    pupils = [np.append(face[list(eye), :2].mean(axis=0), face[list(eye), 2].min()) for eye in _EYES]
+    pupils = [pupil if pupil[2] > 0 else np.array([np.nan, np.nan, 0]) for pupil in pupils]
+    return HandsAndFace(points[_LEFT_HAND:_RIGHT_HAND].copy(), points[_RIGHT_HAND:].copy(),
+                        np.concatenate([face, pupils]).astype(points.dtype))
