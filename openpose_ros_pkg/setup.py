@@ -5,5 +5,5 @@ from setuptools import find_packages, setup
 setup(**generate_distutils_setup(
     packages=find_packages('src'),
     package_dir={'': 'src'},
-    package_data={'openpose_ros_pkg': ['networks/data/*.npz', 'networks/data/*.txt']},
+    package_data={'openpose_ros_pkg': ['networks/data/*.npz', 'networks/data/*.txt', 'networks/data/two_people.*']},
 ))

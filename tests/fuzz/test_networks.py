@@ -1,17 +1,19 @@
-"""Files of networks: weights of TensorFlow.js, the cache of compiled networks, damaged networks in the runtimes.
-"""
+"""Files of networks: weights of TensorFlow.js, zip files, the cache of compiled networks."""
 import base64
 import hashlib
+import io
 import json
+import zipfile
 
 import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fuzzing import mutated, spoiled, survives
+from fuzzing import mutated, spoiled, survives, written
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.compiled_cache import CompiledCache
 from openpose_ros_pkg.networks.tfjs import frozen_graph
+from openpose_ros_pkg.networks.web_archive import DownloadLimits, zip_member
 
 KERNEL = np.ones((1, 1, 3, 8), np.float16)
 
@@ -53,3 +55,24 @@ def test_cache_of_compiled_networks(tmp_path_factory, content):
     cache.store('key', b'compiled' * 50)
     next(folder.glob('*.blob')).write_bytes(content)
     assert survives(cache.load, 'key', size=len(content)) in (None, b'compiled' * 50)
+
+
+def zip_with(**members):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, 'w', zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(f'sdk/{name}.onnx', content)
+    return buffer.getvalue()
+
+
+ZIP, BOMB = zip_with(end2end=bytes(range(256)) * 20, other=b'other'), zip_with(end2end=bytes(50 << 20))
+
+
+@example(BOMB)
+@example(BOMB.replace((50 << 20).to_bytes(4, 'little'), (1 << 20).to_bytes(4, 'little')))
+@given(mutated(ZIP, BOMB))
+def test_member_of_a_zip_file(tmp_path_factory, content):
+    path = written(tmp_path_factory, 'net.zip', content)
+    found = survives(zip_member, path, 'end2end.onnx', 0, DownloadLimits(most_bytes=1 << 20), size=len(content),
+                     errors=(ModelError,), memory=32 << 20)
+    assert found is None or len(found) <= 1 << 20

@@ -8,7 +8,7 @@ import pytest
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.model_registry import ALIASES, LANDMARK_MODELS, MOBILENET_THIN, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.models import find_model, weights_path
 
 CONTENT = b'weights'
@@ -39,6 +39,13 @@ def test_models_are_found_by_the_names_of_openpose(alias, name):
     assert find_model(alias) is MODELS[name]
 
 
+@pytest.mark.parametrize('written, name', [
+    ('rtmpose-s-feet', 'rtmpose_s_feet'), ('rtmo-s', 'rtmo_s'), ('MPI-4-layers', 'mpi_4_layers'),
+    ('human_pose_estimation_0001', 'human-pose-estimation-0001'), ('mobilenet-thin', 'mobilenet_thin')])
+def test_dashes_and_underscores_are_the_same(written, name):
+    assert find_model(written) is MODELS[name]
+
+
 @pytest.mark.parametrize('name', ['', 'BODY_26', 'Mobilenet_Thin', '../mobilenet_thin', 'missing.yaml', '/'])
 def test_unknown_model_is_an_error_with_the_allowed_names(name, tmp_path):
     with pytest.raises(ParameterError, match=f"'pose_model' = '{name}' is not allowed: one of BODY_25, COCO, .*"
@@ -53,7 +60,7 @@ def test_no_model_lacks_licence_source_or_skeleton():
         if isinstance(model.source, Archive):
             assert model.licence == 'Apache-2.0'
             assert len(model.source.sha256) == len(model.files[0].sha256) == 64 and model.files[0].size
-        else:
+        elif not isinstance(model.source, WebArchive):  # those: test_web_archive.py
             assert isinstance(model.source, UserFiles) and model.source.where
 
 

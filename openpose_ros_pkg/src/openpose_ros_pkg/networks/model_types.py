@@ -52,6 +52,18 @@ class NpmArchive(Archive):
 
 
 @dataclass(frozen=True)
+class WebArchive:
+    """Weights in a zip file at their maker's address; the network proves itself before it is used (`proof`)."""
+
+    address: str  # of the zip file
+    member: str  # name of the weights in it, in any folder
+    author: str  # of the weights
+    stated: str  # statements on the licence of the weights
+    published_ap: float = 0.0  # accuracy that the author states [0..1]; 0: none, as of boxes
+    published_on: str = 'COCO val2017'  # the images that it was measured on
+
+
+@dataclass(frozen=True)
 class UserFiles:
     """Weights that users bring: their licence forbids redistribution, or no package registry has them."""
 
@@ -116,7 +128,7 @@ class Model:
     skeleton: SkeletonModel
     files: Tuple[WeightsFile, ...]  # all in one folder; runtimes open the first
     licence: str  # SPDX identifier of the weights' licence, or its name
-    source: Union[Archive, UserFiles]  # of the weights
+    source: Union[Archive, WebArchive, UserFiles]  # of the weights
     input: InputRecipe
     # Nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence maps first.
     # Caffe: the layer that computes it. Empty: all outputs of the graph in its order.

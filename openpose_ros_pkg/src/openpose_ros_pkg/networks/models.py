@@ -7,24 +7,27 @@ from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterEr
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
+
+# Names and aliases of the registry, with '_' for '-', which mean the same.
+_REGISTERED = {name.replace('-', '_'): ALIASES.get(name, name) for name in (*MODELS, *ALIASES)}
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:
     """Find a model by the value of the `pose_model` parameter; its weights need not be there.
 
     Args:
-        pose_model: name in the registry, alias, path of a network (.onnx, .xml) or of a description (.yaml), or name
-            of a network that <model_folder>/<name>/<name>.yaml describes.
+        pose_model: name in the registry or alias ('-' and '_' are the same), path of a network (.onnx, .xml) or of a
+            description (.yaml), or name of a network that <model_folder>/<name>/<name>.yaml describes.
         model_folder: the folder of all models; empty for `default_model_folder`.
 
     Raises:
         ParameterError: no such model.
         ModelError: its description is wrong, or the file does not tell what network it is.
     """
-    name = ALIASES.get(pose_model, pose_model)
-    if name in MODELS:
+    name = _REGISTERED.get(pose_model.replace('-', '_'))
+    if name is not None:
         return MODELS[name]
     path = Path(pose_model).expanduser()
     if path.suffix not in ('.yaml', '.yml', *NETWORK_SUFFIXES):
@@ -50,6 +53,10 @@ def how_to_get(model: Model, folder: Path) -> str:
         return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
                 f'{model.name}`), which fetches it; without network, run it elsewhere and copy {names} from there to '
                 f"{target}; for another place, set the parameter 'model_folder'")
+    if isinstance(model.source, WebArchive):
+        return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
+                f'{model.name}`), which fetches it; without network, download {model.source.address} in a browser and '
+                f'add `--from FILE`: the zip file, or {names} of it')
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'
     return (f'bring {names} and run `rosrun openpose_ros_pkg openpose_models get {model.name} --from FILES or FOLDER` '

@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Callable, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
+from openpose_ros_pkg.networks.by_name import prove_installed
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, LANDMARK_MODELS, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Model
+from openpose_ros_pkg.networks.model_types import Archive, Model, WebArchive
 from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, weights_path
+from openpose_ros_pkg.networks.proof import kept_proof
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
 # Kept beside weights that are under it and whose archive holds no copy.
@@ -44,7 +46,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             return 0
         if options.command == 'get':
             return _for_each(options.models or [model.name for model in FETCHED],
-                             lambda name: get(_find(name, folder), folder, APACHE.read_text(), options.brought))
+                             lambda name: _get(_find(name, folder), folder, options.brought))
         return _for_each(options.models or _models_here(folder), lambda name: _check(name, folder))
     except (OpenposeRosError, OSError) as error:
         sys.stderr.write(f'error: {error}\n')
@@ -63,15 +65,25 @@ def _for_each(names: Sequence[str], work: Callable[[str], object]) -> int:
     return status
 
 
+def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
+    """Put the weights of a model in their folder; those of one by name prove themselves at once."""
+    path = get(model, model_folder, APACHE.read_text(), brought)
+    if isinstance(model.source, WebArchive):
+        say(f'{model.name}: {prove_installed(model, path)}')
+
+
 def _find(name: str, model_folder: str) -> Model:
     """Return a pose network, or one of hands and faces; see `find_model`."""
-    return LANDMARK_MODELS.get(name) or find_model(name, model_folder)
+    return LANDMARK_MODELS.get(name.replace('-', '_')) or find_model(name, model_folder)
 
 
 def _check(name: str, model_folder: str) -> None:
     """Print that the weights of a model are right, or raise OpenposeRosError."""
     model = _find(name, model_folder)
-    say(f'{model.name}: {weights_path(model, model_folder)} is right')
+    path = weights_path(model, model_folder)
+    say(f'{model.name}: {path} is right')
+    if isinstance(model.source, WebArchive):
+        say(f'{model.name}: {prove_installed(model, path)}')
 
 
 def _models_here(model_folder: str) -> List[str]:
@@ -101,7 +113,7 @@ def _say_list(model_folder: str) -> None:
             continue
         place = find_weights(model, model_folder)
         try:
-            state = f'here: {weights_path(model, model_folder)}' if place else _not_here(model)
+            state = _state(model, weights_path(model, model_folder)) if place else _not_here(model)
         except ModelError as error:
             state = str(error)
         sizes = [(place / file.name).stat().st_size if place else file.size for file in model.files]
@@ -111,8 +123,18 @@ def _say_list(model_folder: str) -> None:
             f'{model.licence}\n  from {origin(model)}\n  {state}')
 
 
+def _state(model: Model, path: Path) -> str:
+    """Return where the weights of a model are and, of one by name, what it has proved."""
+    if not isinstance(model.source, WebArchive):
+        return f'here: {path}'
+    proof = kept_proof(model, path)
+    if proof is None:
+        return f'here: {path}\n  not proved yet: openpose_models check {model.name}'
+    return f'here: {path}\n  {"proved" if proof.passed else "refused"}: {proof}'
+
+
 def _not_here(model: Model) -> str:
-    if model.description is None and isinstance(model.source, Archive):
+    if model.description is None and isinstance(model.source, (Archive, WebArchive)):
         return f'not here: openpose_models get {model.name}'
     names = ' and '.join(file.name for file in model.files)
     return f'not here: bring {names}, then openpose_models get {model.name} --from FILES or FOLDER'

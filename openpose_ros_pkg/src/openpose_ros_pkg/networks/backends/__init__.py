@@ -8,7 +8,8 @@ import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Model, WebArchive
+from openpose_ros_pkg.networks.proof import prove
 from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
 
 _log = logging.getLogger(__name__)
@@ -143,6 +144,8 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams, fallbac
     exact = params.precision == 'f32' and params.device == 'cpu'
     try:
         check_backend(backend, model, exact)
+        if isinstance(model.source, WebArchive):
+            prove(backend, model, weights)
     except ModelError as error:
         if params.precision == 'f32':
             raise

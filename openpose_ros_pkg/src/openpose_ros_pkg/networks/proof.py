@@ -1,0 +1,258 @@
+"""Proof of a network that is fetched by name: it has to find the people of a known picture before it is used.
+
+No known output of such a network is at hand, unlike for `self_check`. So a decoder that misreads its real weights, or a
+runtime that computes it wrongly, is found by what it says of a picture whose joints are known: data/two_people.jpg,
+rendered by the generator of development/benchmark_data, with the truth of its joints beside it [px]; boxes and feet
+were placed by hand. One person stands, one sits, each with another arm raised: no fixed pose, mirror image or exchange of
+left and right is near both.
+
+The result is kept beside the weights, by checksum of the file, fingerprint of the decoders and runtime: each of them
+proves itself once.
+"""
+import functools
+import hashlib
+import json
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Dict, List, NamedTuple, Optional, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg import decode
+from openpose_ros_pkg.decode.boxes import decode_boxes
+from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.ensemble import area, sigmas
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.models import file_digest
+from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
+from openpose_ros_pkg.output.files import write_whole
+from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+if TYPE_CHECKING:
+    from openpose_ros_pkg.networks.backends import Backend
+
+_NETWORKS = Path(__file__).resolve().parent
+PICTURE = _NETWORKS / 'data' / 'two_people.jpg'
+# What turns outputs into people, and what these are compared with: who changes it lets each network prove itself again.
+_SOURCES = (*Path(decode.__file__).parent.glob('*.py'), _NETWORKS / 'preprocess.py', _NETWORKS / 'backends/arrays.py',
+            Path(__file__), PICTURE, PICTURE.with_suffix('.json'))
+
+
+@dataclass(frozen=True)
+class ProofConstants:
+    """What a network has to find."""
+
+    wanted: float = constant(
+        0.8, 'Least mean similarity of the people: OKS of joints, or IoU of the boxes of a network for boxes.',
+        source='the default networks reach .96, exchanged or shifted joints .21 at most (test_proof.py)')
+    same_person: float = constant(0.5, 'Least similarity of a person who counts as found.', source="COCO's lowest")
+    crop_margin: float = constant(1.25, 'Sides of a crop, in units of the box of the person.',
+                                  source='rtmlib, rtmpose.py')
+    least_score: float = constant(0.01, 'Score that a person needs: the surest ones count, whatever their scores.')
+
+
+PROOF = ProofConstants()
+
+
+class Proof(NamedTuple):
+    """What a network found in the picture."""
+
+    found: float  # mean over the people of the greatest similarity that a detection has to them
+    people: int  # number of people who were found
+    expected: int  # number of people in the picture
+    measure: str  # what the similarity is of
+
+    @property
+    def passed(self) -> bool:
+        return self.people == self.expected and self.found >= PROOF.wanted
+
+    def __str__(self) -> str:
+        return (f'it finds {self.people} of {self.expected} people of a known picture at {self.measure} '
+                f'{self.found:.2f}, wanted {self.expected} at {PROOF.wanted:.2f}')
+
+
+class _Truth(NamedTuple):
+    """The picture and its T people [px]."""
+
+    bgr: np.ndarray  # (H, W, 3) uint8
+    names: Tuple[str, ...]  # of the J joints: COCO's and those of the feet
+    joints: np.ndarray  # (T, J, 2)
+    boxes: np.ndarray  # (T, 4): x1, y1, x2, y2
+
+
+def prove(backend: 'Backend', model: Model, weights: Path) -> Proof:
+    """Let a network find the people of the picture, unless its proof is kept beside the weights.
+
+    Args:
+        weights: the file that the backend has loaded.
+
+    Raises:
+        ModelError: it does not find them; the text has both figures.
+    """
+    proofs = _kept(model, weights)
+    proof = proofs.get(backend.description)
+    if proof is None:
+        proof = measure(backend, model)
+        proofs[backend.description] = proof
+        content = {'key': _key(model, weights), 'proofs': {name: one._asdict() for name, one in proofs.items()}}
+        with suppress(OSError):  # in a folder that is not ours it proves itself at each start
+            write_whole(_record(weights), json.dumps(content, indent=1).encode())
+    if not proof.passed:
+        raise ModelError(f'{model.name} on {backend.description} is refused: {proof}')
+    return proof
+
+
+def kept_proof(model: Model, weights: Path) -> Optional[Proof]:
+    """Return the best proof that is kept beside weights, of any runtime; None: this file and decoder have none."""
+    return max(_kept(model, weights).values(), key=lambda proof: (proof.passed, proof.found), default=None)
+
+
+def measure(backend: 'Backend', model: Model, constants: ProofConstants = PROOF) -> Proof:
+    """Return what a network finds in the picture."""
+    truth = _truth()
+    if model.decoder == Decoder.BOXES:
+        alike = _overlaps(_boxes(backend, model, truth, constants), truth.boxes)
+        what = 'a mean overlap of boxes (IoU) of'
+    else:
+        find = _on_crops if model.decoder in (Decoder.SIMCC, Decoder.MOVENET_SINGLEPOSE) else _in_whole
+        poses = find(backend, model, truth, constants)
+        surest = poses.keypoints[np.argsort(-poses.scores, kind='stable')[:len(truth.joints)]]
+        alike = _similarities(surest, model.skeleton, truth)
+        what = 'a mean similarity of joints (OKS) of'
+    best = alike.max(axis=0) if len(alike) else np.zeros(len(truth.joints))
+    return Proof(round(float(best.mean()), 4), int((best >= constants.same_person).sum()), len(best), what)
+
+
+def _in_whole(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> Poses:
+    """Return the people that a network finds in the whole picture."""
+    outputs, plan = _whole(backend, model, truth)
+    poses = decode_direct(outputs, model, _params(constants), plan.net_size)
+    return _moved(poses, plan.to_image(poses.keypoints[..., :2]))
+
+
+def _boxes(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> np.ndarray:
+    """Return the surest boxes, (P, 4) x1, y1, x2, y2 [px], that a network for boxes finds in the whole picture."""
+    outputs, plan = _whole(backend, model, truth)
+    boxes = decode_boxes(outputs, constants.least_score, plan.net_size).boxes[:len(truth.boxes)]
+    return plan.to_image(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
+
+
+def _whole(backend: 'Backend', model: Model, truth: _Truth) -> Tuple[List[np.ndarray], ImageToNet]:
+    """Return the outputs for the whole picture, and how it lay in the input."""
+    size = truth.bgr.shape[1], truth.bgr.shape[0]
+    width, height = model.input.fixed_size or size
+    plan = fit_image(size, width, height, model.input.multiple_of, whole_box=True)
+    plan = plan.centred() if model.input.centred else plan
+    return _computed(backend, model, truth.bgr, plan), plan
+
+
+def _on_crops(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> Poses:
+    """Return the people that a network for crops finds on crops of the true boxes."""
+    net_width, net_height = model.input.fixed_size or (192, 256)
+    found: List[Poses] = []
+    for box in truth.boxes:
+        sides = (box[2:] - box[:2]) * constants.crop_margin
+        side = max(sides[0] / net_width, sides[1] / net_height) / 2
+        middle, half = (box[:2] + box[2:]) / 2, side * np.array([net_width, net_height])
+        left, top = np.rint(middle - half).astype(int).tolist()
+        right, bottom = np.rint(middle + half).astype(int).tolist()
+        crop = _cut(truth.bgr, (left, top, right, bottom), model.input.padding)
+        plan = fit_image((right - left, bottom - top), net_width, net_height, model.input.multiple_of, whole_box=True)
+        poses = decode_direct(_computed(backend, model, crop, plan), model, _params(constants), plan.net_size)
+        found.append(_moved(poses, plan.to_image(poses.keypoints[..., :2]) + np.array([left, top])))
+    return functools.reduce(Poses.joined, found)
+
+
+def _computed(backend: 'Backend', model: Model, bgr: np.ndarray, plan: ImageToNet) -> List[np.ndarray]:
+    return [output[0] for output in backend.infer(plan.apply(bgr, model.input.padding)[np.newaxis])]
+
+
+def _params(constants: ProofConstants) -> DirectDecodeParams:
+    return DirectDecodeParams(direct_joint_score=0.0, direct_person_score=constants.least_score)
+
+
+def _moved(poses: Poses, xy: np.ndarray) -> Poses:
+    """Return people at other places, (P, K, 2)."""
+    return Poses(np.concatenate([xy.astype(np.float32), poses.keypoints[..., 2:]], axis=2), poses.scores)
+
+
+def _cut(bgr: np.ndarray, box: Tuple[int, int, int, int], padding: Optional[int]) -> np.ndarray:
+    """Return a part of an image, left, top, right, bottom [px], padded where it reaches beyond."""
+    (height, width), (left, top, right, bottom) = bgr.shape[:2], box
+    beyond = max(-top, 0), max(bottom - height, 0), max(-left, 0), max(right - width, 0)
+    kind = cv2.BORDER_REPLICATE if padding is None else cv2.BORDER_CONSTANT
+    padded = cv2.copyMakeBorder(bgr, *beyond, kind, value=(padding or 0,) * 3)
+    left, top = left + beyond[2], top + beyond[0]
+    return padded[top:top + box[3] - box[1], left:left + box[2] - box[0]]
+
+
+def _similarities(found: np.ndarray, skeleton: SkeletonModel, truth: _Truth) -> np.ndarray:
+    """Return the OKS of people (P, K, 3) and the T true ones, (P, T), over the joints that both have.
+
+    A joint that the skeleton has and that was not found counts as 0.
+    """
+    common = [(skeleton.index[name], i) for i, name in enumerate(truth.names) if name in skeleton.index]
+    columns, known = map(list, zip(*common))
+    apart = ((found[:, None, columns, :2].astype(np.float64) - truth.joints[:, known]) ** 2).sum(axis=-1)
+    spread = 2 * area(truth.joints)[:, None] * sigmas(skeleton)[columns] ** 2
+    return np.nan_to_num(np.exp(-apart / spread)).mean(axis=-1)
+
+
+def _overlaps(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Return the share of the union that boxes (P, 4) have in common with true ones (T, 4), (P, T)."""
+    sides = np.minimum(found[:, None, 2:], truth[:, 2:]) - np.maximum(found[:, None, :2], truth[:, :2])
+    common = np.maximum(sides, 0).prod(axis=-1)
+    areas = [(boxes[:, 2:] - boxes[:, :2]).prod(axis=-1) for boxes in (found, truth)]
+    return common / np.maximum(areas[0][:, None] + areas[1] - common, 1e-9)
+
+
+def _truth() -> _Truth:
+    """Read the picture; raises ModelError where it, which comes with the package, is damaged."""
+    try:
+        people = json.loads(PICTURE.with_suffix('.json').read_text())['people']
+        names = tuple(people[0]['joints'])
+        joints = np.array([[person['joints'][name] for name in names] for person in people])
+        bgr = cv2.imdecode(np.fromfile(str(PICTURE), np.uint8), cv2.IMREAD_COLOR)
+        if bgr is None:
+            raise ValueError('no image')
+        return _Truth(bgr, names, joints, np.array([person['box'] for person in people]))
+    except (OSError, ValueError, LookupError, TypeError, cv2.error) as error:
+        raise ModelError(f'{PICTURE} is damaged, install the package again: {error}') from error
+
+
+# --- the record beside the weights
+
+def _record(weights: Path) -> Path:
+    return weights.with_name('proof.json')
+
+
+def _kept(model: Model, weights: Path) -> Dict[str, Proof]:
+    """Return the proofs of this file and decoder by runtime; one that can not be read is none."""
+    try:
+        content = json.loads(_record(weights).read_text())
+        if content['key'] == _key(model, weights):
+            return {str(name): Proof(float(one['found']), int(one['people']), int(one['expected']), str(one['measure']))
+                    for name, one in content['proofs'].items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        pass
+    return {}
+
+
+def _key(model: Model, weights: Path) -> Dict[str, str]:
+    used = f'{model.input} {model.outputs} {model.decoder} {model.points} {model.skeleton.name}'
+    return {'file': file_digest(weights, 'sha256'),
+            'decoder': hashlib.sha256(f'{_fingerprint()} {used}'.encode()).hexdigest()}
+
+
+@functools.lru_cache(maxsize=1)
+def _fingerprint() -> str:
+    """Return a checksum of `_SOURCES`."""
+    digest = hashlib.sha256()
+    for path in sorted(_SOURCES):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

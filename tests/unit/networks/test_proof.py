@@ -1,0 +1,367 @@
+"""A network by name has to find the people of a known picture: a right one passes, one that is misread is refused."""
+import dataclasses
+import functools
+import hashlib
+import http.server
+import json
+import re
+import sys
+import threading
+import zipfile
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, EnsembleParams
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks import by_name, proof, weights
+from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+from openpose_ros_pkg.networks.model_registry import BY_NAME, MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import WeightsFile
+from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.skeletons import COCO_17, COCO_18, HALPE_26
+from optional_weights import need_weights
+from stand_in_networks import StandIn, chart
+from tiny_networks import onnx_people
+
+TRUTH = proof._truth()
+SIZE = TRUTH.bgr.shape[1], TRUTH.bgr.shape[0]
+BODIES = TRUTH.joints[:, :17]
+
+
+def settings(**params):
+    return DetectorSettings(DetectorParams(**params), BackendParams(), DecodeParams(), DirectDecodeParams(),
+                            EnsembleParams())
+
+
+# --- the picture ----------------------------------------------------------------------------------------------------
+
+def test_the_picture_is_small_and_its_truth_lies_in_it():
+    assert proof.PICTURE.stat().st_size < 60_000
+    assert TRUTH.names == (*COCO_17.joints, *HALPE_26.joints[20:]) and TRUTH.joints.shape == (2, 23, 2)
+    for joints, box in zip(TRUTH.joints, TRUTH.boxes):
+        assert (joints > box[:2]).all() and (joints < box[2:]).all()
+    assert (TRUTH.boxes[:, :2] > 0).all() and (TRUTH.boxes[:, 2:] < SIZE).all()
+
+
+def test_the_default_networks_find_its_people():
+    for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
+        need_weights(model)
+    found = create_detector(settings()).detect(TRUTH.bgr)
+    alike = proof._similarities(found.keypoints, COCO_18, TRUTH)
+    assert alike.shape == (2, 2) and alike.max(axis=0).min() > 0.95
+
+
+@pytest.mark.parametrize('model', [MOVENET_THUNDER, MOVENET_MULTIPOSE], ids=lambda model: model.name)
+def test_real_networks_prove_themselves(model):
+    """On crops of the true boxes, and in the whole picture."""
+    found = proof.measure(create_backend(model, need_weights(model), BackendParams()), model)
+    assert found.passed and found.people == 2 and found.found > 0.9
+
+
+def test_a_damaged_picture_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(proof, 'PICTURE', tmp_path / 'two_people.jpg')
+    with pytest.raises(ModelError, match='is damaged, install the package again'):
+        proof._truth()
+
+
+# --- what passes and what is refused, by stand-ins that see which part of a chart they are shown --------------------
+
+class Misread(StandIn):
+    """A network that is right but for a change of its joints, (K, 2) pixels of its input of a size (width, height)."""
+
+    def __init__(self, change, people=BODIES):
+        super().__init__(people, SIZE)
+        self.change = change
+
+    def joints(self, images):
+        size = np.array(images.shape[2:0:-1])
+        return [self.change(person, size) for person in self._seen(images[0])], size
+
+
+class Simcc(Misread):
+    """Finds the person nearest to the middle of a crop: bins of half a pixel; with feet, Halpe's 26 points."""
+
+    def infer(self, images):
+        people, size = self.joints(images)
+        person = min(people, key=lambda joints: np.linalg.norm(joints.mean(axis=0) - size / 2))
+        points = 17 if len(person) == 17 else 26
+        rows = [HALPE_26.index[name] for name in TRUTH.names[:len(person)]]
+        outputs = [np.zeros((1, points, 2 * side), np.float32) for side in size]
+        for output, places in zip(outputs, person.T):
+            output[0, rows, np.clip(np.rint(2 * places).astype(int), 0, output.shape[2] - 1)] = 0.9
+        return tuple(outputs)
+
+
+class Rtmo(Misread):
+    """Finds all people, and more who are less sure."""
+
+    def infer(self, images):
+        people, size = self.joints(images)
+        noise = np.random.default_rng(0).uniform(0, size, (5, 17, 2))
+        joints = np.concatenate([np.reshape(people, (-1, 17, 2)), noise]) + 0.5
+        scores = np.r_[np.full(len(people), 0.9), np.full(5, 0.3)]
+        boxes = np.concatenate([joints.min(axis=1), joints.max(axis=1), scores[:, None]], axis=1)
+        return (boxes[None].astype(np.float32),
+                np.dstack([joints, np.broadcast_to(scores[:, None], joints.shape[:2])])[None].astype(np.float32))
+
+
+class Yolox(StandIn):
+    """Finds the boxes of all people, changed; the chart is one that it sees as a whole."""
+
+    def __init__(self, change):
+        super().__init__([np.repeat(box.reshape(2, 2), 9, axis=0) for box in TRUTH.boxes], SIZE)
+        self.change = change
+
+    def infer(self, images):
+        boxes = [self.change(corners[[0, 9]], np.array(images.shape[2:0:-1])).ravel() for corners in
+                 self._seen(images[0])]
+        rows = np.concatenate([np.reshape(boxes, (-1, 4)) + 0.5, np.full((len(boxes), 1), 0.9)], axis=1)
+        return rows[None].astype(np.float32), np.zeros((1, len(boxes)), np.int64)
+
+
+def constant_of(joints):
+    return lambda _joints, size: joints * size
+
+
+# the pose that is nearest to both people on their crops, as a share of the crop
+MEAN_POSE = np.mean([(joints - middle) / (box[2:] - box[:2]).max() / 1.25 * (4 / 3, 1) + 0.5 for joints, box, middle in
+                     zip(BODIES, TRUTH.boxes, (TRUTH.boxes[:, :2] + TRUTH.boxes[:, 2:]) / 2)], axis=0)
+CHANGES = {
+    'right': lambda joints, size: joints,
+    'x and y exchanged': lambda joints, size: joints[:, ::-1],
+    'left and right exchanged': lambda joints, size: joints[list(COCO_17.swap)],
+    'mirrored': lambda joints, size: (size - 1) * (1, 0) + joints * (-1, 1),
+    'another order of joints': lambda joints, size: joints[::-1],
+    'shifted by a fifth': lambda joints, size: joints + 0.2 * np.ptp(joints, axis=0),
+    'smaller by a fifth': lambda joints, size: 0.8 * joints,
+    'the mean pose': constant_of(MEAN_POSE),
+    'all in the middle': constant_of(np.full((17, 2), 0.5))}
+
+
+def seen_by(network, model, monkeypatch):
+    monkeypatch.setattr(proof, '_truth', lambda: TRUTH._replace(bgr=chart(*SIZE)))
+    return proof.measure(network, model)
+
+
+@pytest.mark.parametrize('change', CHANGES)
+@pytest.mark.parametrize('kind, name', [(Simcc, 'rtmpose_s'), (Rtmo, 'rtmo_s')])
+def test_joints_that_are_misread_are_refused(monkeypatch, kind, name, change):
+    found = seen_by(kind(CHANGES[change]), MODELS[name], monkeypatch)
+    assert found.passed == (change == 'right'), found
+    assert found.expected == 2 and f'{found.people} of 2 people' in str(found)
+    assert f'{found.found:.2f}, wanted 2 at 0.80' in str(found)
+    assert found.found > 0.97 if change == 'right' else found.found < 0.7, found
+
+
+@pytest.mark.parametrize('change, passes', [
+    (CHANGES['right'], True), (CHANGES['shifted by a fifth'], False), (CHANGES['x and y exchanged'], False),
+    (lambda corners, size: corners - [[0, 0], corners[0]], False), (constant_of(np.array([[0, 0], [1, 1]])), False)],
+    ids=['right', 'shifted', 'exchanged', 'sides for corners', 'constant'])
+def test_boxes_are_compared_by_their_overlap(monkeypatch, change, passes):
+    found = seen_by(Yolox(change), MODELS['yolox_tiny'], monkeypatch)
+    assert found.passed == passes and 'IoU' in found.measure, found
+
+
+@pytest.mark.parametrize('change, passes', [
+    ([0, 1, 2, 3, 4, 5], True), ([1, 0, 3, 2, 5, 4], False), ([-17] * 6, False)],
+    ids=['right', 'left and right exchanged', 'all at the nose'])
+def test_feet_are_part_of_the_proof_of_a_network_that_finds_them(monkeypatch, change, passes):
+    order = [*range(17), *(17 + i for i in change)]
+    found = seen_by(Simcc(lambda joints, _size: joints[order], TRUTH.joints), MODELS['rtmpose_s_feet'], monkeypatch)
+    assert found.passed == passes, found
+
+
+@pytest.mark.parametrize('kind, name', [(Simcc, 'rtmpose_s'), (Rtmo, 'rtmo_s')])
+def test_one_person_of_two_is_not_enough(monkeypatch, kind, name):
+    found = seen_by(kind(lambda joints, _size: joints, BODIES[:1]), MODELS[name], monkeypatch)
+    assert not found.passed and found.people == 1
+
+
+def test_a_joint_that_is_missing_counts():
+    keypoints = np.dstack([BODIES, np.ones((2, 17))])
+    keypoints[:, COCO_17.index['nose']] = np.nan
+    assert np.allclose(proof._similarities(keypoints, COCO_17, TRUTH).diagonal(), 16 / 17)
+
+
+def test_a_crop_reaches_beyond_the_image():
+    image = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+    cut = proof._cut(image, (-1, -2, 4, 5), 7)
+    assert cut.shape == (7, 5, 3) and (cut[2:4, 1:4] == image).all() and (cut[[0, 1, 4, 5, 6]] == 7).all()
+    assert (proof._cut(image, (1, 0, 3, 1), 7) == image[:1, 1:]).all()
+    assert (proof._cut(image, (-1, 0, 3, 2), None)[:, 0] == image[:, 0]).all()
+
+
+# --- the record beside the weights ----------------------------------------------------------------------------------
+
+@pytest.fixture
+def network_file(tmp_path):
+    (tmp_path / 'rtmo_s').mkdir()
+    path = tmp_path / 'rtmo_s' / 'end2end.onnx'
+    path.write_bytes(b'weights')
+    return path
+
+
+class Counted(Rtmo):
+    """How often it has computed."""
+
+    def __init__(self, change='right', description='one runtime'):
+        super().__init__(CHANGES[change])
+        self.description = description
+
+
+def proves(network, path, model=MODELS['rtmo_s']):
+    """Return whether a network computed the picture."""
+    before = len(network.inputs)
+    proof.prove(network, model, path)
+    return len(network.inputs) > before
+
+
+def test_a_network_proves_itself_once_for_each_file_decoder_and_runtime(network_file, monkeypatch):
+    monkeypatch.setattr(proof, '_truth', lambda: TRUTH._replace(bgr=chart(*SIZE)))
+    network, model = Counted(), MODELS['rtmo_s']
+    assert proof.kept_proof(model, network_file) is None
+    assert proves(network, network_file) and not proves(network, network_file)
+    assert proof.kept_proof(model, network_file).passed
+    assert proves(Counted(description='another runtime'), network_file) and not proves(network, network_file)
+    network_file.write_bytes(b'other weights')
+    assert proof.kept_proof(model, network_file) is None
+    assert proves(network, network_file) and not proves(network, network_file)
+    changed = dataclasses.replace(model, input=dataclasses.replace(model.input, channels='RGB'))
+    assert proves(network, network_file, changed)
+    with monkeypatch.context() as changed:
+        changed.setattr(proof, '_fingerprint', lambda: 'another decoder')
+        assert proof.kept_proof(model, network_file) is None
+        assert proves(network, network_file)
+    record = network_file.with_name('proof.json')
+    for damaged in ('', '{}', '[]', '{"key": 0}', json.dumps({**json.loads(record.read_text()), 'proofs': 3})):
+        record.write_text(damaged)
+        assert proof.kept_proof(model, network_file) is None
+        assert proves(network, network_file) and not proves(network, network_file)
+
+
+def test_a_refused_network_stays_refused_with_both_figures(network_file, monkeypatch):
+    monkeypatch.setattr(proof, '_truth', lambda: TRUTH._replace(bgr=chart(*SIZE)))
+    network = Counted('left and right exchanged')
+    for _ in range(2):
+        with pytest.raises(ModelError, match=r'rtmo_s on one runtime is refused: it finds \d of 2 people of a known '
+                                             r'picture at .*OKS.* 0\.\d\d, wanted 2 at 0\.80'):
+            proof.prove(network, MODELS['rtmo_s'], network_file)
+    assert len(network.inputs) == 1
+    assert not proof.kept_proof(MODELS['rtmo_s'], network_file).passed
+
+
+def test_where_the_folder_is_not_ours_it_proves_itself_each_time(network_file, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, 'Permission denied')
+    monkeypatch.setattr(proof, '_truth', lambda: TRUTH._replace(bgr=chart(*SIZE)))
+    monkeypatch.setattr(proof, 'write_whole', refuse)
+    network = Counted()
+    assert proves(network, network_file) and proves(network, network_file)
+
+
+def test_every_decoder_is_part_of_the_fingerprint():
+    names = {path.name for path in proof._SOURCES}
+    assert {'direct.py', 'boxes.py', 'simcc.py', 'preprocess.py', 'arrays.py', 'proof.py', 'two_people.jpg',
+            'two_people.json'} <= names
+    assert all(path.is_file() for path in proof._SOURCES)
+
+
+# --- those that are installed ---------------------------------------------------------------------------------------
+
+def test_proved_networks_come_best_first_and_no_others(tmp_path, monkeypatch):
+    monkeypatch.setattr(proof, '_truth', lambda: TRUTH._replace(bgr=chart(*SIZE)))
+    assert by_name.proved_models(str(tmp_path)) == ()
+    models = [dataclasses.replace(model, files=(dataclasses.replace(model.files[0], sha256='', size=0),))
+              for model in BY_NAME]
+    monkeypatch.setattr(by_name, 'BY_NAME', models)
+    for model, change in zip(models, ('right', 'mirrored', 'right', None)):
+        (tmp_path / model.name).mkdir()
+        path = tmp_path / model.name / 'end2end.onnx'
+        path.write_bytes(model.name.encode())
+        network = change and Simcc(CHANGES[change], TRUTH.joints if model.points == 26 else BODIES)
+        if change == 'right':
+            proof.prove(network, model, path)
+        elif change:
+            with pytest.raises(ModelError):
+                proof.prove(network, model, path)
+    assert by_name.proved_models(str(tmp_path)) == (models[0], models[2])
+    (tmp_path / models[0].name / 'end2end.onnx').write_bytes(b'changed')
+    assert by_name.proved_models(str(tmp_path)) == (models[2],)
+
+
+# --- all of it: from the address to the detector --------------------------------------------------------------------
+
+def rtmo_file(joints):
+    """Return an ONNX file that finds people, (P, 17, 2), in the picture; all that it gives goes with the mean level."""
+    model = MODELS['rtmo_s']
+    plan = fit_image(SIZE, *model.input.fixed_size, model.input.multiple_of, whole_box=True)
+    mean = plan.apply(TRUTH.bgr, model.input.padding).mean()
+    keypoints = np.dstack([plan.to_net(joints) + 0.5, np.full(joints.shape[:2], 0.9)])[None]
+    corners = keypoints[..., :2].min(axis=2), keypoints[..., :2].max(axis=2)
+    boxes = np.concatenate([*corners, keypoints[:, :, 0, 2:]], axis=2)
+    return onnx_people({name: (array / mean).astype(np.float32) for name, array in (
+        ('dets', boxes), ('keypoints', keypoints))})
+
+
+@pytest.fixture
+def served(tmp_path, monkeypatch):
+    """Return what puts an ONNX file at the address of rtmo_s; weights lie in tmp_path/models."""
+    monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
+    (tmp_path / 'served').mkdir()
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(tmp_path / 'served'))
+    server = http.server.ThreadingHTTPServer(('127.0.0.1', 0), handler)
+    threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.01}).start()
+
+    def serve(content):
+        with zipfile.ZipFile(str(tmp_path / 'served/rtmo.zip'), 'w') as archive:
+            archive.writestr('sdk/end2end.onnx', content)
+        model = MODELS['rtmo_s']
+        source = dataclasses.replace(model.source, address=f'http://127.0.0.1:{server.server_address[1]}/rtmo.zip')
+        file = WeightsFile('end2end.onnx', len(content), hashlib.sha256(content).hexdigest())
+        changed = dataclasses.replace(model, source=source, files=(file,))
+        monkeypatch.setitem(MODELS, 'rtmo_s', changed)
+        monkeypatch.setattr(by_name, 'BY_NAME', (changed,))
+    yield serve
+    server.shutdown()
+    server.server_close()
+
+
+PROVED = 'it finds 2 of 2 people of a known picture at a mean similarity of joints (OKS) of 1.00, wanted 2 at 0.80'
+
+
+def test_a_network_is_fetched_by_name_proves_itself_and_is_used(served, capsys):
+    served(rtmo_file(BODIES))
+    assert weights.main(['get', 'rtmo-s']) == 0
+    assert f'rtmo_s: proved: {PROVED}' in capsys.readouterr().out
+    for command in ('list', 'check'):
+        assert weights.main([command]) == 0
+        assert f'proved: {PROVED}' in capsys.readouterr().out
+    assert by_name.proved_models() == (MODELS['rtmo_s'],)
+    assert len(create_detector(settings(pose_model='rtmo-s')).detect(TRUTH.bgr)) == 2
+
+
+def test_a_network_that_finds_other_people_is_refused_with_both_figures(served, capsys):
+    served(rtmo_file(BODIES[:, list(COCO_17.swap)]))
+    refused = r'refused: it finds 0 of 2 people of a known picture .* \(OKS\) of 0\.2\d, wanted 2 at 0\.80'
+    assert weights.main(['get', 'rtmo_s']) == 1
+    assert re.search(refused, capsys.readouterr().err)
+    assert weights.main(['list']) == 0
+    assert re.search(refused, capsys.readouterr().out)
+    assert weights.main(['check']) == 1
+    assert re.search(refused, capsys.readouterr().err)
+    assert by_name.proved_models() == ()
+    with pytest.raises(ModelError, match=refused):
+        create_detector(settings(pose_model='rtmo_s'))
+
+
+def test_before_the_first_build_the_weights_are_there_and_wait_for_their_proof(served, capsys, monkeypatch):
+    served(rtmo_file(BODIES))
+    monkeypatch.setitem(sys.modules, 'openpose_ros_pkg.networks.backends', None)
+    assert weights.main(['get', 'rtmo-s']) == 1
+    assert 'rtmo_s can not prove itself yet' in capsys.readouterr().err
+    assert weights.main(['list']) == 0
+    assert 'not proved yet: openpose_models check rtmo_s' in capsys.readouterr().out

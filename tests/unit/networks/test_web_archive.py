@@ -1,0 +1,263 @@
+"""Weights at their maker's address: they come whole and right out of the zip file, or an error says what to do."""
+import dataclasses
+import hashlib
+import http.server
+import io
+import socket
+import threading
+import zipfile
+
+import pytest
+
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks import web_archive, weights_install
+from openpose_ros_pkg.networks.model_registry import BY_NAME, MODELS
+from openpose_ros_pkg.networks.model_types import WebArchive, WeightsFile
+from openpose_ros_pkg.networks.models import weights_path
+
+CONTENT = b'weights of a network' * 1000
+LIMITS = web_archive.DownloadLimits(most_bytes=100_000, patience=0.4, least_bytes=30_000)
+
+
+def zip_with(members, method=zipfile.ZIP_DEFLATED):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, 'w', method) as archive:
+        for path, data in members.items():
+            archive.writestr(path, data)
+    return buffer.getvalue()
+
+
+ARCHIVE = zip_with({'20230831/rtmpose_onnx/detail.json': b'{}', '20230831/rtmpose_onnx/end2end.onnx': CONTENT,
+                    '../../escaped.txt': b'nothing else is taken'})
+
+
+class Maker(http.server.BaseHTTPRequestHandler):
+    """A server whose answers are named by the address."""
+
+    protocol_version = 'HTTP/1.1'
+
+    def do_GET(self):
+        self.close_connection = True
+        self.server.asked.append(self.headers['User-Agent'])
+        getattr(self, self.path[1:].partition('/')[0])()
+
+    def log_message(self, *_):
+        pass
+
+    def answer(self, content, length=None, code=200, **headers):
+        self.send_response(code)
+        for name, value in {'Content-Length': len(content) if length is None else length, **headers}.items():
+            self.send_header(name, str(value))
+        self.end_headers()
+        self.wfile.write(content)
+        self.wfile.flush()
+
+    def whole(self):
+        self.answer(ARCHIVE)
+
+    def cut(self):
+        self.answer(ARCHIVE[:100], len(ARCHIVE))
+
+    def moved(self):
+        self.answer(b'', code=302, Location='/whole/net.zip')
+
+    def moved_for_ever(self):
+        self.answer(b'', code=302, Location=self.path)
+
+    def moved_to_a_file(self):
+        self.answer(b'', code=302, Location='file:///etc/hostname')
+
+    def missing(self):
+        self.answer(b'', code=404)
+
+    def a_page(self):
+        self.answer(b'<html>Log in to this network</html>')
+
+    def too_long(self):
+        self.answer(b'', LIMITS.most_bytes + 1)
+
+    def endless(self):
+        self.send_response(200)
+        self.end_headers()
+        while not self.server.ended.is_set():
+            self.wfile.write(bytes(4096))
+
+    def stalls(self):
+        self.answer(ARCHIVE[:100], len(ARCHIVE))
+        self.server.ended.wait(10)
+
+    def drips(self):
+        self.answer(b'', 50_000)
+        while not self.server.ended.wait(0.05):
+            self.wfile.write(b'.')
+
+    def other_weights(self):
+        self.answer(zip_with({'end2end.onnx': CONTENT[::-1]}))
+
+    def other_size(self):
+        self.answer(zip_with({'end2end.onnx': CONTENT[1:]}))
+
+    def other_member(self):
+        self.answer(zip_with({'model.onnx': CONTENT}))
+
+    def two_members(self):
+        self.answer(zip_with({'a/end2end.onnx': CONTENT, 'b/end2end.onnx': CONTENT}))
+
+
+class Server(http.server.ThreadingHTTPServer):
+    """Connections that end early are what is tested."""
+
+    daemon_threads = True
+
+    def handle_error(self, *_):
+        pass
+
+
+@pytest.fixture
+def maker():
+    """Yield the address of the server."""
+    server = Server(('127.0.0.1', 0), Maker)
+    server.ended, server.asked = threading.Event(), []
+    thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.01})
+    thread.start()
+    yield server
+    server.ended.set()
+    server.shutdown()
+    server.server_close()
+    thread.join()
+
+
+def model_at(address, content=CONTENT):
+    return dataclasses.replace(
+        MODELS['rtmo_s'], files=(WeightsFile('end2end.onnx', len(content), hashlib.sha256(content).hexdigest()),),
+        source=WebArchive(address, 'end2end.onnx', 'A. Author', 'As they say.'))
+
+
+def address_of(maker, answer):
+    return f'http://127.0.0.1:{maker.server_address[1]}/{answer}/net.zip'
+
+
+def get(model, folder, brought=()):
+    def fetch(source, target):
+        web_archive.download(source.address, target / 'net.zip', LIMITS)
+        return target / 'net.zip'
+    return weights_install.get(model, str(folder), 'the licence', brought, fetch)
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.rglob('*') if path.is_file())
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """Return the folder in which temporary files are made."""
+    (tmp_path / 'temporary').mkdir()
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path / 'temporary'))
+    return tmp_path / 'temporary'
+
+
+@pytest.mark.parametrize('answer', ['whole', 'moved'])
+def test_weights_come_with_origin_and_licence(tmp_path, temporary, maker, answer):
+    model = model_at(address_of(maker, answer))
+    path = get(model, tmp_path / 'models')
+    assert path == tmp_path / 'models/rtmo_s/end2end.onnx' and path.read_bytes() == CONTENT
+    assert weights_path(model, str(tmp_path / 'models')) == path
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'end2end.onnx']
+    notice = (path.parent / 'NOTICE').read_text()
+    for fact in (model.source.address, 'A. Author', 'Apache-2.0', 'As they say.', model.files[0].sha256):
+        assert fact in notice
+    assert (path.parent / 'LICENSE').read_text() == 'the licence'
+    asked = len(maker.asked)
+    get(model, tmp_path / 'models')
+    assert len(maker.asked) == asked, 'what is there and right is not fetched again'
+    assert maker.asked[0] == 'openpose_ros'
+
+
+FAULTS = {
+    'cut': 'was cut off after 100 of', 'missing': 'answers 404 Not Found', 'a_page': 'is damaged or no zip file',
+    'moved_for_ever': 'answers 302', 'moved_to_a_file': 'answers 302', 'too_long': 'has 100001 bytes, expected at most',
+    'endless': 'bytes, expected at most 100000', 'stalls': 'has stalled', 'drips': 'has stalled',
+    'other_weights': 'has .*, expected 20000 bytes and sha256', 'other_size': 'has 19999 bytes, expected 20000',
+    'other_member': 'has 0 files end2end.onnx, expected one', 'two_members': 'has 2 files end2end.onnx, expected one'}
+
+
+@pytest.mark.parametrize('answer', FAULTS)
+@pytest.mark.parametrize('before', [None, b'damaged'])
+def test_what_is_not_whole_and_right_leaves_nothing_behind(tmp_path, temporary, maker, answer, before):
+    """Weights that were there stay as they were."""
+    model = model_at(address_of(maker, answer))
+    here = tmp_path / 'models/rtmo_s/end2end.onnx'
+    if before is not None:
+        here.parent.mkdir(parents=True)
+        here.write_bytes(before)
+    with pytest.raises(ModelError, match=FAULTS[answer]) as caught:
+        get(model, tmp_path / 'models')
+    assert names_in(tmp_path) == ([] if before is None else ['end2end.onnx'])
+    assert before is None or here.read_bytes() == before
+    for advice in ('weights of rtmo_s could not be fetched', f'download {model.source.address} in a browser',
+                   '--from FILE', './run model get rtmo_s'):
+        assert advice in str(caught.value)
+
+
+@pytest.mark.parametrize('host, told', [('127.0.0.1', 'can not be reached: .*refused'),
+                                        ('nowhere.invalid', 'can not be reached: ')])
+def test_without_network_the_error_says_what_to_do(tmp_path, temporary, host, told):
+    with socket.socket() as unused:
+        unused.bind(('127.0.0.1', 0))
+        model = model_at(f'http://{host}:{unused.getsockname()[1]}/net.zip')
+        with pytest.raises(ModelError, match=told) as caught:
+            get(model, tmp_path / 'models')
+    assert f'download {model.source.address} in a browser' in str(caught.value)
+    assert names_in(tmp_path) == []
+
+
+def test_the_zip_file_and_the_file_in_it_can_be_brought(tmp_path, temporary):
+    model = model_at('http://127.0.0.1:9/net.zip')
+    (tmp_path / 'net.zip').write_bytes(ARCHIVE)
+    (tmp_path / 'end2end.onnx').write_bytes(CONTENT)
+    for name in ('net.zip', 'end2end.onnx'):
+        path = get(model, tmp_path / name[:3], [tmp_path / name])
+        assert path.read_bytes() == CONTENT and 'A. Author' in (path.parent / 'NOTICE').read_text()
+    assert names_in(temporary) == []
+    (tmp_path / 'net.zip').write_bytes(ARCHIVE[:-30])
+    with pytest.raises(ModelError, match=r'net\.zip is damaged or no zip file'):
+        get(model, tmp_path / 'models', [tmp_path / 'net.zip'])
+    (tmp_path / 'end2end.onnx').write_bytes(CONTENT[::-1])
+    with pytest.raises(ModelError, match=r'it has .*, expected 20000 bytes and sha256'):
+        get(model, tmp_path / 'models', [tmp_path / 'end2end.onnx'])
+    assert not (tmp_path / 'models').exists()
+
+
+@pytest.mark.parametrize('method', [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_unusual_zip_files_are_refused(tmp_path, method):
+    (tmp_path / 'net.zip').write_bytes(zip_with({'end2end.onnx': CONTENT}, method))
+    with pytest.raises(ModelError, match=f'compressed by method {method}'):
+        web_archive.zip_member(tmp_path / 'net.zip', 'end2end.onnx')
+
+
+def test_a_zip_bomb_is_refused_before_it_is_unpacked(tmp_path):
+    (tmp_path / 'net.zip').write_bytes(zip_with({'end2end.onnx': bytes(LIMITS.most_bytes + 1)}))
+    assert (tmp_path / 'net.zip').stat().st_size < 1000
+    with pytest.raises(ModelError, match='has 100001 bytes, expected at most 100000'):
+        web_archive.zip_member(tmp_path / 'net.zip', 'end2end.onnx', limits=LIMITS)
+    lying = (tmp_path / 'net.zip').read_bytes().replace((100_001).to_bytes(4, 'little'), (1000).to_bytes(4, 'little'))
+    (tmp_path / 'net.zip').write_bytes(lying)
+    with pytest.raises(ModelError, match='damaged'):
+        web_archive.zip_member(tmp_path / 'net.zip', 'end2end.onnx', limits=LIMITS)
+
+
+def test_a_terminal_shows_how_much_has_come(tmp_path, maker, capsys, monkeypatch):
+    monkeypatch.setattr('sys.stdout.isatty', lambda: True)
+    web_archive.download(address_of(maker, 'whole'), tmp_path / 'net.zip')
+    assert f'\r  {len(ARCHIVE) / 1e6:.1f} of {len(ARCHIVE) / 1e6:.1f} MB \n' in capsys.readouterr().out
+
+
+def test_networks_by_name_are_whole_entries():
+    assert {model.name for model in BY_NAME} == {'rtmpose_s', 'rtmpose_m', 'rtmpose_s_feet', 'rtmo_s', 'yolox_tiny'}
+    for model in BY_NAME:
+        assert MODELS[model.name] is model
+        assert model.source.address.startswith('https://') and model.source.address.endswith('.zip')
+        assert model.licence == 'Apache-2.0' and 'issue' in model.source.stated
+        assert len(model.files[0].sha256) == 64 and model.files[0].name == model.source.member == 'end2end.onnx'
+    assert [model.source.published_ap for model in BY_NAME] == sorted(
+        (model.source.published_ap for model in BY_NAME), reverse=True)
