@@ -1,0 +1,107 @@
+"""Let the makers' own code decode tensors of networks, and keep what it makes of them for the tests of our decoders.
+
+The tensors are those of tests/support/makers_tensors.py, by seed. It needs the environment of make_random.py, rtmlib
+0.0.16 (`pip install --no-deps rtmlib==0.0.16`) and a checkout of DETRPose (github.com/SebastianJanampa/DETRPose, commit
+a6ca202d), and wrote tests/unit/decode/makers_outputs.npz once:
+
+    makers/bin/python development/benchmarks/networks/makers_outputs.py DETRPOSE
+"""
+import argparse
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any, Dict
+
+import numpy as np
+import torch
+
+ROOT = Path(__file__).resolve().parents[3]
+TARGET = ROOT / 'tests/unit/decode/makers_outputs.npz'
+sys.path[:0] = [str(ROOT / 'tests/support'), str(Path(__file__).parent)]
+from make_random import _OperationsFinder
+
+import makers_tensors
+
+sys.meta_path.insert(0, _OperationsFinder)  # type: ignore[arg-type]
+Arrays = Dict[str, np.ndarray]
+
+
+def simcc() -> Arrays:
+    """mmpose 1.3.2, SimCCLabel of the RTMPose configurations; rtmlib 0.0.16, places and scores of the same tensors."""
+    from mmpose.codecs import SimCCLabel
+    from rtmlib.tools.pose_estimation.post_processings import get_simcc_maximum
+    arrays = {}
+    for name, (_, size) in makers_tensors.SIMCC.items():
+        label = SimCCLabel(size, sigma=(4.9, 5.66), simcc_split_ratio=2.0, normalize=False, use_dark=False)
+        places, scores = label.decode(*makers_tensors.simcc(name))
+        arrays[f'simcc_{name}'] = np.concatenate([places, scores[..., None]], axis=2)
+    places, scores = get_simcc_maximum(*makers_tensors.simcc('body'))
+    arrays['rtmlib_body'] = np.concatenate([places / 2, scores[..., None]], axis=2)
+    return arrays
+
+
+def input_of_simcc() -> Arrays:
+    """mmpose's PoseDataPreprocessor on a small image, BGR."""
+    from mmpose.models import PoseDataPreprocessor
+    image = np.random.RandomState(1).randint(0, 256, (8, 8, 3)).astype(np.uint8)
+    normalize = PoseDataPreprocessor([123.675, 116.28, 103.53], [58.395, 57.12, 57.375], bgr_to_rgb=True)
+    data = normalize({'inputs': [torch.from_numpy(image.transpose(2, 0, 1))], 'data_samples': []})
+    return {'image': image, 'simcc_input': data['inputs'].numpy()}
+
+
+def detr_pose(checkout: Path) -> Arrays:
+    """DETRPose's PostProcess as its exported files have it, for the size of the input and for shares of it."""
+    path = checkout / 'src/models/detrpose/postprocesses.py'
+    spec: Any = importlib.util.spec_from_file_location('postprocesses', path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    decode = module.PostProcess(num_select=makers_tensors.DETR_QUERIES, num_body_points=17).deploy()
+    logits, joints = map(torch.from_numpy, makers_tensors.detr_pose())
+    arrays = {}
+    for name, size in (('pixels', makers_tensors.DETR_SIZE), ('shares', (1, 1))):
+        results = decode({'pred_logits': logits, 'pred_keypoints': joints}, torch.tensor([size]))
+        arrays.update({f'detr_{name}_{part}': array.numpy()[0]
+                       for part, array in zip(('scores', 'labels', 'joints'), results)})
+    return arrays
+
+
+def rf_detr() -> Arrays:
+    """rfdetr 1.11.2, PostProcess of the keypoint preview, and its covariances in pixels of the input."""
+    from rfdetr.models.postprocess import PostProcess
+    from rfdetr.utilities.keypoints import precision_cholesky_to_pixel_covariance
+    boxes, logits, points = map(torch.from_numpy, makers_tensors.rf_detr())
+    width, height = makers_tensors.RF_SIZE
+    decode = PostProcess(num_select=makers_tensors.RF_QUERIES, num_keypoints_per_class=[17])
+    result, = decode({'pred_logits': logits, 'pred_boxes': boxes, 'pred_keypoints': points},
+                     torch.tensor([[height, width]]))
+    person = result['labels'] == 0
+    sizes = np.tile([float(height), float(width)], (int(person.sum()), 1))
+    return {'rf_scores': result['scores'][person].numpy(), 'rf_joints': result['keypoints'][person].numpy(),
+            'rf_covariances': precision_cholesky_to_pixel_covariance(
+                result['keypoint_precision_cholesky'][person].numpy(), sizes)}
+
+
+def yolox() -> Arrays:
+    """rtmlib 0.0.16, YOLOX.postprocess of both forms of files: boxes of people."""
+    from rtmlib.tools.object_detection.yolox import YOLOX
+    decode = YOLOX.__new__(YOLOX)  # without a file
+    decode.model_input_size, decode.nms_thr, decode.score_thr = makers_tensors.YOLOX_SIZE, 0.45, 0.3
+    decode.det_mode = 'multiclass'
+    boxes, classes = decode.postprocess(makers_tensors.yolox())
+    decode.det_mode = 'human'
+    return {'yolox_raw': boxes[classes == 0], 'yolox_end_to_end': decode.postprocess(
+        makers_tensors.yolox_end_to_end()[0].copy())}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
+    parser.add_argument('detrpose', type=Path, help='folder of a checkout of DETRPose')
+    checkout = parser.parse_args().detrpose
+    arrays = {**simcc(), **input_of_simcc(), **detr_pose(checkout), **rf_detr(), **yolox()}
+    np.savez_compressed(str(TARGET), **{name: array.astype(np.float32) if array.dtype == np.float64 else array
+                                        for name, array in arrays.items()})
+    print(f'{TARGET}: {TARGET.stat().st_size} bytes')
+
+
+if __name__ == '__main__':
+    main()
