@@ -24,7 +24,7 @@ from openpose_ros_pkg import decode
 from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
-from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.errors import ModelError, RefusedError
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.models import file_digest
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
@@ -92,7 +92,7 @@ def prove(backend: 'Backend', model: Model, weights: Path) -> Proof:
         weights: the file that the backend has loaded.
 
     Raises:
-        ModelError: it does not find them; the text has both figures.
+        RefusedError: it does not find them; the text has both figures.
     """
     proofs = _kept(model, weights)
     proof = proofs.get(backend.description)
@@ -103,7 +103,7 @@ def prove(backend: 'Backend', model: Model, weights: Path) -> Proof:
         with suppress(OSError):  # in a folder that is not ours it proves itself at each start
             write_whole(_record(weights), json.dumps(content, indent=1).encode())
     if not proof.passed:
-        raise ModelError(f'{model.name} on {backend.description} is refused: {proof}')
+        raise RefusedError(f'{model.name} on {backend.description} is refused: {proof}')
     return proof
 
 

@@ -124,5 +124,5 @@ def zip_member(archive: Path, name: str, size: int = 0, limits: DownloadLimits =
                                  f'{zipfile.ZIP_STORED} or {zipfile.ZIP_DEFLATED}')
             with opened.open(member) as file:
                 return file.read(limits.most_bytes)  # at most the size that the member claims
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OverflowError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OverflowError, OSError) as error:
         raise ModelError(f'{archive.name} is damaged or no zip file: {error or type(error).__name__}') from error

@@ -6,7 +6,7 @@ from typing import Callable, List, NamedTuple, Protocol, Sequence, Tuple, cast
 
 import numpy as np
 
-from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.errors import ModelError, ParameterError, RefusedError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
 from openpose_ros_pkg.networks.model_types import Model, WebArchive
 from openpose_ros_pkg.networks.proof import prove
@@ -100,6 +100,7 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
         return backend
     reasons: List[str] = []
     faults: List[str] = []
+    refused = ''
     for name, runtime in _RUNTIMES.items():
         if weights.suffix not in runtime.reads:
             reasons.append(f'{name} does not read {weights.name}')
@@ -113,11 +114,14 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
             reasons.append(f'{name} is not able to: {error}')
             continue
         except ModelError as error:
+            refused = refused or (str(error) if isinstance(error, RefusedError) else '')
             faults.append(f'{name} does not work: {error}')
             continue
         why = '; '.join(reasons) if reasons else 'the fastest that is available'
         _log.info('%s computes %s (backend auto: %s)', backend.description, model.name, why)
         return backend
+    if refused:
+        raise RefusedError(refused)
     raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons + faults))
 
 
