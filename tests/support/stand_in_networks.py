@@ -45,17 +45,22 @@ def in_order(people):
 
 
 def _uncovered(image):
-    """Return which pixels show the chart, (H, W) bool: what covers others has one colour, which the chart has not."""
+    """Return which pixels show the chart, (H, W) bool: what covers others has one colour, which the chart has not.
+
+    Nor has it a border in black, and what is blended with it.
+    """
     colours = image.astype(np.int32) @ (1 << 16, 1 << 8, 1)
     values, counts = np.unique(colours, return_counts=True)
-    return (colours != values[counts.argmax()]) | (counts.max() <= _MOST_ALIKE)
+    grey = np.abs(image[..., 2] - (_DARKEST + _RANGE / 2)) < 2
+    return grey & ((colours != values[counts.argmax()]) | (counts.max() <= _MOST_ALIKE))
 
 
 class StandIn:
-    """What all stand-ins have in common: people (18, 2) each, in pixels of a chart of a size (width, height)."""
+    """What all stand-ins have in common: people (K, 2) each, in pixels of a chart of a size (width, height)."""
 
     name = description = 'stand-in'
     fallback = ''
+    skeleton = COCO_18  # of the people
 
     def __init__(self, people=(), size=(640, 480), confidence=0.9):
         self.people, self.size, self.confidence = people, size, confidence
@@ -67,10 +72,12 @@ class StandIn:
         return [self.infer(image) for image in images]
 
     def _seen(self, image):
-        """Return the people, (18, 2) pixels of the input each, as they look there; without a chart, none."""
+        """Return the people, (K, 2) pixels of the input each, as they look there; without a chart, none."""
         self.inputs.append(image)
         if len(self.people) == 0 or (image == image[0, 0]).all():
             return []
+        turns = _turns(image)
+        image = np.rot90(image, -turns)
         left, top, right, bottom = _without_padding(image)
         part = image[top:bottom, left:right]
         shown = _uncovered(part)
@@ -80,7 +87,18 @@ class StandIn:
         edges = np.subtract([(left, top), (right, bottom)], 0.5)
         self.parts.append(tuple((start + edges * step).ravel()))
         people = [(person - start) / step for person in self.people]
-        return [person[list(COCO_18.swap)] for person in people] if step[0] < 0 else people
+        people = [person[list(self.skeleton.swap)] for person in people] if step[0] < 0 else people
+        for turn in range(turns):
+            people = [np.stack([xy[:, 1], image.shape[1 - turn % 2] - 1 - xy[:, 0]], axis=1) for xy in people]
+        return people
+
+
+def _turns(image):
+    """Return by how many quarter turns, counter-clockwise, a chart is turned, 0 to 3."""
+    rows, columns = np.nonzero(_uncovered(image))
+    level = image[rows, columns, 1].astype(float)  # it grows downwards
+    down, right = np.polyfit(rows, level, 1)[0], np.polyfit(columns, level, 1)[0]
+    return (0 if down > 0 else 2) if abs(down) > abs(right) else (1 if right > 0 else 3)
 
 
 class PafNetwork(StandIn):
@@ -116,6 +134,42 @@ class ThunderNetwork(StandIn):
             pose[0, 0, :, 1::-1] = places
             pose[0, 0, :, 2] = self.confidence * ((places >= 0) & (places <= 1)).all(axis=1)
         return (pose,)
+
+
+class SimccNetwork(StandIn):
+    """Stands in for RTMPose: the one person who is nearest to the middle of the input, joints in bins of half a pixel.
+
+    Args:
+        skeleton: of the people.
+        order: of the joints in the output.
+    """
+
+    def __init__(self, people=(), size=(640, 480), confidence=0.9, skeleton=COCO_18, order=COCO_17):
+        super().__init__(people, size, confidence)
+        self.skeleton, self._order = skeleton, order
+
+    def infer(self, images):
+        height, width = images.shape[1:3]
+        along_x, along_y = (np.zeros((1, len(self._order.joints), 2 * side), np.float32) for side in (width, height))
+        people = sorted(self._seen(images[0]),
+                        key=lambda person: np.linalg.norm(person.mean(axis=0) - np.divide([width, height], 2)))
+        for i, joint in enumerate(self._order.joints if people else ()):
+            x, y = np.rint(2 * people[0][self.skeleton.index[joint]]) if joint in self.skeleton.index else (-1, -1)
+            if 0 <= x < 2 * width and 0 <= y < 2 * height:
+                along_x[0, i, int(x)] = along_y[0, i, int(y)] = self.confidence
+        return along_x, along_y
+
+
+class BoxNetwork(StandIn):
+    """Stands in for YOLOX: the boxes of people, a little larger than those of their joints, and their class."""
+
+    def infer(self, images):
+        people = self._seen(images[0])
+        boxes = np.zeros((1, len(people), 5), np.float32)
+        for row, person in zip(boxes[0], people):
+            low, high = person.min(axis=0), person.max(axis=0)
+            row[:2], row[2:4], row[4] = low - 0.1 * (high - low), high + 0.1 * (high - low), self.confidence
+        return boxes, np.zeros((1, len(people)), np.float32)
 
 
 class Together:

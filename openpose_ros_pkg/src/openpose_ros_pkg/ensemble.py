@@ -64,6 +64,11 @@ class Sources:
     place_weights: np.ndarray  # the same, on their places
     known: np.ndarray  # (S, K) bool, the joints that each can tell of
 
+    def asked(self, opinions: Sequence[Mapping[int, Optional[np.ndarray]]]) -> np.ndarray:
+        """Return which joints the sources of the opinions on each of P people can tell of, (P, K) bool."""
+        return np.stack([self.known[list(of_person)].any(axis=0) for of_person in opinions]
+                        or [self.known[:0]]).reshape(-1, len(self.sigmas))
+
 
 @dataclass(frozen=True)
 class Acceptance:
@@ -211,9 +216,14 @@ def vote_with_crops(opinions: np.ndarray, sources: Sources) -> np.ndarray:
     return np.concatenate([placed[..., :2], scores[..., None].astype(np.float32)], axis=-1)
 
 
-def person_scores(keypoints: np.ndarray) -> np.ndarray:
-    """Return the scores of people, (P, K, 3): the root mean square of their joints' scores, missing ones being 0."""
-    return np.sqrt((keypoints[..., 2] ** 2).mean(axis=1))
+def person_scores(keypoints: np.ndarray, asked: np.ndarray) -> np.ndarray:
+    """Return the scores of people, (P, K, 3): the root mean square of their joints' scores, missing ones being 0.
+
+    Args:
+        asked: (P, K) bool, the joints that count: no score falls for want of a source that knows feet.
+    """
+    count = np.maximum(asked.sum(axis=1), 1).astype(keypoints.dtype)
+    return np.sqrt((keypoints[..., 2] ** 2 * asked).sum(axis=1) / count)
 
 
 def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:

@@ -19,10 +19,11 @@ import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
+from openpose_ros_pkg.detect.crops import found_by
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.recipes import DetectorSettings
-from openpose_ros_pkg.detect.views import averaged_fields, decode_views
+from openpose_ros_pkg.detect.views import averaged_fields
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
@@ -66,7 +67,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
         model = network_pass.model
         views = [view.compute(frame.setup.networks[model.name]) for view in prepared]
         opinions += [(network_pass.description, poses.keypoints)
-                     for poses in decode_views(network_pass, views, plain)]
+                     for poses in found_by(network_pass, views, bgr, plain).opinions]
         if model.decoder == Decoder.PAF:
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)

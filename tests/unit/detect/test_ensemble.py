@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_fields import FRONT
-from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
+from openpose_ros_pkg.detect.recipe_choice import recipe_of
+from openpose_ros_pkg.detect.recipes import DetectorParams
 from openpose_ros_pkg.ensemble import group, sigmas, stacked, vote, vote_with_crops, without_duplicates
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18

@@ -231,8 +231,8 @@ def test_joints_that_an_earlier_search_alone_knows_end():
     crop[:4] = np.nan, np.nan, 0
     memory = PersonMemory(pose[:, 2], BEGIN, 0.0, {0: Opinion(pose, pose[:, :2], BEGIN)}, BEGIN)
     person = FollowedPerson(pose, 1, memory, crop=crop, opinions={recipe.pass_opinions: crop})
-    assert (voted([person], recipe, BEGIN + 0.1)[0][:, 2] > 0).all()
-    later = voted([person], recipe, BEGIN + 1.0)[0][:, 2]
+    assert (voted([person], recipe, BEGIN + 0.1).keypoints[0, :, 2] > 0).all()
+    later = voted([person], recipe, BEGIN + 1.0).keypoints[0, :, 2]
     assert not (later[:4] > 0).any() and (later[4:] > 0).all()
 
 

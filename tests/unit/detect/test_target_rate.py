@@ -3,9 +3,9 @@ import dataclasses
 
 import pytest
 
-from openpose_ros_pkg.detect import target_rate
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recipe_of
-from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
+from openpose_ros_pkg.detect import recipe_choice
+from openpose_ros_pkg.detect.recipe_choice import fitted_to_rate, foreseen_seconds, recipe_of
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
 CLOSER = 256 * 256
@@ -40,7 +40,7 @@ class TimedNetwork:
 
 def fitted(recipe, rate, monkeypatch, pace=PACE):
     clock = Clock()
-    monkeypatch.setattr(target_rate, 'time', clock)
+    monkeypatch.setattr(recipe_choice, 'time', clock)
     networks = {model.name: TimedNetwork(clock, pace.get(model.name, PACE['mobilenet_thin']))
                 for model in recipe.models}
     return fitted_to_rate(recipe, networks, rate, 2)

@@ -6,14 +6,14 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crops
+from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, found_by, prepare_crops
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, with_crops
 from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, foregrounds
+from openpose_ros_pkg.detect.recipe_choice import RATE, TargetRateConstants, seconds_per_pixel
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Costs, Part, ScheduleConstants, strips
-from openpose_ros_pkg.detect.target_rate import RATE, TargetRateConstants, seconds_per_pixel
-from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, Setup, decode_views, prepare_views, views_of
+from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, Setup, prepare_views, views_of
 from openpose_ros_pkg.ensemble import extent, group, person_scores, sigmas, stacked, vote
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.
@@ -37,11 +37,12 @@ class PartPeople(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Result of searching a part: people, time of the networks [s], and runs."""
+    """Result of searching a part: people, time of the networks [s], runs, and number of crops of boxes."""
 
     found: Tuple[PartPeople, ...]
     seconds: float
     runs: Tuple[Run, ...]
+    crops: int
 
 
 class Look(NamedTuple):
@@ -135,20 +136,26 @@ class SearchPlan:
         return sum(pace.of(one.model.name, view.plan.net_size) for view in views)
 
     def _of_person(self, pace: Pace) -> float:
-        return sum(pace.of(one.model.name, (one.side, one.side)) for one in self.setup.recipe.refinements)
+        return sum(pace.of(one.model.name, one.size) for one in self.setup.recipe.refinements)
 
 
-def search_part(setup: Setup, bgr: np.ndarray, part: Part) -> Search:
-    """Find the people in a part of an image, (H, W, 3) uint8 BGR."""
+def search_part(setup: Setup, bgr: np.ndarray, part: Part, people: Sequence[FollowedPerson] = ()) -> Search:
+    """Find the people in a part of an image, (H, W, 3) uint8 BGR.
+
+    Args:
+        people: that were found in it; where crops show them, boxes of them need no crop.
+    """
     recipe, begin = setup.recipe, time.perf_counter()
     one = recipe.passes[part.number]
     prepared = prepare_views(bgr, one, (part.left, part.right))
     views = [view.compute(setup.networks[one.model.name]) for view in prepared]
     first = sum(before.opinions for before in recipe.passes[:part.number])
-    found = tuple(PartPeople(number, part, people.keypoints)
-                  for number, people in enumerate(decode_views(one, views, setup), start=first))
-    return Search(found, sum(view.seconds for view in views),
-                  (_run(one.model.name, views, time.perf_counter() - begin),))
+    known = np.array([person.crop for person in people if person.crop is not None], np.float32)
+    by_pass = found_by(one, views, bgr, setup, known.reshape(-1, len(recipe.skeleton.joints), 3))
+    found = tuple(PartPeople(number, part, poses.keypoints)
+                  for number, poses in enumerate(by_pass.opinions, start=first))
+    runs = (_run(one.model.name, views, time.perf_counter() - begin - by_pass.seconds),)
+    return Search(found, sum(view.seconds for view in views) + by_pass.seconds, runs, len(by_pass.crops))
 
 
 def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequence[int]) -> Look:
@@ -222,7 +229,8 @@ def _searched(person: FollowedPerson, found: Sequence[PartPeople]) -> FollowedPe
 
 def likely(new: Sequence[FollowedPerson], setup: Setup) -> List[FollowedPerson]:
     """Return the new people that are worth a crop, the surest first."""
-    least = setup.acceptance.person_score
-    scores = [float(person_scores(person.expected[np.newaxis])[0]) for person in new]
-    order = np.argsort([-score for score in scores], kind='stable')[:setup.recipe.max_refined]
+    least, sources = setup.acceptance.person_score, setup.recipe.sources
+    expected = np.array([person.expected for person in new], np.float32).reshape(-1, *sources.known.shape[1:], 3)
+    scores = person_scores(expected, sources.asked([person.opinions for person in new]))
+    order = np.argsort(-scores, kind='stable')[:setup.recipe.max_refined]
     return [new[i] for i in order if scores[i] >= least]

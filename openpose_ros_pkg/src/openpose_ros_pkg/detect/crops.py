@@ -1,10 +1,12 @@
 """Crops: what a network sees of one person, the people that it finds there, and the refinement of a search by them."""
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.assignment import match
+from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.detect.following import FOLLOWING, disagreement
 from openpose_ros_pkg.detect.joint_assignment import Tracked, share_out
@@ -17,21 +19,23 @@ from openpose_ros_pkg.detect.occlusion_masks import (
     median_depths,
     vote_behind,
 )
-from openpose_ros_pkg.detect.recipes import CropRefinement
-from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, PreparedView, View
+from openpose_ros_pkg.detect.recipes import PERSON_BOX, CropRefinement, NetworkPass
+from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, PreparedView, Setup, View, decode_views
 from openpose_ros_pkg.ensemble import (
     ENSEMBLE,
     Opinions,
+    Sources,
     most_alike,
     person_scores,
     sigmas,
     similarity,
+    surest,
 )
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Decoder, Model
-from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import ExpectedPeople, Poses, keypoints_in
+from openpose_ros_pkg.people import ExpectedPeople, Poses, keypoints_in, values_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -43,6 +47,9 @@ class CropConstants:
     most_area: float = constant(
         9.0, 'Greatest area of a crop per area of the image: a person close before the camera, or in a long thin '
              'image, shall not take gigabytes.')
+    explained: float = constant(
+        0.3, 'A box is of a person where both share more of their union.',
+        source='rtmlib, pose_tracker.py, tracking_thr')
 
 
 CROP = CropConstants()
@@ -66,23 +73,99 @@ def prepare_crops(image: CrowdImage, persons: np.ndarray, refinement: CropRefine
         in_front: of each; None: no person, or unknown.
     """
     bgr, people, skeleton = image
-    size, recipe = (bgr.shape[1], bgr.shape[0]), refinement.model.input
-    squares = _crop_squares(persons, refinement, size, constants)
-    if not refinement.centred:
-        squares = np.concatenate([np.maximum(squares[:, :2], 0), np.minimum(squares[:, 2:], size)], axis=1)
-    crops = []
-    for left, top, right, bottom in squares.tolist():
-        plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of,
-                         whole_box=True)
-        crops.append(View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding))
-    if refinement.model.decoder != Decoder.MOVENET_SINGLEPOSE:
+    turns = quarter_turns(persons, skeleton) if refinement.one_person else np.zeros(len(persons), np.int64)
+    sizes = np.where(turns[:, None] % 2 == 1, refinement.size[::-1], refinement.size)
+    regions = _regions(_boxes(persons), sizes, refinement, (bgr.shape[1], bgr.shape[0]), constants)
+    crops = _cut_out(bgr, regions, sizes, refinement)
+    if not refinement.one_person:
         return crops
     if len(people) > 1:
-        others = _reach(people, squares) & (
+        others = _reach(people, regions) & (
             similarity(people, persons[:, None], sigmas(skeleton)) < ENSEMBLE.duplicate)
         crops = [cover_others(crop, person, people[other if front is None else other & ~front.nearer], skeleton, front)
                  for crop, person, other, front in zip(crops, persons, others, in_front or len(crops) * [None])]
-    return [crop.turned(turns) for crop, turns in zip(crops, quarter_turns(persons, skeleton).tolist())]
+    # in the mirror image, a person who lies on one side lies on the other
+    return [crop.turned(-turn % 4 if refinement.mirror else turn) for crop, turn in zip(crops, turns.tolist())]
+
+
+def _cut_out(bgr: np.ndarray, regions: np.ndarray, sizes: np.ndarray, refinement: CropRefinement
+             ) -> List[PreparedView]:
+    """Bring regions of an image, (N, 4) [px], to inputs of (N, 2) sizes [px]."""
+    recipe, size = refinement.model.input, (bgr.shape[1], bgr.shape[0])
+    crops = []
+    for (left, top, right, bottom), (width, height) in zip(regions.tolist(), sizes.tolist()):
+        part = right - left, bottom - top
+        # the sides of a region are rounded to whole pixels
+        plan = (ImageToNet(part, (width, height), (width, height)) if refinement.centred else
+                fit_image(part, width, height, recipe.multiple_of, whole_box=True))
+        crops.append(View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding))
+    return crops
+
+
+class Found(NamedTuple):
+    """People that a pass over an image found, an opinion each, and the crops of boxes that it took."""
+
+    opinions: List[Poses]
+    crops: List[ComputedView]
+
+    @property
+    def seconds(self) -> float:
+        """Time that the network for the crops took [s]."""
+        return sum(crop.seconds for crop in self.crops)
+
+
+def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, setup: Setup,
+             known: Optional[np.ndarray] = None) -> Found:
+    """Return the people that a pass found, with the joints of the recipe.
+
+    A network of boxes has no joints: its people are what the network for crops finds in the boxes.
+
+    Args:
+        known: (P, K, 3) people whose place in the image is known: a box of one of them takes no crop, it confirms the
+            person. None: there are none.
+    """
+    joints = setup.recipe.skeleton
+    if one.crop is None:
+        return Found([in_joints(poses, one.skeleton, joints) for poses in decode_views(one, views, setup)], [])
+    people = np.zeros((0, len(joints.joints), 3), np.float32) if known is None else known
+    found = [_in_boxes(view, one.crop, bgr, setup, people) for view in views]
+    return Found([poses for poses, _ in found], [crop for _, crops in found for crop in crops])
+
+
+def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: Setup, known: np.ndarray,
+              constants: CropConstants = CROP) -> Tuple[Poses, List[ComputedView]]:
+    """Return the people in the boxes of a view, the known ones first, and the crops of the other boxes."""
+    recipe, size = setup.recipe, (bgr.shape[1], bgr.shape[0])
+    found = decode_boxes(view.outputs, setup.settings.direct.direct_person_score, view.view.net_size)
+    corners = view.view.plan.to_image(found.boxes.reshape(-1, 2, 2)) + view.view.origin
+    boxes = np.clip(corners, 0, np.subtract(size, 1)).reshape(-1, 4)
+    around = _enlarged(_boxes(known), PERSON_BOX) if len(known) else np.zeros((0, 4))
+    shared = _overlaps(around, boxes)
+    pairs = match(1 - shared, shared >= constants.explained)
+    others = np.delete(boxes, [box for _, box in pairs], axis=0)[:recipe.max_refined]
+    sizes = np.tile(one.size, (len(others), 1))
+    in_box = replace(one, margin=one.margin / PERSON_BOX)
+    crops = compute_crops(_cut_out(bgr, _regions(others, sizes, in_box, size, constants), sizes, one),
+                          setup.networks[one.model.name])
+    seen = [decode_crop(crop, one.model, setup.direct, recipe.skeleton) for crop in crops]
+    people = np.concatenate([known[[person for person, _ in pairs]], *(poses.keypoints[:1] for poses in seen)])
+    scores = np.concatenate([np.full(len(pairs), np.inf), *(poses.scores[:1] for poses in seen)])
+    kept = surest(scores, similarity(people[:, None], people, sigmas(recipe.skeleton)) > ENSEMBLE.duplicate)
+    return Poses(people[kept].astype(np.float32), np.minimum(scores[kept], 1).astype(np.float32)), crops
+
+
+def _enlarged(boxes: np.ndarray, factor: float) -> np.ndarray:
+    """Return boxes, (N, 4), with sides longer by a factor."""
+    more = (boxes[:, 2:] - boxes[:, :2]) * (factor - 1) / 2
+    return np.concatenate([boxes[:, :2] - more, boxes[:, 2:] + more], axis=1)
+
+
+def _overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the shares of their union that boxes, (N, 4) and (M, 4), have in common, (N, M)."""
+    low = np.maximum(one[:, None, :2], other[:, :2])
+    common = np.maximum(np.minimum(one[:, None, 2:], other[:, 2:]) - low, 0).prod(axis=2)
+    areas = [np.maximum(boxes[:, 2:] - boxes[:, :2], 0).prod(axis=1) for boxes in (one, other)]
+    return common / np.maximum(areas[0][:, None] + areas[1] - common, 1e-9)
 
 
 def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
@@ -96,10 +179,15 @@ def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[Compu
 
 def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
     """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
-    plan = crop.view.plan
-    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, (0, 0, *plan.scaled_size)),
-                               model.skeleton)
-    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
+    view = crop.view
+    poses = view.in_image(decode_direct(crop.outputs, model, params, view.net_size, view.valid), model.skeleton)
+    return in_joints(poses, model.skeleton, skeleton)
+
+
+def in_joints(poses: Poses, source: SkeletonModel, target: SkeletonModel) -> Poses:
+    """Return poses of one joint set in another; see `keypoints_in`."""
+    told = None if poses.sigmas is None else values_in(poses.sigmas, source, target, np.nan)
+    return poses._replace(keypoints=keypoints_in(poses.keypoints, source, target), sigmas=told)
 
 
 class Candidates(NamedTuple):
@@ -108,10 +196,9 @@ class Candidates(NamedTuple):
     opinions: List[Opinions]  # of each person
     keypoints: np.ndarray  # (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints
 
-    @property
-    def poses(self) -> Poses:
-        """The people without the opinions on them."""
-        return Poses(self.keypoints, person_scores(self.keypoints))
+    def poses(self, sources: Sources) -> Poses:
+        """Return the people without the opinions on them."""
+        return Poses(self.keypoints, person_scores(self.keypoints, sources.asked(self.opinions)))
 
 
 def refine(frame: PreparedImage, people: Candidates, expected: Optional[ExpectedPeople] = None
@@ -127,7 +214,7 @@ def refine(frame: PreparedImage, people: Candidates, expected: Optional[Expected
         The people with the opinions on crops, and the time that the networks took [s].
     """
     setup, recipe, skeleton = frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
-    size, scores = (frame.bgr.shape[1], frame.bgr.shape[0]), person_scores(people.keypoints)
+    size, scores = (frame.bgr.shape[1], frame.bgr.shape[0]), people.poses(recipe.sources).scores
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
     refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
     tracked = Tracked.within(expected, skeleton, size)
@@ -205,30 +292,43 @@ def _middles(pairs: np.ndarray, least: float) -> np.ndarray:
         return np.where(sure, pairs[..., :2], 0.0).sum(axis=-2) / sure.sum(axis=-2)
 
 
-def _reach(people: np.ndarray, squares: np.ndarray) -> np.ndarray:
+def _reach(people: np.ndarray, regions: np.ndarray) -> np.ndarray:
     """Return which of P bodies, (P, K, 3), may reach into which of N parts of the image, (N, 4), as (N, P) bool.
 
     Limbs and head are broader than the joints.
     """
     low, high = np.fmin.reduce(people[..., :2], axis=1), np.fmax.reduce(people[..., :2], axis=1)
     border = COVER.breadth * (high - low).max(axis=1, keepdims=True)
-    return ((high + border >= squares[:, None, :2]) & (low - border <= squares[:, None, 2:])).all(axis=2)
+    return ((high + border >= regions[:, None, :2]) & (low - border <= regions[:, None, 2:])).all(axis=2)
 
 
-def _crop_squares(people: np.ndarray, refinement: CropRefinement, size: Tuple[int, int], constants: CropConstants
-                  ) -> np.ndarray:
-    """Return left, top, right, bottom of the squares around people, (P, 4) int64 [px]; centres lie in the image.
-
-    Squares that are halved or more have sides that are multiples of a whole factor, by which that is fast.
-    """
+def _boxes(people: np.ndarray) -> np.ndarray:
+    """Return left, top, right, bottom of the sure joints of people, (P, K, 3), as (P, 4) [px]."""
     sure = people[..., 2] >= COVER.sure_joint
     sure |= (sure.sum(axis=1) < 2)[:, None]
     xy = np.where(sure[..., None], people[..., :2], np.nan)
-    low, high = np.fmin.reduce(xy, axis=1), np.fmax.reduce(xy, axis=1)
-    most = np.sqrt(constants.most_area * size[0] * size[1])
-    longer = (high - low).max(axis=1, keepdims=True).astype(np.float64)
-    half = np.maximum(np.minimum(refinement.margin * longer, most), constants.least_side) / 2
-    middle = np.minimum(np.maximum((low + high) / 2, 0), np.subtract(size, 1))
-    corner, side = np.floor(middle - half).astype(np.int64), np.ceil(2 * half).astype(np.int64) + 1
-    side += -side % np.maximum(side // refinement.side, 1)
-    return np.concatenate([corner, corner + side], axis=1)
+    return np.concatenate([np.fmin.reduce(xy, axis=1), np.fmax.reduce(xy, axis=1)], axis=1)
+
+
+def _regions(boxes: np.ndarray, sizes: np.ndarray, refinement: CropRefinement, image_size: Tuple[int, int],
+             constants: CropConstants) -> np.ndarray:
+    """Return left, top, right, bottom of what networks see of boxes, (N, 4) int64 [px]; the middles lie in the image.
+
+    Regions that are halved or more have sides that are multiples of a whole factor, by which that is fast.
+
+    Args:
+        boxes: (N, 4) of the joints of people [px].
+        sizes: (N, 2) width and height of the inputs, whose aspect the regions have [px].
+    """
+    low, high = boxes[:, :2], boxes[:, 2:]
+    aspect = sizes / sizes.max(axis=1, keepdims=True)
+    most = np.sqrt(constants.most_area * image_size[0] * image_size[1])
+    longer = ((high - low) / aspect).max(axis=1, keepdims=True)
+    half = np.maximum(np.minimum(refinement.margin * longer, most), constants.least_side) * aspect / 2
+    middle = np.minimum(np.maximum((low + high) / 2, 0), np.subtract(image_size, 1))
+    corner, sides = np.floor(middle - half).astype(np.int64), np.ceil(2 * half).astype(np.int64) + 1
+    sides += -sides % np.maximum((sides // sizes).min(axis=1, keepdims=True), 1)
+    regions = np.concatenate([corner, corner + sides], axis=1)
+    if not refinement.centred:
+        regions = np.concatenate([np.maximum(regions[:, :2], 0), np.minimum(regions[:, 2:], image_size)], axis=1)
+    return regions

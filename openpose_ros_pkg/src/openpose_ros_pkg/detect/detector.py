@@ -5,16 +5,25 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, prepare_crops, refine
+from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, found_by, prepare_crops, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
-from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, Recipe, recipe_of
-from openpose_ros_pkg.detect.target_rate import RATE, fitted_to_rate
-from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, decode_views, prepare_views
+from openpose_ros_pkg.detect.recipe_choice import (
+    RATE,
+    chosen_for_rate,
+    fitted_to_rate,
+    followed_share,
+    full_search_share,
+    recipes_of,
+    seconds_per_pixel,
+)
+from openpose_ros_pkg.detect.recipes import BEST, DetectorParams, DetectorSettings, Recipe
+from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, stacked, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
+from openpose_ros_pkg.networks.by_name import proved_models
 from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
@@ -66,12 +75,12 @@ class Networks:
         self.not_installed: Dict[str, str] = {}
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        """Load the networks of a recipe; without a network that is missing, unless it is the first, it computes less.
+        """Load the networks of a recipe; without a network that is missing, unless it is needed, it computes less.
 
         Raises:
-            ParameterError, ModelError: the first network can not be loaded, see `Detector`.
+            ParameterError, ModelError: a needed network can not be loaded, see `Detector`.
         """
-        first, wanted = recipe.passes[0].model, recipe
+        wanted = recipe
         missing: List[Model] = []
         networks: Dict[str, Backend] = {}
         while True:
@@ -81,7 +90,7 @@ class Networks:
             try:
                 networks[model.name] = self._network(model)
             except (ModelError, ParameterError) as error:
-                if model is first:
+                if model in recipe.needed:
                     raise
                 missing.append(model)
                 wanted = recipe.without(missing)
@@ -165,11 +174,14 @@ class Detector:
         """Take other parameters for all frames that are prepared from now on; runtime and model folder stay.
 
         Raises:
-            ParameterError, ModelError: a network can not be loaded; nothing changes.
+            ParameterError, ModelError: a network can not be loaded, or has another joint set; nothing changes.
         """
         recipe, loaded = self._setup.recipe, self._setup.networks
         if settings.detector != self._setup.settings.detector:
             recipe, loaded = self._load(settings.detector)
+        if recipe.skeleton != self.skeleton:  # tracks, and the nodes that read the people, have the other joints
+            raise ParameterError(f'{recipe.description} gives the joint set {recipe.skeleton.name}, but people have '
+                                 f'that of {self.skeleton.name} while this runs: start again with these parameters')
         self._setup = _setup(recipe, loaded, settings)
 
     def warm_up(self, in_full: bool = True) -> None:
@@ -185,7 +197,7 @@ class Detector:
         with self.lock:
             if in_full:
                 self.compute(blank)
-            for refinement in recipe.refinements:
+            for refinement in recipe.crops:
                 crop, = prepare_crops(CrowdImage(blank.bgr, person, recipe.skeleton), person, refinement)
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                     compute_crops(people * [crop], networks[refinement.model.name])
@@ -221,8 +233,9 @@ class Detector:
         views = [[view.compute(setup.networks[one.model.name]) for view in of_pass]
                  for one, of_pass in zip(recipe.passes, prepared)]
         seconds = sum(view.seconds for of_pass in views for view in of_pass)
-        found = [poses for one, of_pass in zip(recipe.passes, views)
-                 for poses in decode_views(one, of_pass, setup)]
+        by_passes = [found_by(one, of_pass, frame.bgr, setup) for one, of_pass in zip(recipe.passes, views)]
+        seconds += sum(of_pass.seconds for of_pass in by_passes)
+        found = [poses for of_pass in by_passes for poses in of_pass.opinions]
         poses, opinions = found[0], []
         if recipe.is_ensemble:
             people = _voted(found, recipe)
@@ -230,7 +243,7 @@ class Detector:
                 people, crop_seconds = refine(frame, people, expected)
                 seconds += crop_seconds
             opinions = people.opinions
-            poses = people.poses
+            poses = people.poses(recipe.sources)
             if frame.depth is not None:
                 recovered = recover(frame, accepted_people(poses, setup.acceptance, size)[0])
                 poses = poses.joined(recovered.poses)
@@ -242,13 +255,32 @@ class Detector:
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
-        recipe, loaded = self._networks.load(recipe_of(params))
-        follows = bool(recipe.refinements) and self._following.wanted(params)
-        if params.target_rate > 0 and params.mode != 'accurate' and not follows:
+        recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
+        follows = bool(recipes[0].refinements) and self._following.wanted(params)
+        if params.mode == BEST and not proved_models(params.model_folder):
+            _log.info('mode best is balanced, as no network by name is installed: `rosrun openpose_ros_pkg '
+                      'openpose_models get rtmpose_m` and `... get rtmo_s` (in a checkout: `./run model get ...`) '
+                      'bring networks with a published AP of 0.75 and 0.69 on COCO; that of mobilenet_thin is 0.28')
+        if rate > 0 and len(recipes) > 1:
+            recipe, loaded = self._chosen_for(rate, recipes, follows)
+        else:
+            recipe, loaded = self._networks.load(recipes[0])
+        if rate > 0 and not (recipe.refinements and follows):
             with self.lock:  # the same networks may be computing frames
-                recipe = fitted_to_rate(recipe, loaded, params.target_rate, self._networks.params.threads)
+                recipe = fitted_to_rate(recipe, loaded, rate, self.threads)
         names = [model.name for model in recipe.models]
         return recipe, {name: loaded[name] for name in names}
+
+    def _chosen_for(self, rate: float, recipes: Sequence[Recipe], follows: bool
+                    ) -> Tuple[Recipe, Dict[str, Backend]]:
+        """Return the most accurate of recipes that this processor computes at a rate [Hz], and its networks."""
+        def measure(recipe: Recipe, networks: Dict[str, Backend]) -> Dict[str, float]:
+            with self.lock:
+                return seconds_per_pixel(recipe, networks, self.threads)
+
+        share = followed_share if follows else full_search_share
+        choice = chosen_for_rate(recipes, self._networks.load, measure, lambda recipe, pace: share(recipe, pace, rate))
+        return choice.recipe, choice.networks
 
 
 def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:

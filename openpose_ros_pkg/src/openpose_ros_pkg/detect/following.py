@@ -13,13 +13,14 @@ from openpose_ros_pkg.ensemble import (
     EnsembleConstants,
     extent,
     medians,
+    person_scores,
     similarity,
     stacked,
     vote_with_crops,
 )
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, Poses
 
 
 @dataclass(frozen=True)
@@ -245,8 +246,8 @@ class Following:
                                        for number, memory in self.memories.items()})
 
 
-def voted(people: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> np.ndarray:
-    """Return people, (P, K, 3) float32, by all opinions on them; earlier ones move with the person and fade.
+def voted(people: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> Poses:
+    """Return people by all opinions on them; earlier ones move with the person and fade.
 
     Sources that did not find a person count until they look again, those that never looked do not.
     """
@@ -262,8 +263,9 @@ def voted(people: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> np.
     if moving:
         rows, numbers, earlier_poses, shifts = zip(*moving)
         poses[rows, numbers] = _moved(np.stack(earlier_poses), np.stack(shifts))
-    return vote_with_crops(poses, replace(sources, weights=sources.weights * shares,
-                                          place_weights=sources.place_weights * shares))
+    keypoints = vote_with_crops(poses, replace(sources, weights=sources.weights * shares,
+                                               place_weights=sources.place_weights * shares))
+    return Poses(keypoints, person_scores(keypoints, (shares > 0) @ sources.known))
 
 
 def _moved(poses: np.ndarray, shifts: np.ndarray) -> np.ndarray:

@@ -15,8 +15,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import COVER, LAYERS, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
-from openpose_ros_pkg.networks.model_types import Decoder
-from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
 
@@ -43,7 +42,7 @@ class HeadConstants:
     on_head: float = constant(
         0.15, 'A joint this near, at the depth of the head, explains it too; the joints of the head of a recovered '
               'person are this near to its middle.', unit='m')
-    crop_side: float = constant(1.5, 'Side of the crop; the head is a sixth below its top.', unit='m')
+    crop_side: float = constant(1.5, 'Width of the crop; the head is a sixth below its top.', unit='m')
     head_score: float = constant(0.4, 'Mean score of the three surest joints of the head that is needed.')
     confirmed: int = constant(4, 'Number of sure joints at its depth that is needed.')
     refuted: float = constant(0.25, 'Of the joints, this share at most may lie before something farther.')
@@ -150,7 +149,7 @@ def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = H
 
 def crop_of_one(recipe: Recipe) -> Optional[CropRefinement]:
     """Return the refinement whose network shows one person; None: none does."""
-    return next((one for one in recipe.refinements if one.model.decoder == Decoder.MOVENET_SINGLEPOSE), None)
+    return next((one for one in recipe.refinements if one.one_person), None)
 
 
 def _in_depth(xy: np.ndarray, bgr: np.ndarray, view: DepthView) -> np.ndarray:
@@ -194,12 +193,12 @@ def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, 
              ) -> PreparedView:
     """Cut out a head and what is below it; all that is nearer gets the mean colour of the crop."""
     x, y = _in_image(np.array([head.x, head.y]), bgr, view)
-    side = max(constants.crop_side * view.focal / head.depth * bgr.shape[1] / view.depth.shape[1], 2)
-    left, top, side = int(np.floor(x - side / 2)), int(np.floor(y - side / 6)), int(np.ceil(side))
-    recipe = one.model.input
-    plan = fit_image((side, side), one.side, one.side, recipe.multiple_of, whole_box=True)
+    width = max(constants.crop_side * view.focal / head.depth * bgr.shape[1] / view.depth.shape[1], 2)
+    height = width * one.size[1] / one.size[0]
+    left, top = int(np.floor(x - width / 2)), int(np.floor(y - height / 6))
     size = (bgr.shape[1], bgr.shape[0])
-    crop = View(plan, False, (left, top), size).prepare(bgr, recipe.padding)
+    plan = ImageToNet((int(np.ceil(width)), int(np.ceil(height))), one.size, one.size)
+    crop = View(plan, False, (left, top), size).prepare(bgr, one.model.input.padding)
     with np.errstate(invalid='ignore'):
         nearer = (view.depth < head.depth - LAYERS.reach).astype(np.uint8)
     pixels = cv2.dilate(nearer, np.ones((3, 3), np.uint8)) > 0

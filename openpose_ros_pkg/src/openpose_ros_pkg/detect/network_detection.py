@@ -11,9 +11,8 @@ from openpose_ros_pkg.detect.detection import ImageFrame, Wanted, never_wanted
 from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_frame
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, voted, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
-from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.recipe_choice import RATE
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, small_grey
-from openpose_ros_pkg.detect.target_rate import RATE
 from openpose_ros_pkg.detect.tracking import (
     TRACKING,
     ImageTracks,
@@ -23,7 +22,7 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingParams,
 )
 from openpose_ros_pkg.detect.views import PreparedImage, Setup
-from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
+from openpose_ros_pkg.ensemble import Opinions, accepted_people
 from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -316,7 +315,7 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     people = without_shared_crops(looked.people, recipe)
     lost = [person for person in people if person.lost]
     reported = [person for person in people if person.reported]
-    accepted, kept = accepted_people(_voted(reported, recipe, frame.stamp), setup.acceptance, size)
+    accepted, kept = accepted_people(voted(reported, recipe, frame.stamp), setup.acceptance, size)
     found = [reported[i] for i in kept]
     accepted = replace(accepted, looked=np.array([person.found for person in found], bool))
     following = memory.following.looked_for([person for person in people if person.opinions], frame.stamp)
@@ -359,7 +358,7 @@ def _search(followed: Followed, memory: CameraMemory, ids: PersonIds, wanted: Wa
         return _Answer(nothing, memory, 0.0)
     persons, budget, seconds = without_shared_crops(searched.persons, setup.recipe), searched.budget, searched.seconds
     new = [person for person in persons[len(known):] if person.found]
-    poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(_voted(new, setup.recipe, frame.stamp))
+    poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(voted(new, setup.recipe, frame.stamp))
     cost = plan.most_heads * plan.of_person
     if frame.depth is not None and budget.affords(cost) and not wanted(cost):
         recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
@@ -391,12 +390,12 @@ def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _
         cost = memory.budget.costs.parts[part]
         if not (state.budget.affords(cost) or part.number == at_first) or (may_wait and wanted(cost)):
             break
-        found = search_part(setup, image.bgr, part)
+        found = search_part(setup, image.bgr, part, state.persons)
         persons, new = assign(found.found, state.persons, setup)
         new = likely(new, setup)
         looked = look(image, [*persons, *new], range(len(persons), len(persons) + len(new)))
         state = _Searched(looked.people, state.schedule.done(part, stamp),
-                          state.budget.after(cost + plan.of_person * len(new)),
+                          state.budget.after(cost + plan.of_person * (found.crops + len(new))),
                           state.seconds + found.seconds + looked.seconds, state.runs + found.runs + looked.runs)
         may_wait = True
     return state
@@ -405,12 +404,6 @@ def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _
 def _may_wait(memory: CameraMemory, stamp: float) -> bool:
     """Return whether the search can be put off at a time [s]."""
     return stamp - memory.schedule.newest < memory.schedule.constants.patience
-
-
-def _voted(persons: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> Poses:
-    """Return people by all opinions on them."""
-    keypoints = voted(persons, recipe, stamp)
-    return Poses(keypoints, person_scores(keypoints))
 
 
 def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> FollowedPerson:

@@ -19,6 +19,7 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 _OUTER = ('elbow', 'wrist', 'knee', 'ankle')
+_FEET = ('toe', 'heel')
 _TRUNK = ('right_shoulder', 'left_shoulder', 'left_hip', 'right_hip')
 
 
@@ -53,7 +54,7 @@ class LayerConstants:
         1.0, 'Depths are estimated from the nearest person to the farthest; a person counts as nearer by this times '
              'the share of the joints that agree.', unit='m')
     limb_weight: float = constant(
-        0.4, 'Weight of elbows, knees, wrists and ankles for the depth of a person; trunk and head have 1.')
+        0.4, 'Weight of elbows, knees, wrists, ankles and feet for the depth of a person; trunk and head have 1.')
     doubt: float = constant(
         0.3, 'Factor on the score of a joint that a full search places on the body of a nearer person, where a crop '
              'shows the person too.')
@@ -160,7 +161,8 @@ def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, 
 
 
 def _joint_weights(skeleton: SkeletonModel, layers: LayerConstants) -> np.ndarray:
-    return np.array([layers.limb_weight if joint.split('_')[-1] in _OUTER else 1.0 for joint in skeleton.joints])
+    limbs = (*_OUTER, *_FEET)
+    return np.array([layers.limb_weight if joint.split('_')[-1] in limbs else 1.0 for joint in skeleton.joints])
 
 
 def median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:

@@ -1,7 +1,7 @@
 """What the detector computes for an image: which networks, at which sizes, and how people are refined on crops."""
 import functools
 from dataclasses import dataclass, replace
-from typing import Collection, Dict, Tuple, cast
+from typing import Collection, Dict, Optional, Tuple, cast
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import Decoder, Model
-from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import keypoints_in
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, SkeletonModel
+
+BEST = 'best'  # the mode whose networks are those that are installed by name
 
 
 def _target_rate(default: float) -> float:
@@ -36,13 +37,19 @@ class DetectorParams(Parameters):
 
     mode: str = parameter(
         'balanced', 'How much is computed for an image: fast, for weak machines, finds six people at most; balanced; '
-                    'accurate, for image files and recordings, takes about ten times as long as balanced.',
-        choices=('fast', 'balanced', 'accurate'))
+                    'accurate, for image files and recordings, takes about ten times as long as balanced; best, the '
+                    'best networks that are installed by name (`./run model get`) and, with target_rate, fast enough, '
+                    'or balanced where there are none.', choices=('fast', 'balanced', 'accurate', BEST))
     pose_model: str = parameter(
         AUTO, 'Network: auto, the networks that the mode puts together (COCO, the joint set that OpenPose calls so, '
               'means the same); or one network alone: mobilenet_thin, movenet_multipose, body_25, ... (`./run model '
-              'list`), or one of your own: a file (.onnx, .xml) of YOLO-pose or RTMO, or a .yaml file that describes '
-              'it. With look_closer, MoveNet Thunder refines its people on crops.')
+              'list`), or one of your own: a file (.onnx, .xml), or a .yaml file that describes it. With look_closer, '
+              'the network for crops refines its people. A network for crops (SimCC, such as RTMPose) takes the place '
+              "of the mode's; one that finds boxes (YOLOX) leaves the joints to the network for crops.")
+    crop_model: str = parameter(
+        '', "Network that sees each person on a crop, when people are refined and followed: empty, the mode's, MoveNet "
+            'Thunder; or movenet_thunder, movenet_multipose, one of your own as for pose_model, of the kinds SimCC '
+            '(RTMPose) or MoveNet for one person. One that knows feet makes them joints of all people (BODY_25).')
     model_folder: str = parameter(
         '', 'Folder with the weights (<folder>/<network>/<file> or <folder>/<file>); empty: where setup puts them.')
     net_input_width: int = parameter(
@@ -71,7 +78,7 @@ class DetectorParams(Parameters):
         if self.net_input_width < 0 and self.net_input_height < 0:
             raise ParameterError("parameters 'net_input_width', 'net_input_height' = -1, -1 are not allowed: -1 for "
                                  'one of them')
-        zooms = _wanted_zooms(self, MODES[self.mode].passes[0].zooms)
+        zooms = wanted_zooms(self, mode_of(self.mode).passes[0].zooms)
         if zooms[-1] <= 0:
             raise ParameterError(f"parameters 'num_scales', 'scale_gap' = {self.num_scales}, {self.scale_gap} are not "
                                  f'allowed: the last of {len(zooms)} scales would be {zooms[-1]:g}, expected above 0')
@@ -122,6 +129,14 @@ class NetworkPass:
     zooms: Tuple[float, ...] = (1.0,)
     mirror: bool = False  # also average over the mirror image; only of networks with part affinity fields
     weight: float = 1.0  # of this opinion where several are put together
+    # Of a network that gives boxes: what finds the person in a box, so that this is a pass like any other. Refinement
+    # sees the people again, now upright, with the others covered and, where people are followed, without any box.
+    crop: Optional['CropRefinement'] = None
+
+    @property
+    def skeleton(self) -> SkeletonModel:
+        """Joint set of the people that it finds."""
+        return self.model.skeleton if self.crop is None else self.crop.model.skeleton
 
     @property
     def opinions(self) -> int:
@@ -132,20 +147,26 @@ class NetworkPass:
     def description(self) -> str:
         """What is computed, for the log."""
         scales = f' at {len(self.zooms)} scales' if len(self.zooms) > 1 else ''
-        return f"{self.model.name} {self.box[0]}x{self.box[1]}{scales}{' mirrored too' if self.mirror else ''}"
+        boxes = f', {self.crop.model.name} in its boxes' if self.crop else ''
+        return f"{self.model.name} {self.box[0]}x{self.box[1]}{scales}{' mirrored too' if self.mirror else ''}{boxes}"
 
 
 @dataclass(frozen=True)
 class CropRefinement:
-    """A network that sees each person a second time, on a square crop of the image."""
+    """A network that sees each person a second time, on a crop of the image with the aspect of its input."""
 
     model: Model  # the network
-    margin: float  # side of the crop, in units of the longer side of the bounding box of the person's joints
+    margin: float  # sides of the crop per side of the bounding box of the person's joints, brought to that aspect
     mirror: bool = False  # the network sees the mirror image of the crop
-    side: int = 256  # of the network's input [px]
+    size: Tuple[int, int] = (256, 256)  # width and height of the network's input [px]
     # the person is in the middle also at the border of the image, which is repeated beyond; else the crop ends there
     centred: bool = False
     place_weight: float = 1.0  # of this opinion on the places of joints; on their scores it has a weight of 1
+
+    @property
+    def one_person(self) -> bool:
+        """Whether the network takes for granted that it sees one person, upright."""
+        return self.model.decoder in (Decoder.MOVENET_SINGLEPOSE, Decoder.SIMCC)
 
 
 # OpenPose's default, flags.hpp.
@@ -153,6 +174,32 @@ _SCALE_GAP = 0.3
 # MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
 THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.3, centred=True, place_weight=8.0)
 MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
+# Sides of the box of a person per side of the box of the joints: rtmlib, pose_tracker.py, pose_to_bbox; the median of
+# 51 annotated people is 1.23.
+PERSON_BOX = 1.25
+# SimCC networks see the box of a person enlarged by 1.25 (mmpose, GetBBoxCenterScale; rtmlib, rtmpose.py). Opinions on
+# places count by the inverse of their variance: with normal errors, the AP of 0.70 of RTMPose-s and that of 0.38 of
+# Thunder mean variances of 1 to 2.5.
+_SIMCC_SIZE = 192, 256
+_SIMCC_MARGIN, _SIMCC_PLACE_WEIGHT = 1.25 * PERSON_BOX, 2.5 * THUNDER_CROP.place_weight
+
+
+def crop_of(model: Model) -> CropRefinement:
+    """Return how a network sees people on crops.
+
+    Raises:
+        ParameterError: it is none for crops.
+    """
+    if model.decoder == Decoder.SIMCC:
+        return CropRefinement(model, _SIMCC_MARGIN, size=model.input.fixed_size or _SIMCC_SIZE, centred=True,
+                              place_weight=_SIMCC_PLACE_WEIGHT)
+    if model.decoder == Decoder.MOVENET_SINGLEPOSE:
+        return replace(THUNDER_CROP, model=model, size=model.input.fixed_size or THUNDER_CROP.size)
+    if model.decoder == Decoder.MOVENET_MULTIPOSE:
+        return replace(MULTIPOSE_CROP, model=model)
+    raise ParameterError(f"parameter 'crop_model' = {model.name!r} is not allowed: its decoder is {model.decoder}, "
+                         f'expected a network for crops: {Decoder.SIMCC} (RTMPose), {Decoder.MOVENET_SINGLEPOSE} or '
+                         f'{Decoder.MOVENET_MULTIPOSE}', 'crop_model')
 
 
 @dataclass(frozen=True)
@@ -166,17 +213,33 @@ class Recipe:
     acceptance: float = 1.0
     spare: Tuple[CropRefinement, ...] = (MULTIPOSE_CROP,)  # where the network of one of the refinements is missing
     spare_refined: int = 6  # greatest number of people who are refined then
+    named: Tuple[Model, ...] = ()  # networks that the user named, beside the first
+    joint_set: Optional[SkeletonModel] = None  # of the people; None: that of the networks
 
     @property
     def models(self) -> Tuple[Model, ...]:
         """The networks that it takes, each once."""
-        models = [network_pass.model for network_pass in self.passes] + [one.model for one in self.refinements]
+        models = [network_pass.model for network_pass in self.passes] + [one.model for one in self.crops]
         return tuple({model.name: model for model in models}.values())
 
     @property
+    def needed(self) -> Tuple[Model, ...]:
+        """The networks without which nothing is computed: the first, what sees people in its boxes, and named ones."""
+        first = self.passes[0]
+        return (first.model, *((first.crop.model,) if first.crop else ()), *self.named)
+
+    @property
+    def crops(self) -> Tuple[CropRefinement, ...]:
+        """How networks see people on crops: in boxes, and when they are refined."""
+        return (*(one.crop for one in self.passes if one.crop), *self.refinements)
+
+    @functools.cached_property
     def skeleton(self) -> SkeletonModel:
-        """Joint set of the people, that of the first network."""
-        return self.passes[0].model.skeleton
+        """Joint set of the people, that of the first network, and feet where a network for crops knows them."""
+        first = self.passes[0].skeleton
+        if self.joint_set is not None:
+            return self.joint_set
+        return BODY_25 if first == COCO_18 and BODY_25 in [one.model.skeleton for one in self.refinements] else first
 
     @functools.cached_property
     def weights(self) -> Tuple[float, ...]:
@@ -196,13 +259,12 @@ class Recipe:
 
     @functools.cached_property
     def sources(self) -> Sources:
-        """The sources of the opinions. A crop tells of the joints that its skeleton has, or makes, of the recipe's."""
-        joint_sigmas = sigmas(self.skeleton)
-        in_passes = [np.ones(len(joint_sigmas), bool)] * self.pass_opinions
-        of_crops = [one.model.skeleton for one in self.refinements]
-        in_crops = [keypoints_in(np.zeros((1, len(one.joints), 3)), one, self.skeleton)[0, :, 0] for one in of_crops]
-        return Sources(joint_sigmas, np.array(self.weights), np.array(self.place_weights),
-                       np.array(in_passes + [np.isfinite(one) for one in in_crops]))
+        """The sources of the opinions. Each tells of the joints that its skeleton has, or makes, of the recipe's."""
+        skeletons = [one.skeleton for one in self.passes for _ in range(one.opinions)]
+        skeletons += [one.model.skeleton for one in self.refinements]
+        known = [keypoints_in(np.zeros((1, len(one.joints), 3)), one, self.skeleton)[0, :, 0] for one in skeletons]
+        return Sources(sigmas(self.skeleton), np.array(self.weights), np.array(self.place_weights),
+                       np.isfinite(np.array(known)))
 
     @property
     def is_ensemble(self) -> bool:
@@ -214,9 +276,9 @@ class Recipe:
         """What is computed, for the log."""
         parts = [network_pass.description for network_pass in self.passes]
         for model in dict.fromkeys(one.model.name for one in self.refinements):
-            sides = [one.side for one in self.refinements if one.model.name == model]
-            parts.append(f'{len(sides)} crop refinement{"s" * (len(sides) > 1)} by {model} at {sides[0]} px for up to '
-                         f'{self.max_refined} people')
+            sizes = [one.size for one in self.refinements if one.model.name == model]
+            parts.append(f'{len(sizes)} crop refinement{"s" * (len(sizes) > 1)} by {model} at {_told(sizes[0])} px for '
+                         f'up to {self.max_refined} people')
         return ' + '.join(parts)
 
     def without(self, missing: Collection[Model]) -> 'Recipe':
@@ -230,7 +292,12 @@ class Recipe:
         return replace(self, passes=passes, refinements=refinements)
 
 
-def _thin(scale: float, weight: float = 1.5) -> NetworkPass:
+def _told(size: Tuple[int, int]) -> str:
+    """Return the size of a crop for the log."""
+    return str(size[0]) if size[0] == size[1] else f'{size[0]}x{size[1]}'
+
+
+def thin(scale: float, weight: float = 1.5) -> NetworkPass:
     return NetworkPass(MOBILENET_THIN, _box(656 * scale, 368 * scale), weight=weight)
 
 
@@ -248,7 +315,7 @@ def _box(width: float, height: float) -> Tuple[int, int]:
 # mirror image and other sizes come next. Accuracy and time of each: docs/results.md.
 MODES: Dict[str, Recipe] = {
     'fast': Recipe((_movenet(384),), (THUNDER_CROP,)),
-    'balanced': Recipe((_thin(1.0), _movenet(512)), (THUNDER_CROP,)),
+    'balanced': Recipe((thin(1.0), _movenet(512)), (THUNDER_CROP,)),
     'accurate': Recipe(
         (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
         (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), THUNDER_CROP,
@@ -257,65 +324,26 @@ MODES: Dict[str, Recipe] = {
                     for mirror in (False, True)), spare_refined=20),
 }
 
-# Longer side of YOLO-pose's input by mode [px].
-_SIDES = {'fast': 480, 'balanced': 640, 'accurate': 960}
-# With crop refinement, a single network counts twice for the scores of joints, and as much as the crop for places.
-_SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
+
+def mode_of(name: str) -> Recipe:
+    """Return the recipe of a mode; of the best one, that where no better networks are there."""
+    return MODES.get(name, MODES['balanced'])
+
 
 # From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
 FASTER: Tuple[Recipe, ...] = (
     MODES['balanced'],
-    Recipe((_thin(1.0), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((_thin(0.75), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((_thin(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((thin(1.0), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((thin(0.75), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((thin(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
     MODES['fast'],
     Recipe((_movenet(320),), (THUNDER_CROP,)),
     Recipe((_movenet(256),), (THUNDER_CROP,)),
 )
 
 
-def recipe_of(params: DetectorParams) -> Recipe:
-    """Return the recipe that the parameters ask for.
-
-    Raises:
-        ParameterError: no such network.
-        ModelError: its description is wrong.
-    """
-    recipe = MODES[params.mode]
-    if params.pose_model not in (AUTO, 'COCO'):
-        recipe = _searched_by(find_model(params.pose_model, params.model_folder), params)
-    first = recipe.passes[0]
-    mirror = first.mirror
-    if params.mirror != 'auto':
-        mirror = params.mirror == 'always' and first.model.decoder == Decoder.PAF
-    first = replace(first, box=_wanted_box(params, first.box), zooms=_wanted_zooms(params, first.zooms), mirror=mirror)
-    recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
-    if params.look_closer == 0:
-        return replace(recipe, refinements=())
-    return recipe if params.look_closer < 0 else replace(recipe, max_refined=params.look_closer)
-
-
-def _searched_by(model: Model, params: DetectorParams) -> Recipe:
-    """Return the recipe of one network in place of a mode's; with `look_closer`, MoveNet Thunder refines its people.
-
-    It sees the image at the size of OpenPose's input, a larger one, or a smaller one; YOLO-pose at those of `_SIDES`.
-    """
-    first = next((one for one in MODES[params.mode].passes if one.model.decoder == Decoder.PAF), _thin(0.5))
-    first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
-    if model.decoder == Decoder.YOLO_POSE:
-        first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
-    if params.look_closer <= 0:
-        return Recipe((first,))
-    return Recipe((replace(first, weight=_SEARCH_WEIGHT),), (replace(THUNDER_CROP, place_weight=_SEARCH_WEIGHT),),
-                  acceptance=_SEARCH_ACCEPTANCE)
-
-
-def _wanted_box(params: DetectorParams, box: Tuple[int, int]) -> Tuple[int, int]:
-    width, height = params.net_input_width, params.net_input_height
-    return width or (-1 if height > 0 else box[0]), height or (-1 if width > 0 else box[1])
-
-
-def _wanted_zooms(params: DetectorParams, zooms: Tuple[float, ...]) -> Tuple[float, ...]:
+def wanted_zooms(params: DetectorParams, zooms: Tuple[float, ...]) -> Tuple[float, ...]:
+    """Return the factors on the sizes at which the first network sees the image, by the parameters or its recipe."""
     if params.num_scales == 0 and params.scale_gap == 0:
         return zooms
     gap = params.scale_gap or _SCALE_GAP

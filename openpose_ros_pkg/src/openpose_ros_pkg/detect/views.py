@@ -47,11 +47,25 @@ class View:
     origin: Tuple[int, int] = (0, 0)
     # (width, height) of the image [px], beyond which joints are missing; None: the part is all of it
     within: Optional[Tuple[int, int]] = None
-    turns: int = 0  # quarter turns, counter-clockwise, by which the network sees its square input turned
+    turns: int = 0  # quarter turns, counter-clockwise, by which the network sees its input turned
+
+    @property
+    def net_size(self) -> Tuple[int, int]:
+        """(width, height) of what the network sees [px]."""
+        return self._turned(self.plan.net_size)
+
+    @property
+    def valid(self) -> Tuple[int, int, int, int]:
+        """Left, top, width and height of the part of the image within it [px]; an input that is turned has no padding.
+        """
+        return (*self.plan.offset, *self._turned(self.plan.scaled_size))
+
+    def _turned(self, size: Tuple[int, int]) -> Tuple[int, int]:
+        return size if self.turns % 2 == 0 else (size[1], size[0])
 
     def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
         """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
-        part = _cut(bgr, *self.origin, *self.plan.image_size)
+        part = _cut(bgr, (*self.origin, *self.plan.image_size), padding)
         if self.mirror:
             # the padding stays at the right, where the plan has it
             part = np.ascontiguousarray(part[:, ::-1])
@@ -60,9 +74,9 @@ class View:
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
         """Turn people in pixels of the network's input into people in pixels of the image."""
         keypoints = poses.keypoints.copy()
-        for _ in range(self.turns):
+        for turn in reversed(range(self.turns)):
             x, y = keypoints[..., 0].copy(), keypoints[..., 1].copy()
-            keypoints[..., 0], keypoints[..., 1] = self.plan.net_size[0] - 1 - y, x
+            keypoints[..., 0], keypoints[..., 1] = self.plan.net_size[turn % 2] - 1 - y, x
         keypoints[..., :2] = self.plan.to_image(keypoints[..., :2])
         if self.mirror:
             keypoints[..., 0] = self.plan.image_size[0] - 1 - keypoints[..., 0]
@@ -83,12 +97,22 @@ class View:
         return np.where(keypoints[..., 2:] > 0, sigmas, np.nan).astype(np.float32)
 
 
-def _cut(bgr: np.ndarray, left: int, top: int, width: int, height: int) -> np.ndarray:
-    """Return a part of an image, (height, width, 3) uint8; it shares pixels with the image."""
+def _cut(bgr: np.ndarray, part: Tuple[int, int, int, int], padding: Optional[int]) -> np.ndarray:
+    """Return a part of an image, (height, width, 3) uint8; it shares pixels with the image.
+
+    Args:
+        part: left, top, width and height [px].
+        padding: value of the pixels beyond the image, 0..255; None repeats its border.
+    """
+    left, top, width, height = part
     bottom, right = top + height, left + width
     beyond = [max(pixels, 0) for pixels in (-top, bottom - bgr.shape[0], -left, right - bgr.shape[1])]
     inside = bgr[max(top, 0):bottom, max(left, 0):right]
-    return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_REPLICATE) if any(beyond) else inside
+    if not any(beyond):
+        return inside
+    if padding is None:
+        return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_REPLICATE)
+    return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_CONSTANT, value=(padding,) * 3)
 
 
 @dataclass(frozen=True)
@@ -99,7 +123,7 @@ class PreparedView:
     input: np.ndarray
 
     def turned(self, turns: int) -> 'PreparedView':
-        """Return it with its input, which has to be square, turned by quarter turns counter-clockwise."""
+        """Return it with its input, which has to be without padding, turned by quarter turns counter-clockwise."""
         if not turns:
             return self
         return PreparedView(replace(self.view, turns=turns), np.ascontiguousarray(np.rot90(self.input, turns)))
@@ -180,10 +204,8 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup
         first, fields = views[0].view, averaged_fields(views, model)
         poses = decode_fields(fields, model, setup.decode, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]
-    plans = [view.view.plan for view in views]
-    return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, plan.net_size,
-                                             (*plan.offset, *plan.scaled_size)), model.skeleton)
-            for view, plan in zip(views, plans)]
+    return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, view.view.net_size, view.view.valid),
+                               model.skeleton) for view in views]
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:

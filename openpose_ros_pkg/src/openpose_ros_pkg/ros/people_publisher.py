@@ -9,7 +9,7 @@ from openpose_ros_msgs.msg import FaceDetectionArray, HandDetectionArray, Person
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.target_rate import RATE
+from openpose_ros_pkg.detect.recipe_choice import RATE
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import Landmarks2D

@@ -10,7 +10,8 @@ import numpy as np
 
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.recipes import DetectorSettings, recipe_of
+from openpose_ros_pkg.detect.recipe_choice import recipe_of
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.people import People2D
 from openpose_ros_tools.parallel.processes import ProcessPool
 

@@ -14,7 +14,7 @@ import rosbag
 
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame, IndependentDetection
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import recipe_of
+from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.people import ExpectedPeople, People2D

@@ -1,0 +1,358 @@
+"""Which recipe is computed: what the parameters ask for, and as much of it as the processor reaches at a rate."""
+import logging
+import os
+import time
+from dataclasses import dataclass, replace
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.detect.recipes import (
+    BEST,
+    FASTER,
+    MODES,
+    THUNDER_CROP,
+    CropRefinement,
+    DetectorParams,
+    NetworkPass,
+    Recipe,
+    crop_of,
+    mode_of,
+    thin,
+    wanted_zooms,
+)
+from openpose_ros_pkg.detect.schedule import SCHEDULE, ScheduleConstants
+from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.networks.by_name import proved_models
+from openpose_ros_pkg.networks.model_registry import AUTO, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.params.constants import constant
+
+_log = logging.getLogger(__name__)
+
+# Longer side of YOLO-pose's input by mode [px].
+_SIDES = {'fast': 480, 'balanced': 640, 'accurate': 960, BEST: 640}
+# With crop refinement, a single network counts twice for the scores of joints, and as much as Thunder for places.
+_SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
+
+@dataclass(frozen=True)
+class TargetRateConstants:
+    """How the time of the networks is foreseen, and how much of it they may take."""
+
+    full_search_share: float = constant(
+        0.5, "Share of a frame's time that the networks may take on all cores; the rest is for messages (a cloud of "
+             '960 x 540 points takes 17 MB through the loopback), decoding, lifting and other programs.')
+    least_scale: float = constant(
+        0.5, 'Least scale of the input of a single network: with smaller ones people are not found.')
+    expected_people: int = constant(2, 'Number of people in an image whose crop refinement is foreseen.')
+    image_size: Tuple[int, int] = constant(
+        (960, 540), 'Width and height of a foreseen image, for whose ratio the networks are compiled before the first '
+                    'one; for another ratio that takes 0.3 to 1.6 s then.', unit='px')
+    timed_runs: int = constant(3, 'Runs of a network that are timed; the quickest counts.')
+
+
+RATE = TargetRateConstants()
+
+
+def recipe_of(params: DetectorParams) -> Recipe:
+    """Return the recipe that the parameters ask for.
+
+    Raises:
+        ParameterError: no such network.
+        ModelError: its description is wrong.
+    """
+    return recipes_of(params)[0]
+
+
+def recipes_of(params: DetectorParams) -> Tuple[Recipe, ...]:
+    """Return the recipe that the parameters ask for, and those that may take its place where it is too slow.
+
+    All have its joint set: what is published does not depend on the processor.
+    """
+    first, *others = [_adjusted(recipe, params) for recipe in _networks_of(params)]
+    return (first, *(replace(other, joint_set=first.skeleton) for other in others))
+
+
+def _adjusted(recipe: Recipe, params: DetectorParams) -> Recipe:
+    """Return a recipe with the sizes and the number of people that the parameters ask for."""
+    first = recipe.passes[0]
+    mirror = first.mirror
+    if params.mirror != 'auto':
+        mirror = params.mirror == 'always' and first.model.decoder == Decoder.PAF
+    first = replace(first, box=_wanted_box(params, first.box), zooms=wanted_zooms(params, first.zooms), mirror=mirror)
+    recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
+    if params.look_closer == 0:
+        return replace(recipe, refinements=())
+    return recipe if params.look_closer < 0 else replace(recipe, max_refined=params.look_closer)
+
+
+def _networks_of(params: DetectorParams) -> Sequence[Recipe]:
+    """Return the recipes of the networks that the parameters name, the most accurate first."""
+    crop = crop_of(_model(params, 'crop_model')) if params.crop_model else None
+    model = None if params.pose_model in (AUTO, 'COCO') else _model(params, 'pose_model')
+    if model is None:
+        return _of_mode(params, crop)
+    if model.decoder != Decoder.SIMCC:
+        return [_searched_by(model, crop, params)]
+    if crop is not None and crop.model != model:
+        raise ParameterError(f"parameters 'pose_model', 'crop_model' = {params.pose_model!r}, {params.crop_model!r} "
+                             'are not allowed: both are networks for crops; leave crop_model empty, or set pose_model '
+                             f'to {AUTO} or to a network that sees the whole image', 'crop_model')
+    return _of_mode(params, crop_of(model))
+
+
+def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence[Recipe]:
+    """Return the recipes of a mode, the most accurate first.
+
+    Args:
+        crop: that the user wants in place of the mode's; None: the mode's.
+    """
+    if params.mode == BEST:
+        return _best(params, crop)
+    return [MODES[params.mode] if crop is None else _refined_by(crop, MODES[params.mode])]
+
+
+def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[Recipe]:
+    """Return the recipes of the networks that are installed and proved, the most accurate first.
+
+    The published AP of networks for crops falls by 0.02 behind the smallest network of boxes (mmpose, projects/rtmpose,
+    RTMPose-m: 0.753 and 0.732), and that of RTMPose-m and RTMPose-s differ by more: the network for crops counts first,
+    then what searches the image, those by name before the balanced mode's. Last come the faster ones of that mode.
+
+    Args:
+        named: the crop that the user wants; None: the best ones.
+    """
+    proved = proved_models(params.model_folder)
+    searchers = [one for one in proved if one.decoder != Decoder.SIMCC]
+    crops = [crop_of(one) for one in proved if one.decoder == Decoder.SIMCC] if named is None else [named]
+    if not proved and named is None:
+        return [MODES['balanced']]
+    recipes = [recipe for crop in crops for recipe in (
+        *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]
+    if named is None:  # Thunder brings nothing to boxes and to people of better networks; there it only follows
+        recipes += [_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params) for one in searchers
+                    if one.decoder != Decoder.BOXES]
+        recipes.append(MODES['balanced'])
+    recipes += [_refined_by(crop, faster) for faster in FASTER[1:] for crop in crops]
+    # a network that is there by chance and fails is a fault, not the end
+    return [replace(recipe, named=(), spare=(THUNDER_CROP,)) if recipe.named and named is None else recipe
+            for recipe in recipes] + [*FASTER[1:]] * (named is None)
+
+
+def _model(params: DetectorParams, name: str) -> Model:
+    """Return the network that a parameter names."""
+    try:
+        return find_model(getattr(params, name), params.model_folder)
+    except ParameterError as error:  # it speaks of pose_model
+        raise ParameterError(str(error).replace('pose_model', name, 1), name) from error
+
+
+def _refined_by(crop: CropRefinement, recipe: Recipe) -> Recipe:
+    """Return a recipe of a mode with another network in place of MoveNet Thunder."""
+    crops = tuple(replace(crop, mirror=one.mirror, margin=crop.margin * one.margin / THUNDER_CROP.margin)
+                  if one.model == MOVENET_THUNDER else one for one in recipe.refinements)
+    return replace(recipe, refinements=crops, named=(crop.model,))
+
+
+def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorParams) -> Recipe:
+    """Return the recipe of one network in place of a mode's; with `look_closer`, its people are refined on crops.
+
+    It sees the image at the size of OpenPose's input, a larger one, or a smaller one; YOLO-pose at those of `_SIDES`.
+
+    Args:
+        crop: that the user wants; None: MoveNet Thunder, where crops are wanted or needed.
+    """
+    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), thin(0.5))
+    first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
+    if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES):
+        first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
+    named = () if crop is None else (crop.model,)
+    if model.decoder == Decoder.BOXES:
+        crop = crop or THUNDER_CROP
+        if not crop.one_person:
+            raise ParameterError(f"parameters 'pose_model', 'crop_model' = {params.pose_model!r}, "
+                                 f'{params.crop_model!r} are not allowed: behind a network of boxes, a network for '
+                                 f'crops of one person is needed: {Decoder.SIMCC} (RTMPose) or '
+                                 f'{Decoder.MOVENET_SINGLEPOSE}', 'crop_model')
+        return Recipe((replace(first, crop=crop),), (crop,), named=named)
+    if crop is None and params.look_closer <= 0:
+        return Recipe((first,))
+    crop = crop or THUNDER_CROP
+    # Thunder and a network that is trained for whole images are about as accurate; in units of Thunder's weight
+    place_weight = _SEARCH_WEIGHT * crop.place_weight / THUNDER_CROP.place_weight
+    return Recipe((replace(first, weight=_SEARCH_WEIGHT),), (replace(crop, place_weight=place_weight),),
+                  acceptance=_SEARCH_ACCEPTANCE, named=named)
+
+
+def _wanted_box(params: DetectorParams, box: Tuple[int, int]) -> Tuple[int, int]:
+    width, height = params.net_input_width, params.net_input_height
+    return width or (-1 if height > 0 else box[0]), height or (-1 if width > 0 else box[1])
+
+
+class Choice(NamedTuple):
+    """A recipe that was chosen for a rate, its networks, and the share of the allowed time that it takes."""
+
+    recipe: Recipe
+    networks: Dict[str, Backend]
+    share: float
+
+
+def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Tuple[Recipe, Dict[str, Backend]]],
+                    measure: Callable[[Recipe, Dict[str, Backend]], Dict[str, float]],
+                    taken: Callable[[Recipe, Dict[str, float]], float]) -> Choice:
+    """Return the first recipe that is computed fast enough, else the fastest; each network is measured once.
+
+    Args:
+        recipes: the most accurate first.
+        load: the networks of a recipe, which may become another one, see `Networks.load`.
+        measure: what networks take for a pixel of their input [s].
+        taken: the share of the allowed time that a recipe takes, with that time of its networks.
+    """
+    pace: Dict[str, float] = {}
+    tried: List[Choice] = []
+    for wanted in recipes:
+        recipe, networks = load(wanted)
+        unknown = {name: network for name, network in networks.items() if name not in pace}
+        pace.update(measure(recipe, unknown) if unknown else {})
+        tried.append(Choice(recipe, networks, taken(recipe, pace)))
+        if tried[-1].share <= 1:
+            break
+    chosen = min(tried, key=lambda choice: max(choice.share, 1.0))
+    _log.info('of %d sets of networks %s is the most accurate that reaches the rate%s', len(recipes),
+              chosen.recipe.description, '' if chosen.share <= 1 else
+              f', or the fastest: it takes {chosen.share:.1f} times the time that it may take')
+    return chosen
+
+
+def full_search_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
+                      ) -> float:
+    """Return the share of the allowed time that a recipe takes where each image is searched in full."""
+    return foreseen_seconds(recipe, pace, constants) * rate / constants.full_search_share
+
+
+def followed_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE,
+                   schedule: ScheduleConstants = SCHEDULE) -> float:
+    """Return the share of the allowed time that a recipe takes where people are followed.
+
+    The expected people get a crop in each image, and the image is searched as often as beside other cameras.
+    """
+    of_passes, _ = _parts(recipe, pace, constants.image_size)
+    of_person, people = _of_person(recipe.refinements, pace), min(constants.expected_people, recipe.max_refined)
+    return (people * of_person * rate + of_passes / max(1 / rate, schedule.search_time)) / schedule.followed_share
+
+
+def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: float, threads: int,
+                   constants: TargetRateConstants = RATE) -> Recipe:
+    """Return the most accurate recipe, from the given one down, that this processor computes fast enough.
+
+    Several networks get smaller inputs, then the slower one is left out (`recipes.FASTER`). A single network gets a
+    smaller input.
+
+    Args:
+        networks: of the recipe, by the models' names.
+        target_rate: [Hz].
+        threads: that compute a network; 0 for as many as there are cores.
+    """
+    allowed = constants.full_search_share / target_rate
+    pace = seconds_per_pixel(recipe, networks, threads, constants=constants)
+    needed = foreseen_seconds(recipe, pace, constants)
+    less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace, constants) < needed]
+    if needed <= allowed:
+        fitted = recipe
+    elif less or len(recipe.passes) > 1:
+        fitted = next((faster for faster in less if foreseen_seconds(faster, pace, constants) <= allowed),
+                      [recipe, *less][-1])
+    else:
+        fitted = _smaller(recipe, max(np.sqrt(allowed / needed), constants.least_scale))
+    fitted = _bounded(fitted, pace, allowed, constants)
+    instead = f', so it is {fitted.description}, {1000 * foreseen_seconds(fitted, pace, constants):.0f} ms'
+    _log.info('for %g Hz the networks may take %.0f ms: %s takes %.0f ms%s', target_rate, 1000 * allowed,
+              recipe.description, 1000 * needed, '' if fitted == recipe else instead)
+    return fitted
+
+
+def seconds_per_pixel(recipe: Recipe, networks: Dict[str, Backend], threads: int,
+                      columns: Optional[Tuple[int, int]] = None, constants: TargetRateConstants = RATE
+                      ) -> Dict[str, float]:
+    """Measure what the networks of a recipe take for a pixel of their inputs [s], by the models' names.
+
+    Args:
+        networks: that are measured.
+        threads: that compute a network; 0 for as many as there are cores.
+        columns: left and right end of the part of the image that the passes see [px]; None: all of it.
+    """
+    return {name: _seconds_per_pixel(image, networks[name], threads or os.cpu_count() or 1, constants.timed_runs)
+            for name, image in _inputs(recipe, constants.image_size, columns).items() if name in networks}
+
+
+def foreseen_seconds(recipe: Recipe, pace: Dict[str, float], constants: TargetRateConstants = RATE) -> float:
+    """Return what the networks will take for an image with the expected people [s]; pace: [s] per pixel."""
+    of_passes, of_person = _parts(recipe, pace, constants.image_size)
+    return of_passes + of_person * min(constants.expected_people, recipe.max_refined)
+
+
+def _parts(recipe: Recipe, pace: Dict[str, float], size: Tuple[int, int]) -> Tuple[float, float]:
+    """Return seconds of the passes over the full image, and of the refinement of each person."""
+    of_passes = sum(pace[one.model.name] * _pixels(one, size) for one in recipe.passes)
+    return of_passes, _of_person(recipe.crops, pace)
+
+
+def _of_person(crops: Sequence[CropRefinement], pace: Dict[str, float]) -> float:
+    """Return seconds of the crops of a person."""
+    return sum(pace[one.model.name] * one.size[0] * one.size[1] for one in crops)
+
+
+def _bounded(recipe: Recipe, pace: Dict[str, float], allowed: float, constants: TargetRateConstants) -> Recipe:
+    """Return a recipe that refines no more people than there is time for, but at least the expected number."""
+    of_passes, of_person = _parts(recipe, pace, constants.image_size)
+    if of_person == 0:
+        return recipe
+    people = max(int((allowed - of_passes) / of_person), constants.expected_people)
+    return replace(recipe, max_refined=min(people, recipe.max_refined))
+
+
+def _faster(recipe: Recipe) -> Tuple[Recipe, ...]:
+    """Return what computes less than a recipe of several networks with some of them and may take its place."""
+    if len(recipe.models) == 1:
+        return ()
+    less = [replace(recipe, passes=faster.passes) for faster in FASTER]
+    return tuple(faster for faster in less if set(faster.models) <= set(recipe.models))
+
+
+def _smaller(recipe: Recipe, scale: float) -> Recipe:
+    """Return a recipe of one network with its input made smaller by a factor on the sides."""
+    first, = recipe.passes
+    multiple = first.model.input.multiple_of
+    width, height = (side if side < 0 else max(int(side * scale) // multiple, 1) * multiple for side in first.box)
+    return replace(recipe, passes=(replace(first, box=(width, height)),))
+
+
+def _pixels(network_pass: NetworkPass, size: Tuple[int, int]) -> int:
+    pixels = sum(plan.net_size[0] * plan.net_size[1] for plan in full_image_plans(size, network_pass))
+    return 2 * pixels if network_pass.mirror else pixels
+
+
+def _inputs(recipe: Recipe, size: Tuple[int, int], columns: Optional[Tuple[int, int]]) -> Dict[str, np.ndarray]:
+    """Return an input of each network, (1, H, W, 3) uint8, by the models' names."""
+    width, height = size
+    crops = {one.model.name: np.zeros((1, *one.size[::-1], 3), np.uint8) for one in recipe.crops}
+    image = np.zeros((height, width, 3), np.uint8)
+    return {**crops, **{one.model.name: prepare_views(
+        image, one, None if one.model.input.fixed_size else columns)[0].input[np.newaxis] for one in recipe.passes}}
+
+
+def _seconds_per_pixel(image: np.ndarray, network: Backend, threads: int, runs: int) -> float:
+    """Return what a network takes for a pixel of its input when this process has its cores to itself [s].
+
+    By the wall clock a network would seem slow while other nodes start: processor time counts, and the quickest run.
+    """
+    network.infer(image)  # compiles the network for this size
+    seconds = []
+    for _ in range(runs):
+        wall, processor = time.perf_counter(), time.process_time()
+        network.infer(image)
+        seconds += [time.perf_counter() - wall, (time.process_time() - processor) / threads]
+    return min(seconds) / (image.shape[1] * image.shape[2])

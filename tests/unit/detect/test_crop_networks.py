@@ -1,0 +1,400 @@
+"""Networks of the user's choice on crops (SimCC, such as RTMPose), alone and behind networks that find boxes."""
+import itertools
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.detect import recipe_choice
+from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
+from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detector import Detector
+from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipe_choice import recipe_of
+from openpose_ros_pkg.detect.recipes import MODES, DetectorParams, DetectorSettings, crop_of
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.ensemble import person_scores
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, HALPE_26
+from stand_in_networks import (
+    BoxNetwork,
+    MovenetNetwork,
+    PafNetwork,
+    SimccNetwork,
+    ThunderNetwork,
+    Together,
+    chart,
+    person_at,
+)
+from tiny_networks import FLOAT, onnx_model, onnx_node, onnx_value
+
+SIZE = (640, 480)
+MODEL = Model('mine', COCO_18, (), 'ours', UserFiles('here'), replace(SIMCC_INPUT, fixed_size=(192, 256)),
+              ('simcc_x', 'simcc_y'), Decoder.SIMCC, points=17)
+WITH_FEET = replace(MODEL, name='feet', skeleton=BODY_25, points=26)
+OF_BOXES = Model('boxes', COCO_18, (), 'ours', UserFiles('here'), replace(YOLOX_INPUT, fixed_size=(416, 416)),
+                 ('dets', 'labels'), Decoder.BOXES)
+FEET = [i for i, joint in enumerate(BODY_25.joints) if joint.split('_')[-1] in ('toe', 'heel')]
+ALL_MODES = pytest.mark.parametrize('mode', MODES)
+
+
+@pytest.fixture(autouse=True)
+def _known_by_name(monkeypatch):
+    """The networks of this module are found by their names."""
+    find, own = recipe_choice.find_model, {model.name: model for model in (MODEL, WITH_FEET, OF_BOXES)}
+    monkeypatch.setattr(recipe_choice, 'find_model', lambda name, folder='': own.get(name) or find(name, folder))
+
+
+def with_feet(person):
+    """Return (25, 2) of a person, (18, 2), with toes in front of the ankles and heels behind, below them."""
+    result = keypoints_in(np.insert(person, 2, 1.0, axis=1)[None], COCO_18, BODY_25)[0, :, :2]
+    height = np.ptp(person[:, 1])
+    for side, out in (('left', 1), ('right', -1)):
+        ankle = person[COCO_18.index[f'{side}_ankle']]
+        for joint, (x, y) in {'big_toe': (0.03, 0.08), 'small_toe': (0.08, 0.06), 'heel': (-0.03, 0.04)}.items():
+            result[BODY_25.index[f'{side}_{joint}']] = ankle + np.array([out * x, y]) * height
+    return result
+
+
+def networks_of(people, size=SIZE):
+    """Return stand-ins that see people with feet, (25, 2) each."""
+    found = [keypoints_in(np.insert(one, 2, 1.0, axis=1)[None], BODY_25, COCO_18)[0, :, :2] for one in people]
+    return {'mobilenet_thin': PafNetwork(found, size), 'movenet_multipose': MovenetNetwork(found, size),
+            'movenet_thunder': ThunderNetwork(found, size),
+            'mine': SimccNetwork(people, size, skeleton=BODY_25),
+            'feet': SimccNetwork(people, size, skeleton=BODY_25, order=HALPE_26)}
+
+
+def detector(people, size=SIZE, **values):
+    return Detector(build(DetectorSettings, values), Together(**networks_of(people, size)))
+
+
+def right_of(person, pixels):
+    return person + np.array([pixels, 0])
+
+
+def in_order(people):
+    return people.xy[np.argsort(people.xy[:, people.skeleton.index['neck'], 0])]
+
+
+LEFT, RIGHT = with_feet(person_at(130, 120, 250)), with_feet(person_at(480, 130, 220))
+
+
+# --- crops ----------------------------------------------------------------------------------------------------------
+
+def scored(person):
+    return np.insert(person, 2, 0.9, axis=1).astype(np.float32)
+
+
+@pytest.mark.parametrize('size, padding', [((192, 256), 0), ((288, 384), 0)])
+def test_a_crop_has_the_aspect_of_the_input_and_the_makers_border(size, padding):
+    """The person's box, 1.25 times that of the joints, enlarged by 1.25; black beyond the image."""
+    person = scored(person_at(100, 30, 300))
+    one = crop_of(replace(MODEL, input=replace(SIMCC_INPUT, fixed_size=size)))
+    crop, = prepare_crops(CrowdImage(chart(*SIZE), person[None], COCO_18), person[None], one)
+    assert crop.input.shape == (size[1], size[0], 3)
+    width, height = crop.view.plan.image_size
+    assert height == pytest.approx(1.25 ** 2 * np.ptp(person[:, 1]), abs=3)
+    assert width == pytest.approx(0.75 * height, abs=3)
+    middle = (person[:, :2].min(axis=0) + person[:, :2].max(axis=0)) / 2
+    np.testing.assert_allclose(crop.view.origin + (crop.view.plan.image_size - np.ones(2)) / 2, middle, atol=2)
+    left, top = crop.view.origin
+    assert left < -20 and top < -20
+    assert (crop.input[:, 0] == padding).all() and (crop.input[0] == padding).all() and crop.input[-1, -1].any()
+
+
+@pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
+@pytest.mark.parametrize('degrees, turns', [(0, 0), (90, 1), (180, 2), (-90, 3)])
+def test_of_a_person_who_lies_the_network_sees_one_who_stands(degrees, turns, mirror):
+    angle, middle = np.radians(degrees), np.divide(SIZE, 2)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    person = scored((person_at(330, 100, 250) - middle) @ turn + middle)
+    one = replace(crop_of(MODEL), mirror=mirror)
+    crop, = prepare_crops(CrowdImage(chart(*SIZE), person[None], COCO_18), person[None], one)
+    assert crop.view.turns == (-turns % 4 if mirror else turns)
+    assert crop.input.shape == (256, 192, 3) and crop.view.net_size == (192, 256)
+    width, height = crop.view.plan.image_size
+    assert max(width, height) == pytest.approx(1.25 ** 2 * np.ptp(person[:, :2], axis=0).max(), abs=3)
+    assert (height < width) == bool(turns % 2)
+    network = SimccNetwork([person[:, :2]], SIZE)
+    network.infer(crop.input[None])
+    seen, = network._seen(crop.input)
+    neck, hips = seen[COCO_18.index['neck']], seen[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]]
+    assert neck[1] < hips[:, 1].min() - 30
+    back = crop.view.in_image(Poses(scored(seen)[None], np.ones(1)), COCO_18)
+    np.testing.assert_allclose(back.keypoints[0, :, :2], person[:, :2], atol=0.7)
+
+
+# --- full search ------------------------------------------------------------------------------------------------------
+
+@ALL_MODES
+@pytest.mark.parametrize('name', ['mine', 'feet'])
+@pytest.mark.parametrize('parameter', ['crop_model', 'pose_model'])
+def test_people_and_their_feet_are_at_their_places(mode, name, parameter):
+    """Feet are known to the crop network alone, and as sure as it is."""
+    unit = detector([LEFT, RIGHT], mode=mode, **{parameter: name})
+    skeleton = BODY_25 if name == 'feet' else COCO_18
+    assert unit.skeleton == skeleton and MOVENET_THUNDER not in unit.recipe.models
+    found = unit.detect(chart(*SIZE))
+    assert found.skeleton == skeleton and len(found) == 2 and found.present.all()
+    truth = [keypoints_in(scored(one)[None], BODY_25, skeleton)[0, :, :2] for one in (LEFT, RIGHT)]
+    np.testing.assert_allclose(in_order(found), truth, atol=1.5)
+    assert (found.scores > 0.9).all()
+    if name == 'feet':
+        others = [i for i in range(25) if i not in FEET]
+        np.testing.assert_allclose(found.confidence[:, FEET].mean(), found.confidence[:, others].mean(), atol=0.02)
+
+
+def test_people_without_a_crop_do_not_fall_for_want_of_feet():
+    """Of two people one is refined: the other one's score is that of a mode without feet."""
+    people = [LEFT, RIGHT]
+    plain, feet = (detector(people, look_closer=1, crop_model=name).detect(chart(*SIZE)) for name in ('mine', 'feet'))
+    assert len(plain) == len(feet) == 2
+    np.testing.assert_allclose(feet.scores, plain.scores, atol=0.02)
+    refined = feet.present[:, FEET].all(axis=1)
+    assert refined.sum() == 1 and not feet.present[~refined][:, FEET].any()
+    keypoints = np.full((1, 25, 3), 0.5, np.float32)
+    keypoints[:, FEET] = np.nan, np.nan, 0
+    known = np.ones((1, 25), bool)
+    known[:, FEET] = False
+    assert person_scores(keypoints, known) == pytest.approx([0.5])
+
+
+@pytest.mark.parametrize('x, y', [(15, 100), (625, 100), (320, 300), (320, -60)], ids=['left', 'right', 'low', 'high'])
+def test_a_person_at_the_border_keeps_the_joints_that_are_in_the_image(x, y):
+    person = with_feet(person_at(x, y, 250))
+    found = detector([person], crop_model='feet').detect(chart(*SIZE))
+    inside = ((person > 1) & (person < np.subtract(SIZE, 2))).all(axis=1)
+    # the fields of a joint just outside have a peak at the border
+    outside = ((person < -30) | (person > np.add(SIZE, 30))).any(axis=1)
+    assert len(found) == 1 and found.present[0, inside].all() and not found.present[0, outside].any()
+    np.testing.assert_allclose(found.xy[0, inside], person[inside], atol=1.5)
+
+
+def test_a_lying_person_is_found_with_feet():
+    middle = np.divide(SIZE, 2)
+    person = (with_feet(person_at(320, 120, 240)) - middle) @ np.array([[0, 1], [-1, 0]]) + middle
+    unit = detector([person], crop_model='feet')
+    found = unit.detect(chart(*SIZE))
+    np.testing.assert_allclose(found.xy[0], person, atol=1.5)
+    network = unit._networks.networks['feet']
+    assert [image.shape for image in network.inputs] == [(256, 192, 3)]
+
+
+@pytest.mark.parametrize('size', [(960, 540), (1920, 1080)])
+def test_warm_networks_have_seen_inputs_of_every_size(size):
+    def shapes():
+        return {(name, each.shape) for name, network in unit._networks.networks.items() for each in network.inputs}
+
+    unit = detector([with_feet(person_at(320, 100, 300))], size, crop_model='feet')
+    unit.warm_up()
+    warm = shapes()
+    assert len(unit.detect(chart(*size))) == 1
+    assert shapes() <= warm
+
+
+# --- following --------------------------------------------------------------------------------------------------------
+
+def test_followed_people_are_seen_by_the_crop_network_alone():
+    """Two walk; between searches, each frame has one crop of each, and their feet."""
+    networks = networks_of([LEFT, RIGHT])
+    following = FollowingParams(following='always', search_period=4)
+    unit = Detector(build(DetectorSettings, {'mode': 'fast', 'crop_model': 'feet'}), Together(**networks), following)
+    stream = NetworkDetection(unit, TrackingParams(), following, {'movenet_multipose': 1e-7, 'feet': 1e-7})
+    ids = None
+    for i in range(8):
+        people = [right_of(LEFT, 10.0 * i), right_of(RIGHT, -8.0 * i)]
+        networks['feet'].people = people
+        networks['movenet_multipose'].people = [one[[BODY_25.index[joint] for joint in COCO_18.joints]]
+                                                for one in people]
+        before = len(networks['movenet_multipose'].inputs), len(networks['feet'].inputs)
+        found = stream.detect(ImageFrame('camera', 10.0 + 0.1 * i, chart(*SIZE)))
+        searches, looks = (len(networks[name].inputs) - count
+                           for name, count in zip(('movenet_multipose', 'feet'), before))
+        assert searches == (i % 4 == 0) and looks == 2
+        np.testing.assert_allclose(in_order(found), people, atol=2.0)
+        assert found.present.all() and found.skeleton == BODY_25
+        ids = ids or sorted(found.ids)
+        assert sorted(found.ids) == ids
+
+
+# --- a file -----------------------------------------------------------------------------------------------------------
+
+# a joint of Halpe 26 is a dot of its colour, RGB, on grey
+GREY = 130
+COLOURS = [colour for colour in itertools.product((40, GREY, 220), repeat=3) if colour != (GREY,) * 3]
+
+
+def dots(people):
+    """Return an image of the joints of people with feet, (480, 640, 3) uint8 BGR."""
+    image = np.full((SIZE[1], SIZE[0], 3), GREY, np.uint8)
+    for person in people:
+        for joint, colour in zip(HALPE_26.joints, COLOURS):
+            if joint in BODY_25.index:
+                x, y = np.rint(person[BODY_25.index[joint]]).astype(int).tolist()
+                cv2.circle(image, (x, y), 6, colour[::-1], cv2.FILLED)
+    return image
+
+
+def finder_of_dots(path, width=192, height=256, tolerance=0.8):
+    """Write a SimCC network of 26 joints that finds the dots: the mean likeness of 5 x 5 pixels, its maxima along y and
+    x in two bins per pixel."""
+    wanted = np.float32((np.array(COLOURS) - SIMCC_INPUT.mean) * SIMCC_INPUT.scale).reshape(26, 3, 1, 1)
+    nodes = [onnx_node('Sub', ['image', 'wanted'], ['off']), onnx_node('Abs', ['off'], ['apart']),
+             onnx_node('ReduceSum', ['apart'], ['sum'], axes=[1]), onnx_node('Mul', ['sum', 'factor'], ['unlike']),
+             onnx_node('Add', ['unlike', 'one'], ['signed']), onnx_node('Relu', ['signed'], ['like']),
+             onnx_node('AveragePool', ['like'], ['mean'], kernel_shape=[5, 5], pads=[2, 2, 2, 2])]
+    constants = {'wanted': wanted, 'factor': np.float32([-1 / tolerance]), 'one': np.float32([1])}
+    for name, axis, side in (('simcc_x', 2, width), ('simcc_y', 3, height)):
+        constants[f'{name}_shape'] = np.array([1, 26, 2 * side])
+        nodes += [onnx_node('ReduceMax', ['mean'], [f'{name}_line'], axes=[axis], keepdims=0),
+                  onnx_node('Unsqueeze', [f'{name}_line'], [f'{name}_column'], axes=[3]),
+                  onnx_node('Concat', 2 * [f'{name}_column'], [f'{name}_twice'], axis=3),
+                  onnx_node('Reshape', [f'{name}_twice', f'{name}_shape'], [name])]
+    path.write_bytes(onnx_model(nodes, constants, [onnx_value('image', FLOAT, (1, 3, height, width))], [
+        onnx_value(name, FLOAT, (1, 26, 2 * side)) for name, side in (('simcc_x', width), ('simcc_y', height))]))
+
+
+class KnownPeople(MovenetNetwork):
+    """Stands in for MoveNet: knows the people, (18, 2) each, whatever the image shows."""
+
+    def _seen(self, image):
+        return [(person + 0.5) * np.divide(image.shape[1::-1], SIZE) - 0.5 for person in self.people]
+
+
+STANDING = with_feet(person_at(530, 90, 240))
+LYING = (with_feet(person_at(0, 0, 260)) - (0, 130)) @ np.array([[0, 1], [-1, 0]]) + (180, 240)
+
+
+@pytest.mark.parametrize('people', [[STANDING], [LYING], [STANDING, LYING]], ids=['stands', 'lies', 'both'])
+def test_from_a_file_and_an_image_to_people_with_feet(tmp_path, people):
+    pytest.importorskip('openvino')
+    path = tmp_path / 'halpe26.onnx'
+    finder_of_dots(path)
+    values = build(DetectorSettings, {'mode': 'fast', 'pose_model': str(path), 'compiled_cache': 'off'})
+    model = recipe_of(values.detector).refinements[0].model
+    assert (model.decoder, model.points, model.skeleton) == (Decoder.SIMCC, 26, BODY_25)
+    bodies = [one[[BODY_25.index[joint] for joint in COCO_18.joints]] + 3 for one in people]  # 3 px off
+    unit = Detector(values, Together(movenet_multipose=KnownPeople(bodies), **{
+        model.name: create_backend(model, path, BackendParams(compiled_cache='off'))}))
+    found = unit.detect(dots(people))
+    assert len(found) == len(people) and found.skeleton == BODY_25 and found.present.all()
+    order = [np.linalg.norm(found.xy - one, axis=2).mean(axis=1).argmin() for one in people]
+    assert sorted(order) == list(range(len(people)))
+    apart = np.linalg.norm(found.xy[order] - people, axis=2)
+    assert np.median(apart) < 1.5 and apart.max() < 4, 'the file tells the places, not the search'
+
+
+# --- boxes ------------------------------------------------------------------------------------------------------------
+
+def box_detector(people, following=None, **values):
+    """Return a detector that finds boxes, then joints in them, and its networks."""
+    networks = {'boxes': BoxNetwork(people, SIZE), **networks_of(people)}
+    settings = build(DetectorSettings, {'pose_model': 'boxes', **values})
+    return Detector(settings, Together(**networks), following or FollowingParams(following='never')), networks
+
+
+def test_no_box_no_person():
+    found = box_detector([], crop_model='mine')[0].detect(chart(*SIZE))
+    assert len(found) == 0 and found.skeleton == COCO_18
+
+
+@pytest.mark.parametrize('crop_model', ['', 'mine', 'feet'])
+def test_people_in_boxes_are_found_by_the_crop_network(crop_model):
+    """Seen twice: in the box, and upright with the others covered."""
+    unit, networks = box_detector([LEFT, RIGHT], crop_model=crop_model)
+    found = unit.detect(chart(*SIZE))
+    skeleton = BODY_25 if crop_model == 'feet' else COCO_18
+    assert found.skeleton == unit.skeleton == skeleton and len(found) == 2 and found.present.all()
+    truth = [keypoints_in(scored(one)[None], BODY_25, skeleton)[0, :, :2] for one in (LEFT, RIGHT)]
+    np.testing.assert_allclose(in_order(found), truth, atol=1.5)
+    assert len(networks[crop_model or 'movenet_thunder'].inputs) == 4 and len(networks['boxes'].inputs) == 1
+    assert (found.scores > 0.9).all()
+
+
+def test_without_refinement_people_are_seen_once():
+    unit, networks = box_detector([LEFT, RIGHT], crop_model='feet', look_closer=0)
+    found = unit.detect(chart(*SIZE))
+    np.testing.assert_allclose(in_order(found), [LEFT, RIGHT], atol=1.5)
+    assert len(networks['feet'].inputs) == 2
+
+
+def test_two_boxes_of_one_person_are_one_person():
+    unit, networks = box_detector([LEFT, RIGHT], crop_model='feet')
+    networks['boxes'].people = [LEFT, LEFT + 2.0, RIGHT]
+    assert len(unit.detect(chart(*SIZE))) == 2
+
+
+def test_boxes_of_followed_people_take_no_crop_and_confirm_them():
+    following = FollowingParams(following='always', search_period=1)
+    unit, networks = box_detector([LEFT], following, crop_model='feet')
+    stream = NetworkDetection(unit, TrackingParams(), following, {'boxes': 1e-7, 'feet': 1e-7})
+    middle = with_feet(person_at(310, 130, 240))
+    for i in range(6):
+        people = [right_of(LEFT, 6.0 * i)] + [middle] * (i >= 3)
+        networks['boxes'].people = networks['feet'].people = people
+        before = len(networks['feet'].inputs)
+        found = stream.detect(ImageFrame('camera', 10.0 + 0.1 * i, chart(*SIZE)))
+        crops = len(networks['feet'].inputs) - before
+        # in the first image, and of a new person: in the box, and a refinement that confirms it
+        assert crops == {0: 2, 3: 3}.get(i, 2 if i > 3 else 1)
+        if i != 3:  # the new person is expected in the next image
+            np.testing.assert_allclose(in_order(found), people, atol=2.0)
+            assert (found.scores > 0.9).all()
+    assert sorted(found.ids) == [1, 2]
+
+
+def test_behind_boxes_stands_a_network_for_one_person():
+    recipe = recipe_of(DetectorParams(pose_model='boxes'))
+    assert [model.name for model in recipe.models] == ['boxes', 'movenet_thunder']
+    assert recipe.needed == recipe.models and recipe.skeleton == COCO_18
+    with pytest.raises(ParameterError, match=r"'boxes', 'movenet_multipose' are not allowed.*simcc"):
+        recipe_of(DetectorParams(pose_model='boxes', crop_model='movenet_multipose'))
+
+
+# --- parameters -------------------------------------------------------------------------------------------------------
+
+def test_a_crop_network_takes_the_place_of_thunder():
+    for values in ({'crop_model': 'mine'}, {'pose_model': 'mine'}, {'pose_model': 'mine', 'crop_model': 'mine'}):
+        recipe = recipe_of(DetectorParams(**values))
+        assert recipe.passes == MODES['balanced'].passes
+        assert recipe.refinements == (crop_of(MODEL),) and MODEL in recipe.needed
+    accurate = recipe_of(DetectorParams(mode='accurate', crop_model='mine'))
+    assert [(one.model.name, one.mirror) for one in accurate.refinements] == [
+        ('movenet_multipose', False), ('movenet_multipose', True), ('mine', False), ('mine', True)]
+    assert recipe_of(DetectorParams(crop_model='movenet_thunder')).refinements == MODES['balanced'].refinements
+
+
+def test_behind_one_network_alone_the_crop_network_refines_without_look_closer():
+    recipe = recipe_of(DetectorParams(pose_model='rtmo_s', crop_model='feet'))
+    assert [model.name for model in recipe.models] == ['rtmo_s', 'feet'] and recipe.skeleton == BODY_25
+    assert recipe_of(DetectorParams(pose_model='rtmo_s', crop_model='feet', look_closer=0)).refinements == ()
+    # a joint set of its own stays
+    assert recipe_of(DetectorParams(pose_model='mpi', crop_model='feet')).skeleton.name == 'MPI_15'
+
+
+def test_the_joint_set_stays_while_a_detector_runs():
+    unit = detector([LEFT])
+    before = unit.detect(chart(*SIZE))
+    with pytest.raises(ParameterError, match='joint set BODY_25, but people have that of COCO_18'):
+        unit.reconfigure(build(DetectorSettings, {'crop_model': 'feet'}))
+    np.testing.assert_array_equal(unit.detect(chart(*SIZE)).keypoints, before.keypoints)
+    unit.reconfigure(build(DetectorSettings, {'crop_model': 'mine'}))
+    assert [model.name for model in unit.recipe.models][-1] == 'mine'
+
+
+@pytest.mark.parametrize('values, text', [
+    ({'crop_model': 'nothing'}, "'crop_model' = 'nothing' is not allowed: one of .*movenet_thunder"),
+    ({'crop_model': 'rtmo_s'}, "'crop_model' = 'rtmo_s' is not allowed: its decoder is rtmo, expected .*simcc"),
+    ({'crop_model': 'body_25'}, "'crop_model' = 'body_25' is not allowed"),
+    ({'crop_model': 'mine', 'pose_model': 'feet'}, "'pose_model', 'crop_model' = 'feet', 'mine' are not allowed")])
+def test_wrong_names_are_refused(values, text):
+    with pytest.raises(ParameterError, match=text):
+        recipe_of(DetectorParams(**values))

@@ -1,0 +1,162 @@
+"""The best networks that are installed by name, and of these the best that a processor computes at a rate."""
+import logging
+from dataclasses import replace
+
+import pytest
+
+from openpose_ros_pkg.detect import detector, recipe_choice
+from openpose_ros_pkg.detect.detector import Detector
+from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.recipe_choice import (
+    chosen_for_rate,
+    followed_share,
+    full_search_share,
+    recipe_of,
+    recipes_of,
+)
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, DetectorSettings, crop_of
+from openpose_ros_pkg.detect.schedule import SCHEDULE
+from openpose_ros_pkg.networks.model_registry import MODELS
+from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together
+
+
+def network(name, decoder, recipe, size, skeleton=COCO_18):
+    return Model(name, skeleton, (), 'ours', UserFiles('here'), replace(recipe, fixed_size=size), (), decoder)
+
+
+LARGE = network('large', Decoder.SIMCC, SIMCC_INPUT, (192, 256))
+SMALL = network('small', Decoder.SIMCC, SIMCC_INPUT, (192, 256))
+FEET = network('feet', Decoder.SIMCC, SIMCC_INPUT, (192, 256), BODY_25)
+BOXES = network('boxes', Decoder.BOXES, YOLOX_INPUT, (416, 416))
+WHOLE = MODELS['rtmo_s']
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Return a function that says which networks by name are there, the best first."""
+    def install(*models):
+        for module in (recipe_choice, detector):
+            monkeypatch.setattr(module, 'proved_models', lambda folder='': models)
+    install()
+    return install
+
+
+def chosen(**values):
+    """Return searcher and network for crops of all recipes of the mode best."""
+    return [(one.passes[0].model.name, one.refinements[0].model.name if one.refinements else '')
+            for one in recipes_of(DetectorParams(mode='best', **values))]
+
+
+def test_where_no_network_by_name_is_there_best_is_balanced_and_one_line_says_what_would_be_gained(installed, caplog):
+    caplog.set_level(logging.INFO)
+    assert recipes_of(DetectorParams(mode='best')) == (MODES['balanced'],)
+    networks = Together(mobilenet_thin=PafNetwork(), movenet_multipose=MovenetNetwork(),
+                        movenet_thunder=ThunderNetwork())
+    assert Detector(build(DetectorSettings, {'mode': 'best'}), networks).recipe == MODES['balanced']
+    lines = [record.message for record in caplog.records if 'mode best' in record.message]
+    assert len(lines) == 1 and 'get rtmpose_m' in lines[0] and '0.75' in lines[0]
+
+
+def test_the_network_for_crops_counts_first_then_what_searches(installed):
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    assert chosen()[:8] == [
+        ('rtmo_s', 'large'), ('boxes', 'large'), ('mobilenet_thin', 'large'),
+        ('rtmo_s', 'small'), ('boxes', 'small'), ('mobilenet_thin', 'small'), ('rtmo_s', ''),
+        ('mobilenet_thin', 'movenet_thunder')]
+    assert ('rtmo_s', 'movenet_thunder') in chosen(target_rate=30.0)
+    assert recipe_of(DetectorParams(mode='best')).refinements[0] == replace(
+        crop_of(LARGE), place_weight=crop_of(LARGE).place_weight / 4)
+    assert [one.passes for one in recipes_of(DetectorParams(mode='best'))][-6:] == [one.passes for one in FASTER[1:]]
+
+
+@pytest.mark.parametrize('models, first', [
+    ((SMALL,), ('mobilenet_thin', 'small')), ((WHOLE,), ('rtmo_s', '')), ((SMALL, BOXES), ('boxes', 'small')),
+    ((BOXES,), ('mobilenet_thin', 'movenet_thunder'))], ids=['crops', 'whole image', 'boxes', 'boxes alone'])
+def test_what_is_there_is_used(installed, models, first):
+    installed(*models)
+    assert chosen()[0] == first
+
+
+def test_a_network_for_crops_that_the_user_names_stays(installed):
+    installed(LARGE, WHOLE, BOXES)
+    assert {crop for _, crop in chosen(crop_model='movenet_thunder')} == {'movenet_thunder'}
+    assert chosen(crop_model='movenet_thunder')[:3] == [
+        (name, 'movenet_thunder') for name in ('rtmo_s', 'boxes', 'mobilenet_thin')]
+
+
+@pytest.mark.parametrize('models, skeleton', [((FEET, SMALL), BODY_25), ((SMALL, FEET), COCO_18)])
+def test_the_joint_set_is_that_of_the_best_whatever_the_processor_reaches(installed, models, skeleton):
+    installed(*models, WHOLE)
+    assert {one.skeleton for one in recipes_of(DetectorParams(mode='best', target_rate=30.0))} == {skeleton}
+
+
+# --- at a rate --------------------------------------------------------------------------------------------------------
+
+# Seconds for an input of each network.
+INPUTS = {'large': 192 * 256, 'small': 192 * 256, 'rtmo_s': 640 * 640, 'boxes': 416 * 416, 'movenet_thunder': 256 * 256}
+SECONDS = {'large': 0.02, 'small': 0.008, 'rtmo_s': 0.1, 'boxes': 0.02, 'movenet_thunder': 0.01}
+PACE = {**{name: seconds / INPUTS[name] for name, seconds in SECONDS.items()},
+        'mobilenet_thin': 3e-7, 'movenet_multipose': 3e-7}
+
+
+def taken_at(rate, share):
+    """Return the choice among all recipes at a rate [Hz], and how often each network was measured."""
+    measured = []
+
+    def measure(recipe, networks):
+        measured.extend(networks)
+        return {name: PACE[name] for name in networks}
+
+    choice = chosen_for_rate(recipes_of(DetectorParams(mode='best', target_rate=rate)),
+                             lambda recipe: (recipe, dict.fromkeys(model.name for model in recipe.models)), measure,
+                             lambda recipe, pace: share(recipe, pace, rate))
+    assert len(measured) == len(set(measured))
+    return choice, measured
+
+
+@pytest.mark.parametrize('rate, names', [
+    # half of a frame's time is allowed; in boxes, people are seen twice
+    (3.0, ('rtmo_s', 'large')), (4.5, ('boxes', 'large')), (9.0, ('boxes', 'small'))])
+def test_the_most_accurate_set_that_reaches_the_rate_is_taken(installed, rate, names):
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    choice, _ = taken_at(rate, full_search_share)
+    assert (choice.recipe.passes[0].model.name, choice.recipe.refinements[0].model.name) == names
+    assert choice.share <= 1
+
+
+def test_where_none_reaches_the_rate_the_fastest_is_taken(installed):
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    choice, measured = taken_at(1000.0, full_search_share)
+    assert choice.share > 1
+    assert choice.share == min(full_search_share(one, PACE, 1000.0)
+                               for one in recipes_of(DetectorParams(mode='best', target_rate=1000.0)))
+    assert set(measured) == set(PACE)
+
+
+def test_networks_that_are_not_needed_are_not_measured(installed):
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    assert set(taken_at(0.5, full_search_share)[1]) == {'large', 'rtmo_s'}
+
+
+@pytest.mark.parametrize('rate, names', [(10.0, ('boxes', 'large')), (16.0, ('boxes', 'small'))])
+def test_where_people_are_followed_the_search_is_spread(installed, rate, names):
+    """Each frame has the crops of two people, each 0.2 s a search."""
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    choice, _ = taken_at(rate, followed_share)
+    assert (choice.recipe.passes[0].model.name, choice.recipe.refinements[0].model.name) == names
+    recipe = recipe_of(DetectorParams(mode='best'))
+    share = followed_share(recipe, PACE, rate)
+    assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, SCHEDULE.search_time)) / 0.7)
+
+
+def test_a_detector_takes_the_set_that_its_networks_reach(installed, monkeypatch):
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    monkeypatch.setattr(detector, 'seconds_per_pixel', lambda recipe, networks, threads: {
+        name: PACE[name] for name in networks})
+    everything = Together(**{name: MovenetNetwork() for name in PACE})
+    settings = build(DetectorSettings, {'mode': 'best', 'target_rate': 16.0})
+    unit = Detector(settings, everything, FollowingParams())
+    assert [model.name for model in unit.recipe.models] == ['boxes', 'small']
