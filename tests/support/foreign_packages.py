@@ -1,10 +1,13 @@
 """Message packages of other projects, as Python packages that tests write: none of them is installed everywhere.
 
 The fields are those of people_msgs 1.4.0 (BSD), spencer_tracking_msgs 1.3.1 (BSD), vision_msgs 0.0.2 for ROS noetic
-(Apache-2.0), hri_msgs 0.9.0 (BSD) and jsk_recognition_msgs 1.2.19 (BSD), without their comments.
+(Apache-2.0), hri_msgs 0.9.0 (BSD), jsk_recognition_msgs 1.2.19 (BSD), moveit_msgs 0.11.4 (BSD) and what it names:
+object_recognition_msgs 0.4.2 (BSD), octomap_msgs 0.3.5 (BSD), shape_msgs and trajectory_msgs 1.13.1 (BSD); and
+costmap_converter 0.0.13 (BSD), without their comments.
 """
+import sys
 from pathlib import Path
-from typing import Dict, Mapping
+from typing import Dict, Iterable, Mapping
 
 import genpy.generator
 import rospkg
@@ -55,7 +58,49 @@ DEFINITIONS: Dict[str, Dict[str, str]] = {
         'Segment': 'geometry_msgs/Point start_point\ngeometry_msgs/Point end_point',
         'HumanSkeleton': 'std_msgs/Header header\nstring[] bone_names\njsk_recognition_msgs/Segment[] bones',
         'HumanSkeletonArray': 'std_msgs/Header header\nstd_msgs/Int32[] human_ids\n'
-                              'jsk_recognition_msgs/HumanSkeleton[] skeletons'}}
+                              'jsk_recognition_msgs/HumanSkeleton[] skeletons'},
+    'costmap_converter': {
+        'ObstacleMsg': 'std_msgs/Header header\ngeometry_msgs/Polygon polygon\nfloat64 radius\nint64 id\n'
+                       'geometry_msgs/Quaternion orientation\ngeometry_msgs/TwistWithCovariance velocities',
+        'ObstacleArrayMsg': 'std_msgs/Header header\ncostmap_converter/ObstacleMsg[] obstacles'},
+    'shape_msgs': {
+        'SolidPrimitive': _constants('BOX SPHERE CYLINDER CONE', 1) + 'uint8 type\nfloat64[] dimensions\n'
+                          + _constants('BOX_X BOX_Y BOX_Z', 0) + _constants('SPHERE_RADIUS', 0)
+                          + _constants('CYLINDER_HEIGHT CYLINDER_RADIUS', 0) + _constants('CONE_HEIGHT CONE_RADIUS', 0),
+        'MeshTriangle': 'uint32[3] vertex_indices',
+        'Mesh': 'MeshTriangle[] triangles\ngeometry_msgs/Point[] vertices',
+        'Plane': 'float64[4] coef'},
+    'object_recognition_msgs': {'ObjectType': 'string key\nstring db'},
+    'octomap_msgs': {
+        'Octomap': 'Header header\nbool binary\nstring id\nfloat64 resolution\nint8[] data',
+        'OctomapWithPose': 'Header header\ngeometry_msgs/Pose origin\noctomap_msgs/Octomap octomap'},
+    'trajectory_msgs': {
+        'JointTrajectoryPoint': 'float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\n'
+                                'float64[] effort\nduration time_from_start',
+        'JointTrajectory': 'Header header\nstring[] joint_names\nJointTrajectoryPoint[] points'},
+    'moveit_msgs': {
+        'CollisionObject': 'Header header\ngeometry_msgs/Pose pose\nstring id\n'
+                           'object_recognition_msgs/ObjectType type\n'
+                           'shape_msgs/SolidPrimitive[] primitives\ngeometry_msgs/Pose[] primitive_poses\n'
+                           'shape_msgs/Mesh[] meshes\ngeometry_msgs/Pose[] mesh_poses\nshape_msgs/Plane[] planes\n'
+                           'geometry_msgs/Pose[] plane_poses\nstring[] subframe_names\n'
+                           'geometry_msgs/Pose[] subframe_poses\n'
+                           + _constants('ADD REMOVE APPEND MOVE', 0).replace('uint8', 'byte') + 'byte operation',
+        'AttachedCollisionObject': 'string link_name\nCollisionObject object\nstring[] touch_links\n'
+                                   'trajectory_msgs/JointTrajectory detach_posture\nfloat64 weight',
+        'RobotState': 'sensor_msgs/JointState joint_state\nsensor_msgs/MultiDOFJointState multi_dof_joint_state\n'
+                      'AttachedCollisionObject[] attached_collision_objects\nbool is_diff',
+        'AllowedCollisionEntry': 'bool[] enabled',
+        'AllowedCollisionMatrix': 'string[] entry_names\nAllowedCollisionEntry[] entry_values\n'
+                                  'string[] default_entry_names\nbool[] default_entry_values',
+        'LinkPadding': 'string link_name\nfloat64 padding',
+        'LinkScale': 'string link_name\nfloat64 scale',
+        'ObjectColor': 'string id\nstd_msgs/ColorRGBA color',
+        'PlanningSceneWorld': 'CollisionObject[] collision_objects\noctomap_msgs/OctomapWithPose octomap',
+        'PlanningScene': 'string name\nRobotState robot_state\nstring robot_model_name\n'
+                         'geometry_msgs/TransformStamped[] fixed_frame_transforms\n'
+                         'AllowedCollisionMatrix allowed_collision_matrix\nLinkPadding[] link_padding\n'
+                         'LinkScale[] link_scale\nObjectColor[] object_colors\nPlanningSceneWorld world\nbool is_diff'}}
 
 
 def write_packages(folder: Path, definitions: Mapping[str, Mapping[str, str]] = DEFINITIONS) -> None:
@@ -68,10 +113,17 @@ def write_packages(folder: Path, definitions: Mapping[str, Mapping[str, str]] = 
         for name, text in messages.items():
             (sources / f'{name}.msg').write_text(text)
         search[package] = [str(sources)]
+    for package, messages in definitions.items():
         modules = folder / package / 'msg'
         generator = genpy.generator.MsgGenerator()
-        failed = generator.generate_messages(package, [str(sources / f'{name}.msg') for name in messages], str(modules),
-                                             search)
+        failed = generator.generate_messages(package, [f'{search[package][0]}/{name}.msg' for name in messages],
+                                             str(modules), search)
         assert not failed
         write_modules(str(modules))
         (folder / package / '__init__.py').touch()
+
+
+def forget_packages(packages: Iterable[str] = DEFINITIONS) -> None:
+    """Let Python look for packages anew when they are imported again."""
+    for name in [name for name in sys.modules if name.split('.')[0] in packages]:
+        del sys.modules[name]

@@ -30,7 +30,7 @@ from skeleton_extract_3d.ros import convert
 RATE = 15.0
 INPUT = '/openpose_ros/skeleton_3d'
 NODES = {'people_msgs_node': 'people_msgs', 'spencer_node': 'spencer_tracking_msgs', 'vision_msgs_node': 'vision_msgs',
-         'jsk_node': 'jsk_recognition_msgs', 'hri_node': 'hri_msgs'}
+         'jsk_node': 'jsk_recognition_msgs', 'hri_node': 'hri_msgs', 'moveit_node': 'moveit_msgs'}
 START = 'roslaunch openpose_ros_bringup people.launch chain:=false'
 # To and fro along y, at 1 m/s, for as long as the test takes.
 WALK = held(*((4.0 * leg, replace(STANDING, facing=90.0, place=(2.0, (-2.0, 2.0)[leg % 2]))) for leg in range(60)))

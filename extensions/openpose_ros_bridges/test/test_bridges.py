@@ -1,13 +1,11 @@
 """People become messages of other packages, value by value."""
-import sys
-
 import numpy as np
 import pytest
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
 from std_msgs.msg import Header
 
-from foreign_packages import DEFINITIONS, write_packages
+from foreign_packages import DEFINITIONS, forget_packages, write_packages
 from openpose_ros_bridges.node_params import VisionParams
 from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.jsk_node import JskMessages
@@ -42,22 +40,17 @@ JSK_LIMBS = ['Nose', 'Neck', 'RShoulder', 'RElbow', 'RWrist', 'LShoulder', 'LElb
              'RAnkle', 'LHip', 'LKnee', 'LAnkle', 'REye', 'LEye', 'REar', 'LEar']
 
 
-def forget(packages):
-    for name in [name for name in sys.modules if name.split('.')[0] in packages]:
-        del sys.modules[name]
-
-
 @pytest.fixture
 def packages(tmp_path, monkeypatch):
     """The packages as they are, and what writes others in their place."""
     def write(definitions):
-        forget(DEFINITIONS)
+        forget_packages()
         folder = tmp_path / str(len(list(tmp_path.iterdir())))
         write_packages(folder, definitions)
         monkeypatch.syspath_prepend(str(folder))
     write(DEFINITIONS)
     yield write
-    forget(DEFINITIONS)
+    forget_packages()
 
 
 def people():

@@ -21,7 +21,8 @@ ALL_ON = {'people.launch': {'floor': 'true', 'people_cloud': 'true', 'rviz': 'tr
           'demo.launch': {'floor': 'true', 'people_cloud': 'true', 'web': 'true'},
           'cameras.launch': {'cameras': 'left right', 'rgb_cameras': 'door', 'rviz': 'true',
                               'web': 'true'},
-          'bridges.launch': dict.fromkeys(('people_msgs', 'spencer', 'vision_msgs', 'hri', 'jsk'), 'true'),
+          'bridges.launch': dict.fromkeys(('people_msgs', 'spencer', 'vision_msgs', 'hri', 'jsk', 'moveit',
+                                            'obstacles'), 'true'),
           'nodelets.launch': dict.fromkeys(('floor', 'people_cloud', 'cloud_to_depth'), 'true')}
 # Parameters that launch files set whatever the arguments say.
 SET = {'publish_2d': [True], 'publish_results': [False], 'colour_by_person': [True], 'label': [True],

@@ -5,6 +5,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_signals.constants import SIGNALS, MotionConstants
 from openpose_ros_signals.records import UNKNOWN, FloorPose, PersonSignals
 from skeleton_extract_3d.body.body import JOINTS, TRUNK
 from skeleton_extract_3d.people import MEASURED, People3D
@@ -65,6 +66,14 @@ def sigma_of(people: People3D, row: int) -> float:
         if len(known):
             return float(np.sqrt(np.mean(known ** 2)))
     return math.nan
+
+
+def velocity_sigma(person: Located, constants: MotionConstants = SIGNALS.motion) -> float:
+    """Return the root mean square length of the error of a velocity [m/s]; NaN: not known.
+
+    It is that of a difference of two positions; errors that stay the same are counted too.
+    """
+    return math.nan if person.velocity is None else math.sqrt(2) * person.sigma / constants.time
 
 
 def reliability_of(confidence: np.ndarray) -> float:

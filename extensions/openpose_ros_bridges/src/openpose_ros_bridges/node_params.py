@@ -2,6 +2,7 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Type
 
+from openpose_ros_bridges.footprints import BODY, LEGS
 from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 
@@ -72,7 +73,81 @@ class HriSettings:
     demand: DemandParams
 
 
+@dataclass(frozen=True)
+class MoveitParams(Parameters):
+    """How people become objects of the planning scene."""
+
+    planning_frame: str = parameter(
+        '', "Publish people in this frame, which MoveIt has to know, such as world; empty: in the people's own, where "
+            'that is a link of the robot.')
+    tf_timeout: float = parameter(0.1, 'Wait this long for a transform; a frame without one is dropped.', unit='s',
+                                  minimum=0.0, maximum=10.0)
+    prefix: str = parameter('person', 'Objects are named by this, the number of the person and the part of the body, '
+                                      'such as person_5_left_hand.')
+    sigmas: float = parameter(1.0, 'Parts of people are wider, on each side, by so many times the sigma of their '
+                                   'joints.', minimum=0.0, maximum=5.0)
+    robot_links: str = parameter(
+        '', "The robot's own links, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame of tf, "
+            'FRAME>FRAME:RADIUS a capsule from one to another, such as elbow_link>wrist_link:0.1. Parts of people '
+            'within them are left out: they are the robot, taken for a person.')
+    robot_padding: float = parameter(0.05, 'Links of the robot are wider by this, on each side.', unit='m', minimum=0.0,
+                                     maximum=1.0)
+    max_rate: float = parameter(10.0, 'Most updates per second; 0: one for each frame.', unit='Hz', minimum=0.0,
+                                maximum=1000.0)
+
+
+@dataclass(frozen=True)
+class MoveitSettings:
+    """Parameters of moveit_node."""
+
+    moveit: MoveitParams
+    demand: DemandParams
+
+
+@dataclass(frozen=True)
+class ObstacleParams(Parameters):
+    """How people become obstacles on the floor."""
+
+    planning_frame: str = parameter(
+        'odom', 'Frame of the obstacles of teb_local_planner, with z upwards: the global_frame of its costmap, as it '
+                'does not turn velocities.')
+    robot_frame: str = parameter('base_link', 'Frame of the footprints of costmap_2d, with z upwards and its origin in '
+                                              'the middle of the robot.')
+    tf_timeout: float = parameter(0.1, 'Wait this long for a transform; a frame without one is dropped.', unit='s',
+                                  minimum=0.0, maximum=10.0)
+    footprint: str = parameter(BODY, 'Obstacles of a person: body, a circle that holds all of the body; legs, one for '
+                                     'each leg, where both are known.', choices=(BODY, LEGS))
+    sigmas: float = parameter(1.0, 'Radii are larger by so many times the sigma of the joints, and grow by so many '
+                                   'times that of the velocity.', minimum=0.0, maximum=5.0)
+    horizon: float = parameter(2.0, 'Footprints of people who walk are predicted so far ahead.', unit='s', minimum=0.0,
+                               maximum=10.0)
+    step: float = parameter(0.25, 'Time from one predicted footprint to the next.', unit='s', minimum=0.05,
+                            maximum=10.0)
+    spacing: float = parameter(0.05, 'Points in a footprint are so far apart; at most the resolution of the costmap.',
+                               unit='m', minimum=0.01, maximum=1.0)
+    height: float = parameter(0.5, 'Height of these points in robot_frame, within the limits of the layer that reads '
+                                   'them.', unit='m', minimum=-10.0, maximum=10.0)
+    robot_radius: float = parameter(0.5, 'Points nearer to the origin of robot_frame are left out: a person who walks '
+                                         'towards the robot would else put an obstacle into it.', unit='m', minimum=0.0,
+                                    maximum=10.0)
+    footprint_range: float = parameter(5.0, 'Points farther from the robot are left out. The scan that clears reaches '
+                                            'twice as far: nearer than that its rays miss no cell.', unit='m',
+                                       minimum=0.1, maximum=50.0)
+    max_rate: float = parameter(10.0, 'Most messages per second on each topic; 0: one for each frame.', unit='Hz',
+                                minimum=0.0, maximum=1000.0)
+
+
+@dataclass(frozen=True)
+class ObstacleSettings:
+    """Parameters of obstacles_node."""
+
+    obstacles: ObstacleParams
+    demand: DemandParams
+
+
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {'hri_node.yaml': HriSettings, 'jsk_node.yaml': BridgeSettings,
+                                      'moveit_node.yaml': MoveitSettings,
+                                      'obstacles_node.yaml': ObstacleSettings,
                                       'people_msgs_node.yaml': BridgeSettings, 'spencer_node.yaml': BridgeSettings,
                                       'vision_msgs_node.yaml': VisionSettings}

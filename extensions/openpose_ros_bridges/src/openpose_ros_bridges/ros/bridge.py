@@ -1,4 +1,7 @@
 """What all bridges have in common: inputs, a thread for each output, and diagnostics."""
+import math
+import threading
+import time
 from functools import partial
 from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
@@ -25,6 +28,8 @@ IN_IMAGE = (f'{IN_SPACE}/detected_poses', PersonDetectionArray)
 SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
 # Signals have the stamp of their people; half a millisecond allows for rounded ones [s].
 _SAME_STAMP = 0.0005
+# rospy sends what was published before its connections are closed within this time [s].
+_LAST_WORDS = 0.1
 
 
 def start_signals(namespace: str = '') -> str:
@@ -39,16 +44,19 @@ class Output(NamedTuple):
     Attributes:
         topic, kind: name and message class.
         inputs: topics and message classes of its input, or of two whose messages have the same stamp.
-        convert: makes the message of those of the inputs; raises BadInputError for what can not be used.
-        end: makes the message, without people, that is published once when the inputs have ended, of its header: for
-            messages whose readers keep people until the next one comes. None: there is none.
+        convert: makes the message of those of the inputs, None: nothing is to be said; raises BadInputError for what
+            can not be used.
+        end: makes the message, without people, that is published once when the inputs have ended, or the node ends, of
+            its header: for messages whose readers keep people until the next one comes. None: there is none.
+        rate: most messages per second, of the newest people; 0: no limit.
     """
 
     topic: str
     kind: Type[genpy.Message]
     inputs: Sequence[Tuple[str, Type[genpy.Message]]]
-    convert: Callable[..., genpy.Message]
-    end: Optional[Callable[[Header], genpy.Message]] = None
+    convert: Callable[..., Optional[genpy.Message]]
+    end: Optional[Callable[[Header], Optional[genpy.Message]]] = None
+    rate: float = 0.0
 
 
 class _Publisher:
@@ -57,19 +65,40 @@ class _Publisher:
     def __init__(self, output: Output, topic: rospy.Publisher, health: Health) -> None:
         self._output, self._topic, self._health = output, topic, health
         self._frame_id = ''
+        self._due = -math.inf
+        self._lock, self._is_shut_down = threading.Lock(), False
         self._input = None if output.end is None else InputEnd(self._end)
+        if output.end is not None:
+            rospy.on_shutdown(self._shut_down)
 
     def publish(self, messages: Tuple[genpy.Message, ...]) -> None:
         """Convert and publish messages of the inputs."""
+        now = time.monotonic()
+        if now < self._due:
+            return
         result = self._output.convert(*messages)
+        if self._output.rate:
+            self._due = max(self._due + 1 / self._output.rate, now)
         if self._input is not None:
             self._input.heard()
-        self._frame_id = result.header.frame_id
-        self._topic.publish(result)
-        self._health.frame_done(result.header.stamp)
+        header = getattr(result, 'header', messages[-1].header)
+        self._frame_id = header.frame_id
+        with self._lock:
+            if result is not None and not self._is_shut_down:
+                self._topic.publish(result)
+        self._health.frame_done(header.stamp)
 
     def _end(self) -> None:
-        self._topic.publish(self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id)))
+        result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
+        if result is not None:
+            self._topic.publish(result)
+
+    def _shut_down(self) -> None:
+        with self._lock:
+            self._is_shut_down = True
+        if self._frame_id:
+            self._end()
+            time.sleep(_LAST_WORDS)
 
 
 class Bridge:

@@ -8,13 +8,11 @@ from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Twist
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 from std_msgs.msg import Header
 
-from openpose_ros_bridges.located import Ages, Located, covariance, located
+from openpose_ros_bridges.located import Ages, Located, covariance, located, velocity_sigma
 from openpose_ros_bridges.node_params import BridgeSettings
 from openpose_ros_bridges.ros.bridge import PEOPLE, SIGNALS, Bridge, Output
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_signals.constants import SIGNALS as SIGNAL_CONSTANTS
-from openpose_ros_signals.constants import MotionConstants
 from openpose_ros_signals.ros.convert import signals_from_array
 from skeleton_extract_3d.ros.convert import people_from_array
 
@@ -66,8 +64,7 @@ class SpencerMessages:
         ForeignPackageError: the messages are not found, or are others.
     """
 
-    def __init__(self, constants: MotionConstants = SIGNAL_CONSTANTS.motion) -> None:
-        self._time = constants.time
+    def __init__(self) -> None:
         self._person = SPENCER.message('TrackedPerson', {
             'track_id': 'uint64', 'is_occluded': 'bool', 'is_matched': 'bool', 'detection_id': 'uint64',
             'age': 'duration', 'pose': 'geometry_msgs/PoseWithCovariance',
@@ -97,9 +94,8 @@ class SpencerMessages:
     def _twist(self, person: Located) -> TwistWithCovariance:
         if person.velocity is None:
             return TwistWithCovariance(Twist(), covariance(np.nan, np.nan))
-        # that of a difference of two positions; errors that stay the same are counted too
-        sigma = np.sqrt(2) * person.sigma / self._time
-        return TwistWithCovariance(Twist(linear=Vector3(*person.velocity)), covariance(sigma, np.nan))
+        return TwistWithCovariance(Twist(linear=Vector3(*person.velocity)),
+                                   covariance(velocity_sigma(person), np.nan))
 
 
 def _run(name: str, topic: str, kind: Type[Union[PeopleMessages, SpencerMessages]]) -> None:

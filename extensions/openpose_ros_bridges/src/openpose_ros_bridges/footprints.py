@@ -1,0 +1,86 @@
+"""What people take up on the floor, now and in the next seconds, for planners that move a robot over it.
+
+All is in a frame whose z is upwards.
+"""
+import math
+from typing import List, NamedTuple, Sequence
+
+import numpy as np
+
+from openpose_ros_bridges.capsules import PARTS, Capsules
+from openpose_ros_bridges.located import Located, velocity_sigma
+
+BODY, LEGS = 'body', 'legs'
+# The left and the right shin, as `Capsules.parts` has them.
+_SHINS = tuple(PARTS.index(f'{side}_shin') for side in ('left', 'right'))
+
+
+class Circle(NamedTuple):
+    """A circle on the floor that moves.
+
+    Attributes:
+        id: of the person; of one leg of two, 2 * id (left) or 2 * id + 1 (right).
+        centre: (2,) [m].
+        radius: [m].
+        velocity: (2,) [m/s]; zeros for a person who stands still, or whose velocity is not known.
+        velocity_sigma: root mean square length of its error [m/s]; NaN: not known.
+    """
+
+    id: int
+    centre: np.ndarray
+    radius: float
+    velocity: np.ndarray
+    velocity_sigma: float
+
+
+def circles_of(persons: Sequence[Located], capsules: Capsules, shape: str, sigmas: float) -> List[Circle]:
+    """Return the footprints of people.
+
+    Args:
+        shape: `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each
+            shin, where both are known, else as `BODY`.
+        sigmas: the errors of the joints are added so many times.
+    """
+    radii = capsules.radii[:, np.newaxis] + sigmas * np.nan_to_num(capsules.sigma)
+    return [circle for person in persons for circle in _circles(person, capsules, radii, shape)]
+
+
+def _circles(person: Located, capsules: Capsules, radii: np.ndarray, shape: str) -> List[Circle]:
+    velocity = np.zeros(2) if person.velocity is None else np.asarray(person.velocity[:2])
+    own = np.flatnonzero(capsules.persons == person.id)
+    ids, centres, rows = [person.id], [np.asarray(person.position[:2])], [own]
+    legs = [own[capsules.parts[own] == shin] for shin in _SHINS]
+    if shape == LEGS and all(len(leg) for leg in legs):
+        rows, ids = legs, [2 * person.id, 2 * person.id + 1]
+        centres = [capsules.ends[leg, :, :2].mean(axis=(0, 1)) for leg in legs]
+    return [Circle(name, centre, float(
+        (np.linalg.norm(capsules.ends[part, :, :2] - centre, axis=2) + radii[part]).max(initial=0.0)), velocity,
+        velocity_sigma(person)) for name, centre, part in zip(ids, centres, rows)]
+
+
+def predicted(circle: Circle, horizon: float, step: float, sigmas: float) -> List[Circle]:
+    """Return a footprint now and, of one that moves, each `step` [s] up to `horizon` [s].
+
+    It goes on with its velocity; its radius grows with the error of that, `sigmas` times that over the floor.
+    """
+    growth = 0.0 if math.isnan(circle.velocity_sigma) else sigmas * math.sqrt(2 / 3) * circle.velocity_sigma
+    times = np.arange(0.0, horizon + step / 2, step) if circle.velocity.any() else [0.0]
+    return [circle._replace(centre=circle.centre + time * circle.velocity, radius=circle.radius + time * growth)
+            for time in times]
+
+
+def points_in(circles: Sequence[Circle], spacing: float, near: float, far: float) -> np.ndarray:
+    """Return the points of a square grid that lie in any of the circles, (N, 2) [m], each once.
+
+    Points nearer to the origin than `near` or farther than `far` [m] are left out.
+    """
+    cells = [np.zeros((0, 2))]
+    for circle in circles:
+        least, most = (np.clip((circle.centre + side * circle.radius) / spacing, -far / spacing, far / spacing)
+                       for side in (-1, 1))
+        x, y = np.mgrid[np.ceil(least[0]):most[0] + 1, np.ceil(least[1]):most[1] + 1]
+        grid = np.column_stack((x.ravel(), y.ravel()))
+        cells.append(grid[np.linalg.norm(grid * spacing - circle.centre, axis=1) <= circle.radius])
+    points = np.unique(np.concatenate(cells), axis=0) * spacing
+    distances = np.linalg.norm(points, axis=1)
+    return np.asarray(points[(distances >= near) & (distances <= far)])

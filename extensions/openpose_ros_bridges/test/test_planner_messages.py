@@ -1,0 +1,198 @@
+"""People become messages of planners, value by value. The packages of these messages are written by the test."""
+import numpy as np
+import pytest
+import rospy
+from sensor_msgs import point_cloud2
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
+from animated_skeleton import SIGMA, STANDING, people_of
+from foreign_packages import DEFINITIONS, forget_packages, write_packages
+from openpose_ros_bridges.capsules import PARTS
+from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
+from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
+from openpose_ros_bridges.ros.obstacles_node import CostmapMessages, Footprints, ObstacleMessages
+from openpose_ros_pkg.errors import ForeignPackageError, ParameterError
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
+from openpose_ros_signals.ros.convert import signals_to_array
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.ros import convert
+
+ROOM = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
+NOT_KNOWN = 999999.0
+# As in messages that others generated of moveit_msgs 0.11, in Lisp and JavaScript, and of costmap_converter, in C++.
+MD5SUMS = {'moveit_msgs/PlanningScene': 'acfc50bcfd6c7b978066bfa7c786002c',
+           'moveit_msgs/CollisionObject': 'dbba710596087da521c07564160dfccb',
+           'shape_msgs/SolidPrimitive': 'd8f8cbc74c5ff283fca29569ccefb45d',
+           'costmap_converter/ObstacleMsg': 'a37f90c2e2437cb2b570855e1c703488',
+           'costmap_converter/ObstacleArrayMsg': '8a1bdcde72c65ca7d3ce8ebf52d43516'}
+PACKAGES = ('moveit_msgs', 'shape_msgs', 'object_recognition_msgs', 'octomap_msgs', 'trajectory_msgs',
+            'costmap_converter')
+# Parameters with which no tf is needed.
+OWN_FRAME = {'planning_frame': '', 'robot_frame': ''}
+
+
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    """The packages as they are, and what writes others in their place."""
+    def write(**others):
+        forget_packages()
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        write_packages(folder, {name: {**DEFINITIONS[name], **others.get(name, {})} for name in PACKAGES})
+        monkeypatch.syspath_prepend(str(folder))
+    write()
+    yield write
+    forget_packages()
+
+
+def checked(message):
+    """Return a message whose types are right."""
+    message._check_types()
+    assert MD5SUMS.get(message._type, message._md5sum) == message._md5sum
+    return message
+
+
+def people(*ids):
+    return convert.people_to_array(
+        people_of([STANDING] * len(ids), ids, np.random.RandomState(0)) if ids else People3D.empty(COCO_18), ROOM)
+
+
+def signals(walk):
+    floor = FloorPose(np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
+    return signals_to_array([PersonSignals(5, np.array([0.0, 0.0, 1.1]), walk=walk, floor=floor)], ROOM)
+
+
+NO_SIGNALS = signals_to_array([], ROOM)
+WALKS = signals(Walk(True, 1.5, np.array([0.0, 1.0, 0.0])))
+
+
+def numbers(message):
+    return [getattr(message, name) for name in message.__slots__]
+
+
+def points_of(cloud):
+    return np.array(list(point_cloud2.read_points(cloud, ('x', 'y', 'z')))).reshape(-1, 3)
+
+
+def test_a_scene_changes_by_diffs(packages):
+    saved = []
+    messages = PlanningSceneMessages(MoveitParams(), save=saved.append)
+    assert messages.convert(people()) is None
+    scene = checked(messages.convert(people(5)))
+    assert (scene.is_diff, scene.robot_state.is_diff) == (True, True)
+    parts = {told.id: told for told in scene.world.collision_objects}
+    assert set(parts) <= {f'person_5_{part}' for part in PARTS}
+    assert len(parts) == 17  # feet need a network with toes
+    assert saved == [list(parts)]
+    for told in parts.values():
+        checked(told)
+        assert (told.operation, told.header) == (told.ADD, ROOM)
+        assert [primitive.type for primitive in told.primitives] == [3, 2, 2]
+        (length, radius), (ball,), (other,) = (checked(primitive).dimensions for primitive in told.primitives)
+        assert radius == ball == other
+        assert [pose.position.z for pose in told.primitive_poses] == [0.0, -length / 2, length / 2]
+    moved = checked(messages.convert(people(5))).world.collision_objects
+    assert {(told.operation, len(told.primitives), len(told.primitive_poses)) for told in moved} == {(3, 0, 0)}
+    assert [told.pose for told in moved] == [told.pose for told in parts.values()]
+    gone = checked(messages.convert(people()))
+    assert {(told.operation, told.id) for told in gone.world.collision_objects} == {(1, name) for name in parts}
+    assert messages.end(ROOM) is None
+    assert saved[-1] == ()
+
+
+def test_nothing_else_of_the_scene_is_touched(packages):
+    """An empty field of a diff is no change in MoveIt."""
+    messages = PlanningSceneMessages(MoveitParams())
+    for scene in (messages.convert(people(5)), messages.convert(people(5)), messages.end(ROOM)):
+        untouched = type(scene)(is_diff=True)
+        untouched.robot_state.is_diff = True
+        untouched.world.collision_objects = scene.world.collision_objects
+        assert scene == untouched
+        matrix = scene.allowed_collision_matrix
+        assert numbers(matrix) == [[], [], [], []]
+
+
+def test_objects_that_a_killed_node_left(packages):
+    messages = PlanningSceneMessages(MoveitParams(), left=['person_1_head'])
+    (told,) = messages.convert(people()).world.collision_objects
+    assert (told.id, told.operation) == ('person_1_head', told.REMOVE)
+
+
+def test_markers_show_the_parts(packages):
+    messages = PlanningSceneMessages(MoveitParams())
+    assert [marker.action for marker in messages.markers(people()).markers] == [Marker.DELETEALL]
+    first, *markers = checked(messages.markers(people(5))).markers
+    assert first.action == Marker.DELETEALL
+    assert len(markers) == 3 * 17
+    assert len({marker.id for marker in markers}) == len(markers)
+    objects = messages.convert(people(5)).world.collision_objects
+    for told, (cylinder, *balls) in zip(objects, (markers[row:row + 3] for row in range(0, len(markers), 3))):
+        assert (cylinder.type, [ball.type for ball in balls]) == (Marker.CYLINDER, [Marker.SPHERE] * 2)
+        assert cylinder.pose == told.pose
+        width = cylinder.scale.x
+        assert [numbers(ball.scale) for ball in balls] == [[width] * 3] * 2
+        assert 2 * told.primitives[0].dimensions[1] == pytest.approx(width + 0.02)
+        ends = np.array([numbers(ball.pose.position) for ball in balls])
+        assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(cylinder.scale.z)
+
+
+def test_wrong_links_are_refused(packages):
+    with pytest.raises(ParameterError, match='robot_links'):
+        PlanningSceneMessages(MoveitParams(robot_links='tool0'))
+
+
+def test_obstacles(packages):
+    messages = ObstacleMessages(Footprints(ObstacleParams(**OWN_FRAME)))
+    none = checked(messages.convert(people(), NO_SIGNALS))
+    assert (none.header, none.obstacles) == (ROOM, [])
+    (one,) = checked(messages.convert(people(5), WALKS)).obstacles
+    checked(one)
+    assert (one.id, one.header, len(one.polygon.points)) == (5, ROOM, 1)
+    assert numbers(one.polygon.points[0]) == [0.0, 0.0, 0.0]
+    assert 0.3 < one.radius < 0.6
+    assert numbers(one.orientation) == [0.0, 0.0, 0.0, 1.0]
+    assert numbers(one.velocities.twist.linear) == [0.0, 1.5, 0.0]
+    along = (np.sqrt(2) * SIGMA / 0.4) ** 2 / 3
+    np.testing.assert_allclose(np.reshape(one.velocities.covariance, (6, 6)),
+                               np.diag([along] * 3 + [NOT_KNOWN] * 3), rtol=1e-6)
+    (unknown,) = messages.convert(people(5), signals(None)).obstacles
+    assert numbers(unknown.velocities.twist.linear) == [0.0] * 3
+    assert unknown.velocities.covariance[0] == NOT_KNOWN
+    legs = ObstacleMessages(Footprints(ObstacleParams(footprint='legs', **OWN_FRAME)))
+    assert [leg.id for leg in checked(legs.convert(people(5), WALKS)).obstacles] == [10, 11]
+    assert checked(messages.end(ROOM)).obstacles == []
+
+
+def test_points_for_a_costmap(packages):
+    messages = CostmapMessages(Footprints(ObstacleParams(height=0.25, **OWN_FRAME)))
+    for none in (messages.convert(people(), NO_SIGNALS), messages.end(ROOM)):
+        assert (checked(none).header, len(points_of(none))) == (ROOM, 0)
+    points = points_of(checked(messages.convert(people(5), WALKS)))
+    assert set(points[:, 2]) == {0.25}
+    # 1.5 m/s for 2 s, and the robot of 0.5 m at the origin
+    assert 3.2 < points[:, 1].max() < 4.0
+    assert np.linalg.norm(points[:, :2], axis=1).min() >= 0.5
+    assert len(points_of(messages.convert(people(5), signals(Walk(False, 0.0, np.zeros(3)))))) < len(points) / 4
+
+
+def test_the_scan_that_clears_meets_nothing(packages):
+    scan = checked(CostmapMessages(Footprints(ObstacleParams(**OWN_FRAME))).clearing(people(5)))
+    assert scan.header == ROOM
+    assert set(scan.ranges) == {np.inf}
+    assert scan.range_max == 10.0
+    assert scan.angle_max == pytest.approx(scan.angle_min + (len(scan.ranges) - 1) * scan.angle_increment)
+    assert scan.angle_increment * scan.range_max <= 0.025 + 1e-9
+
+
+@pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [
+    (lambda: PlanningSceneMessages(MoveitParams()), 'moveit_msgs', 'CollisionObject',
+     'Header header\nstring id\nshape_msgs/SolidPrimitive[] primitives\ngeometry_msgs/Pose[] primitive_poses\n'
+     'byte ADD=0\nbyte REMOVE=1\nbyte MOVE=3\nbyte operation', 'pose is missing'),
+    (lambda: ObstacleMessages(Footprints(ObstacleParams(**OWN_FRAME))), 'costmap_converter', 'ObstacleMsg',
+     'std_msgs/Header header\ngeometry_msgs/Polygon polygon\nint64 id\ngeometry_msgs/Quaternion orientation\n'
+     'geometry_msgs/TwistWithCovariance velocities', 'radius is missing')], ids=['moveit', 'teb'])
+def test_other_definitions_are_refused(packages, make, package, message, other, text):
+    packages(**{package: {message: other}})
+    with pytest.raises(ForeignPackageError, match=f'{package}/{message} is defined otherwise than .*: .*{text}'):
+        make()

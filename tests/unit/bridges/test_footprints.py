@@ -1,0 +1,101 @@
+"""Footprints of people on the floor: they hold the body, and where it may be in the next seconds."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from animated_skeleton import SIGMA, STANDING, joints_of, people_of, without
+from openpose_ros_bridges.capsules import capsules_of
+from openpose_ros_bridges.footprints import BODY, LEGS, Circle, circles_of, points_in, predicted
+from openpose_ros_bridges.located import located
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
+
+PLACE = np.array([2.0, -1.0])
+FLOOR = FloorPose(np.array([*PLACE, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
+WALKS = PersonSignals(7, np.array([*PLACE, 1.1]), walk=Walk(True, 1.5, np.array([0.0, 1.0, 0.0])), floor=FLOOR)
+STANDS = replace(WALKS, walk=Walk(False, 0.0, np.zeros(3)))
+POSE = replace(STANDING, place=tuple(PLACE))
+FAR = {'near': 0.0, 'far': 100.0}
+
+
+def footprints(signals=WALKS, shape=BODY, sigmas=1.0, hidden=()):
+    people = without(people_of([POSE], [7], np.random.RandomState(1)), hidden)
+    return circles_of(located(people, [signals]), capsules_of(people), shape, sigmas)
+
+
+def test_nobody_has_no_footprint():
+    none = people_of([], [], np.random.RandomState(1))
+    assert circles_of([], capsules_of(none), BODY, 1.0) == []
+    assert points_in([], 0.05, **FAR).shape == (0, 2)
+
+
+def test_a_body_is_in_its_circle():
+    (circle,) = footprints(sigmas=0.0)
+    assert circle.id == 7
+    np.testing.assert_array_equal(circle.centre, PLACE)
+    np.testing.assert_array_equal(circle.velocity, [0.0, 1.5])
+    reach = np.linalg.norm(joints_of(POSE)[:, :2] - PLACE, axis=1).max()
+    # the arms hang beside the hips
+    assert reach + 0.05 < circle.radius < reach + 0.25
+    (wider,) = footprints(sigmas=2.0)
+    assert wider.radius == pytest.approx(circle.radius + 2 * SIGMA, abs=0.1)
+    assert wider.radius > circle.radius + 2 * SIGMA - 0.01
+
+
+def test_legs_have_a_circle_each():
+    left, right = footprints(shape=LEGS)
+    assert (left.id, right.id) == (14, 15)
+    joints = joints_of(POSE)
+    for circle, side in ((left, 'left'), (right, 'right')):
+        ankle = joints[COCO_18.index[f'{side}_ankle'], :2]
+        np.testing.assert_allclose(circle.centre, ankle, atol=0.05)
+        assert 0.08 < circle.radius < 0.2
+        np.testing.assert_array_equal(circle.velocity, [0.0, 1.5])
+    (body,) = footprints(shape=LEGS, hidden=['left_ankle'])  # one leg alone would leave the other out
+    assert body.id == 7
+
+
+def test_people_who_walk_go_on_and_their_places_grow_unsure():
+    (circle,) = footprints()
+    ahead = predicted(circle, 2.0, 0.25, 1.0)
+    assert len(ahead) == 9
+    assert ahead[0].centre.tolist() == PLACE.tolist()
+    assert ahead[0].radius == circle.radius
+    np.testing.assert_allclose(ahead[-1].centre, PLACE + np.array([0.0, 3.0]))
+    # the error of a difference of two positions over 0.4 s, of which two of three axes are level
+    growth = np.sqrt(2) * SIGMA / 0.4 * np.sqrt(2 / 3)
+    assert ahead[-1].radius == pytest.approx(circle.radius + 2.0 * growth)
+    assert predicted(circle, 2.0, 0.25, 0.0)[-1].radius == circle.radius
+    assert len(predicted(circle, 0.0, 0.25, 1.0)) == 1
+
+
+@pytest.mark.parametrize('signals', [STANDS, replace(WALKS, walk=None)], ids=['stands', 'not known'])
+def test_people_who_do_not_walk_stay(signals):
+    (circle,) = footprints(signals)
+    assert len(predicted(circle, 2.0, 0.25, 1.0)) == 1
+    assert np.isnan(circle.velocity_sigma) == (signals.walk is None)
+
+
+def test_points_fill_circles_once():
+    circle = Circle(1, np.array([1.0, 0.0]), 0.3, np.zeros(2), 0.0)
+    points = points_in([circle, circle._replace(centre=np.array([1.1, 0.0]))], 0.05, **FAR)
+    distances = np.linalg.norm(points[:, np.newaxis] - [[1.0, 0.0], [1.1, 0.0]], axis=2).min(axis=1)
+    assert distances.max() <= 0.3 + 1e-9
+    cells = np.rint(points / 0.05).astype(int)
+    assert len(np.unique(cells, axis=0)) == len(points)
+    # every place of the circle has a point within half a diagonal of the grid
+    angles = np.linspace(0, 2 * np.pi, 100)
+    rim = np.array([1.0, 0.0]) + 0.25 * np.column_stack((np.cos(angles), np.sin(angles)))
+    assert np.linalg.norm(rim[:, np.newaxis] - points, axis=2).min(axis=1).max() <= 0.05 * np.sqrt(0.5) + 1e-9
+
+
+def test_points_in_the_robot_and_out_of_reach_are_left_out():
+    near = Circle(1, np.zeros(2), 1.0, np.zeros(2), 0.0)
+    distances = np.linalg.norm(points_in([near], 0.05, 0.5, 5.0), axis=1)
+    assert 0.5 <= distances.min() < 0.56
+    huge = Circle(1, np.array([1e6, 0.0]), 1e9, np.zeros(2), 0.0)
+    distances = np.linalg.norm(points_in([huge], 0.1, 0.5, 2.0), axis=1)
+    assert distances.max() <= 2.0
+    assert len(distances) > 1000
+    assert len(points_in([huge._replace(radius=1.0)], 0.1, 0.5, 2.0)) == 0

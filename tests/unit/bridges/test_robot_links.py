@@ -1,0 +1,55 @@
+"""Parts of a robot that were taken for people are left out; people beside it are not."""
+import numpy as np
+import pytest
+
+from animated_skeleton import Limb, Pose, joints_of, people_of
+from openpose_ros_bridges.capsules import PARTS, capsules_of
+from openpose_ros_bridges.robot_links import RobotLink, read_links, without_links
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.skeletons import COCO_18
+
+FORWARDS = Limb((0.0, 1.0, 0.0), (0.0, 1.0, 0.0))
+POSE = Pose(left=FORWARDS)
+PEOPLE = people_of([POSE], [3], np.random.RandomState(0))
+
+
+def left_out(ends, radii):
+    capsules = capsules_of(PEOPLE)
+    kept = without_links(capsules, np.array(ends), radii)
+    return {PARTS[part] for part in set(capsules.parts) - set(kept.parts)}
+
+
+def at(joint, *offset):
+    return joints_of(POSE)[COCO_18.index[joint]] + np.array(offset or (0.0, 0.0, 0.0))
+
+
+def test_links_are_read():
+    assert read_links('', 'robot_links') == ()
+    assert read_links('tool0:0.08  arm/elbow>arm/wrist:.1', 'robot_links') == (
+        RobotLink('tool0', 'tool0', 0.08), RobotLink('arm/elbow', 'arm/wrist', 0.1))
+
+
+@pytest.mark.parametrize('text', ['tool0', 'tool0:', 'tool0:-1', 'a>b>c:1', 'tool0:wide', ':0.1'])
+def test_what_is_no_link_is_refused(text):
+    with pytest.raises(ParameterError, match=r'robot_links: .* is no link, expected FRAME:RADIUS'):
+        read_links(text, 'robot_links')
+
+
+def test_a_part_within_a_link_is_the_robots():
+    arm = [at('left_elbow'), at('left_wrist', 0.3, 0.0, 0.0)]
+    assert left_out([arm], [0.1]) == {'left_forearm', 'left_hand'}
+    # two links that meet hold what goes from one to the other
+    shoulder = [at('left_shoulder'), at('left_elbow')]
+    assert left_out([arm, shoulder], [0.1, 0.1]) == {'left_forearm', 'left_hand', 'left_upper_arm'}
+
+
+def test_a_part_that_only_touches_a_link_stays():
+    hand = [at('left_wrist')] * 2
+    assert left_out([hand], [0.1]) == set()  # a ball at the wrist: forearm and hand go on
+    beside = [at('left_elbow', 0.0, 0.0, 0.2), at('left_wrist', 0.3, 0.0, 0.2)]
+    assert left_out([beside], [0.1]) == set()
+
+
+def test_a_link_whose_place_is_not_known_hides_no_one():
+    assert left_out([[[np.nan] * 3, [0.0] * 3]], [10.0]) == set()
+    assert left_out([[[0.0] * 3] * 2], [10.0]) == {PARTS[part] for part in set(capsules_of(PEOPLE).parts)}
