@@ -1,28 +1,37 @@
 """Networks that are fetched by name from their makers' address, and what they have proved."""
+import logging
 from pathlib import Path
-from typing import Optional, Tuple
+from typing import Tuple
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import BY_NAME
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import find_weights, weights_path
-from openpose_ros_pkg.networks.proof import Proof, kept_proof
+from openpose_ros_pkg.networks.proof import kept_proof
+
+_log = logging.getLogger(__name__)
 
 
 def proved_models(model_folder: str = '') -> Tuple[Model, ...]:
-    """Return the networks by name that are installed and have proved themselves, the best by published AP first."""
-    proofs = ((model, _installed(model, model_folder)) for model in BY_NAME)
-    return tuple(model for model, proof in proofs if proof is not None and proof.passed)
+    """Return the networks by name that are installed and prove themselves, the best by published AP first.
+
+    One that is refused is named in the log. Those whose file or decoder is new take a second or two.
+    """
+    return tuple(model for model in BY_NAME if _is_proved(model, model_folder))
 
 
-def _installed(model: Model, model_folder: str) -> Optional[Proof]:
-    """Return the proof of a network that is installed; None: there is none, or not the expected file."""
+def _is_proved(model: Model, model_folder: str) -> bool:
     if find_weights(model, model_folder) is None:
-        return None
+        return False
     try:
-        return kept_proof(model, weights_path(model, model_folder))
-    except ModelError:
-        return None
+        path = weights_path(model, model_folder)
+        proof = kept_proof(model, path)
+        if proof is None or not proof.passed:
+            prove_installed(model, path)
+    except ModelError as error:
+        _log.warning('%s is not used: %s', model.name, error)
+        return False
+    return True
 
 
 def prove_installed(model: Model, weights: Path) -> str:

@@ -3,8 +3,8 @@
 No known output of such a network is at hand, unlike for `self_check`. So a decoder that misreads its real weights, or a
 runtime that computes it wrongly, is found by what it says of a picture whose joints are known: data/two_people.jpg,
 rendered by the generator of development/benchmark_data, with the truth of its joints beside it [px]; boxes and feet
-were placed by hand. One person stands, one sits, each with another arm raised: no fixed pose, mirror image or exchange of
-left and right is near both.
+were placed by hand. One person stands, one sits, each with another arm raised: no fixed pose, mirror image or exchange
+of left and right is near both.
 
 The result is kept beside the weights, by checksum of the file, fingerprint of the decoders and runtime: each of them
 proves itself once.
