@@ -5,6 +5,7 @@ real networks are skipped where their weights or the runtime are not there.
 """
 import importlib.util
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,8 +63,11 @@ def test_auto_takes_the_first_that_works_and_says_so(monkeypatch, caplog, tmp_pa
     with_loaders(monkeypatch, openvino=lambda: first, opencv_dnn=lambda: second)
     with caplog.at_level(logging.INFO):
         assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams()) is first
-    assert [record.levelname for record in caplog.records] == ['INFO']
-    assert 'Fake 1.0 computes mobilenet_thin (backend auto: the fastest that is available)' in caplog.text
+        create_backend(replace(MOBILENET_THIN, description=tmp_path, licence='MIT'), tmp_path / 'mine.pb', BackendParams())
+    assert [record.levelname for record in caplog.records] == ['INFO', 'INFO']
+    assert ('Fake 1.0 computes mobilenet_thin (backend auto: the fastest that is available); licence of the weights: '
+            'Apache-2.0\n') in caplog.text
+    assert 'weights: MIT, a file of yours: whether it finds people was not checked\n' in caplog.text
 
 
 def test_auto_skips_a_wrong_network_with_a_warning(monkeypatch, caplog, tmp_path):

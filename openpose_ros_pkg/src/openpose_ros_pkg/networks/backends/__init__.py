@@ -96,7 +96,7 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
     """
     if params.backend != 'auto':
         backend = _demanded(model, weights, params)
-        _log.info('%s computes %s, as the parameter backend demands', backend.description, model.name)
+        _log.info('%s computes %s, as the parameter backend demands%s', backend.description, model.name, _terms(model))
         return backend
     reasons: List[str] = []
     faults: List[str] = []
@@ -118,11 +118,17 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
             faults.append(f'{name} does not work: {error}')
             continue
         why = '; '.join(reasons) if reasons else 'the fastest that is available'
-        _log.info('%s computes %s (backend auto: %s)', backend.description, model.name, why)
+        _log.info('%s computes %s (backend auto: %s)%s', backend.description, model.name, why, _terms(model))
         return backend
     if refused:
         raise RefusedError(refused)
     raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons + faults))
+
+
+def _terms(model: Model) -> str:
+    """Return what the log says of a network beside its runtime."""
+    own = '' if model.description is None else ', a file of yours: whether it finds people was not checked'
+    return f'; licence of the weights: {model.licence}{own}'
 
 
 def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
