@@ -113,11 +113,12 @@ class People2D:
         present = np.isfinite(keypoints[..., :2]).all(axis=2)
         if not np.array_equal(present, keypoints[..., 2] > 0):
             raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
-        points = self.points if self.points is None else np.asarray(self.points, np.float32)
-        if points is not None and points.shape != (*people, WHOLE_BODY_POINTS, 3):
-            raise ValueError(f'points: expected {(*people, WHOLE_BODY_POINTS, 3)}, got {points.shape}')
-        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked),
-                            ('points', points)):
+        if self.points is not None:
+            points = np.asarray(self.points, np.float32)
+            if points.shape != (*people, WHOLE_BODY_POINTS, 3):
+                raise ValueError(f'points: expected {(*people, WHOLE_BODY_POINTS, 3)}, got {points.shape}')
+            object.__setattr__(self, 'points', points)
+        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked)):
             object.__setattr__(self, name, value)
 
     @classmethod
