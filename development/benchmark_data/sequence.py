@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from . import truth
-from .people.body import COCO18
+from .people.body import COCO18, FEET
 from .people.hand_poses import FACE_POINTS, HAND21
 from .people.rig import Posed, Rig
 from .rendering.camera import Camera
@@ -101,7 +101,8 @@ def _people_truth(scene: Scene, camera: Camera, i: int, posed: Sequence[Posed], 
         found = truth.point_truth(camera, person.joints, k + 1, image, truth.JOINT_THICKNESS)
         if max(found['vis']) == truth.OUTSIDE and not (image.ids == k + 1).any():
             continue
-        entry = dict(id=k + 1, **found)
+        feet = truth.point_truth(camera, person.feet, k + 1, image, np.full(len(FEET), truth.FOOT_THICKNESS))
+        entry = dict(id=k + 1, **found, feet=feet)
         if scene.targets is not None:
             entry.update(truth.signal_truth(camera, mover.labels(i / scene.fps), person.joints))
         if scene.hands:
@@ -111,7 +112,7 @@ def _people_truth(scene: Scene, camera: Camera, i: int, posed: Sequence[Posed], 
 
 
 def _write_truth(scene: Scene, camera: Camera, frames: List[Dict[str, Any]], folder: Path) -> None:
-    contents: Dict[str, Any] = {'joints': COCO18}
+    contents: Dict[str, Any] = {'joints': COCO18, 'feet': FEET}
     if scene.targets is not None:
         contents['targets'] = {name: {'world': np.round(place, 4).tolist(),
                                           'camera': np.round(camera.to_camera(place), 4).tolist()}

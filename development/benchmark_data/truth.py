@@ -14,7 +14,7 @@ THICKNESS = {'hip': 0.22, 'shoulder': 0.17, 'neck': 0.17, 'knee': 0.13, 'elbow':
              'nose': 0.13, 'eye': 0.13,
                  'ear': 0.13}
 JOINT_THICKNESS = np.array([THICKNESS[name.split('_')[-1]] for name in COCO18])
-HAND_THICKNESS, FACE_THICKNESS = 0.022, 0.015  # [m]
+HAND_THICKNESS, FACE_THICKNESS, FOOT_THICKNESS = 0.022, 0.015, 0.07  # [m]; feet wear shoes
 
 
 def visibility(points: np.ndarray, pixels: np.ndarray, person: int, frame: Frame, thickness: np.ndarray) -> List[int]:

@@ -16,6 +16,7 @@ from .garments import Garment, offsets_in_metres, read_garment
 COCO18 = ['nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow', 'left_wrist',
           'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle', 'right_eye', 'left_eye',
           'right_ear', 'left_ear']
+FEET = [f'{side}_{part}' for side in ('left', 'right') for part in ('big_toe', 'small_toe', 'heel')]
 SKIN_VERTICES = 13380  # those of MakeHuman's base mesh below this index are skin, the others are helpers
 BASE_VERTICES = 19158
 SCALP_ABOVE_EYES = 0.075  # [m] skin above this height is covered by hair
@@ -111,7 +112,8 @@ class Body:
     ----------
     rest : (V, 3) vertices in the rest pose [m]; faces : (F, 3); face_materials : (F,) index into materials
     skinning : (V, bones) sparse; rest_inverse, reference : (bones, 4, 4) bones at rest inverted, and without a pose
-    regressor : (18, R) weights of the vertices that COCO_18 is regressed from, `regressed_rest`, `regressed_skinning`
+    regressor : (24, R) weights of the vertices that COCO_18 and the feet are regressed from, `regressed_rest`,
+        `regressed_skinning`
     skin_rest, skin_skinning, is_skin : Anny's own vertices, with its helpers, and which of them are skin
     """
 
@@ -200,7 +202,7 @@ class Body:
         self.skin_skinning, self.skin_rest = self.skinning[self.first_skin:], self.rest[self.first_skin:]
         self.regressor = np.array([
             anny.key_points[name] if name != 'neck' else
-            0.5 * (anny.key_points['left_shoulder'] + anny.key_points['right_shoulder']) for name in COCO18])
+            0.5 * (anny.key_points['left_shoulder'] + anny.key_points['right_shoulder']) for name in (*COCO18, *FEET)])
         self.regressed = np.flatnonzero(np.abs(self.regressor).max(0) > 0)
         self.regressor = self.regressor[:, self.regressed]
         self.regressed_skinning, self.regressed_rest = (

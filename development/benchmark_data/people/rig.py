@@ -59,6 +59,7 @@ class Posed(NamedTuple):
     """A posed body in the world frame [m]."""
 
     joints: np.ndarray  # (18, 3) COCO_18
+    feet: np.ndarray  # (6, 3) in the order of body.FEET
     shoulders: Dict[str, np.ndarray]  # (3,) joint of the upper arm
     bones: np.ndarray  # (bones, 4, 4) transforms of rest vertices to the world
 
@@ -178,7 +179,7 @@ class Rig:
         rest_heads = np.linalg.inv(body.rest_inverse)[:, :, 3]
         shoulders = {side: (bones[i] @ rest_heads[i])[:3] for side, i in (
             (side, self.bones[f'upperarm01.{side}']) for side, _ in SIDES)}
-        return Posed(joints, shoulders, bones)
+        return Posed(joints[:18], joints[18:], shoulders, bones)
 
     # ---- limbs ----------------------------------------------------------------------------------------------
 

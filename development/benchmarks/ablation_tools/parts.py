@@ -33,7 +33,7 @@ IN_DETECTION = {**SHARED['detection'], **SHARED['following']}
 # Parts of the method that the people of these scenes do not show: guards against bad input, hands and faces, joints
 # that COCO_18 does not have.
 NOT_SHOWN = tuple(f'{path}.' for path in (
-    'camera_fit', 'camera_limits', 'plausibility', 'landmarks', 'extra_joints', 'joint_frames', 'track.memory'))
+    'camera_fit', 'camera_limits', 'plausibility', 'landmarks', 'extra_joints', 'feet', 'joint_frames', 'track.memory'))
 
 FAR = 1e6
 

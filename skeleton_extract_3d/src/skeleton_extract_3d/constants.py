@@ -3,7 +3,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from skeleton_extract_3d.body.body import BODY, BodyConstants
-from skeleton_extract_3d.body.constants import ExtraJointConstants, JointFrameConstants, SizeConstants
+from skeleton_extract_3d.body.constants import ExtraJointConstants, FootConstants, JointFrameConstants, SizeConstants
 from skeleton_extract_3d.lift.constants import (
     CostConstants,
     HeadConstants,
@@ -44,6 +44,7 @@ class MethodConstants:
     measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
     sizes: SizeConstants = field(default_factory=SizeConstants)
     extra_joints: ExtraJointConstants = field(default_factory=ExtraJointConstants)
+    feet: FootConstants = field(default_factory=FootConstants)
     joint_frames: JointFrameConstants = field(default_factory=JointFrameConstants)
     track: TrackConstants = field(default_factory=TrackConstants)
 

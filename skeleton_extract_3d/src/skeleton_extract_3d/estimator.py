@@ -23,6 +23,7 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.appearance import Clothes, observe_clothes
 from skeleton_extract_3d.track.completion import complete, hidden_and_there, stand, walk_on
 from skeleton_extract_3d.track.correction import correct
+from skeleton_extract_3d.track.feet import follow_feet
 from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.one_body import apart, separate
@@ -195,8 +196,10 @@ class PeopleEstimator:
             seen = stand(seen, people.lifted.measured, view.floor, method)
         hidden = apart(hidden, seen, method.track.one_body)
         output = report(people, seen, hidden, view.stamp, settings, method.track.correction)
-        output = in_skeleton(output, people.observed, view, method)
-        memory = replace(memory, tracks=seen.tracks.joined(lost).joined(misplaced).in_order(),
+        statures = np.concatenate([seen.tracks.sizes.stature, hidden.sizes.stature])
+        feet, toes = follow_feet(found.memory.feet, output, statures, people.observed, view, method)
+        output = in_skeleton(output, people.observed, toes, view, method)
+        memory = replace(memory, feet=feet, tracks=seen.tracks.joined(lost).joined(misplaced).in_order(),
                          gone=without(memory.gone, seen.tracks),
                          seen=seen_bodies(memory, seen, people, view, method))
         clock.lap('complete')

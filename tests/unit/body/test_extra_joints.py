@@ -7,15 +7,13 @@ import pytest
 from estimating import new_estimator, update
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
-from synthetic_scene import HEAD_CENTRE, HEAD_RADII, Box, Person, Room, joints_of, pinhole, render, standing
+from skeleton_extract_3d.people import INFERRED, MEASURED
+from synthetic_scene import HEAD_CENTRE, HEAD_RADII, Person, Room, joints_of, pinhole, render, standing
 
 RATE = 15.0
 SKELETONS = pytest.mark.parametrize('skeleton', [BODY_25, MPI_15, COCO_17], ids=lambda skeleton: skeleton.name)
 SIDES = ('left', 'right')
-FEET = [f'{side}_{part}' for side in SIDES for part in ('big_toe', 'small_toe', 'heel')]
 FREE = Room(wall=4.0)
-COUNTER = Room(wall=4.0, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
 WHO = Person(1, 0.1, 2.6, standing())
 
 
@@ -26,7 +24,7 @@ def scene(room=FREE):
 
 @lru_cache(maxsize=None)
 def truth():
-    """Return where joints are by name, [m]; for feet, the middle of the foot from the heel to the toes."""
+    """Return where joints are by name, [m]; for feet, roughly."""
     joints = joints_of(WHO, 1.2)
     hips, neck = (joints['left_hip'] + joints['right_hip']) / 2, joints['neck']
     below = np.array([0, 0.035, 0])
@@ -98,36 +96,6 @@ def test_joints_of_the_trunk_are_between_shoulders_and_hips(skeleton, name):
     assert np.isfinite(estimate(skeleton).people.velocity[0, skeleton.index[name]]).all()
 
 
-def test_feet_lie_just_under_their_surface():
-    result, frame = estimate(BODY_25), scene()
-    for name in FEET:
-        status, xyz, _ = joint(result, name)
-        u, v = np.rint(frame.camera.project(xyz)[0]).astype(int)
-        assert status == MEASURED
-        # 2 cm, and half of what a foot is deep in a window of 6 cm
-        assert xyz[2] - frame.depth[v, u] / 1000 == pytest.approx(0.02, abs=0.03), name
-        # a foot that points at the camera hides the heel: what is seen there are the toes
-        assert np.linalg.norm(xyz - truth()[name]) < (0.15 if 'heel' in name else 0.06), name
-
-
-def test_feet_behind_a_counter_are_inferred_at_the_ankles():
-    result = estimate(BODY_25, room=COUNTER)
-    for name in FEET:
-        status, xyz, sigma = joint(result, name)
-        side = name.split('_')[0]
-        assert status in (INFERRED, MISSING), name
-        assert joint(result, f'{side}_ankle')[0] == INFERRED
-        if status == INFERRED:
-            assert xyz[2] == pytest.approx(joint(result, f'{side}_ankle')[1][2], abs=0.01) and sigma >= 0.1
-
-
-def test_a_toe_on_the_floor_far_from_the_foot_is_no_toe():
-    keypoints = people_2d(BODY_25).keypoints.copy()
-    keypoints[0, BODY_25.index['left_big_toe'], 0] += 90  # 87 cm aside
-    result = answer(People2D(BODY_25, keypoints, [0.9], [-1]))
-    assert joint(result, 'left_big_toe')[0] == MISSING
-
-
 def test_the_top_of_the_head_is_measured():
     status, xyz, sigma = joint(estimate(MPI_15), 'head_top')
     assert status == MEASURED
@@ -142,7 +110,7 @@ def test_a_person_who_is_hidden_is_inferred_with_the_joints_that_can_be(skeleton
         result = update(estimator, scene(), i / RATE, people_2d(skeleton) if shown else People2D.empty(skeleton),
                         depth if shown else np.full_like(depth, 1500))
     assert len(result.people) == 1 and len(result.people_2d) == 0
-    common = [name in COCO_18.joints or name in ('mid_hip', 'chest') for name in skeleton.joints]
+    common = [name != 'head_top' for name in skeleton.joints]
     np.testing.assert_array_equal(result.people.status[0, common], INFERRED)
     assert not result.people.confidence.any()
     assert not (result.people.status == MEASURED).any()

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from openpose_ros_pkg.landmarks.face_shape import SHAPE, with_depth
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, MESH_POINTS, Faces2D, Hands2D, Landmarks2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
@@ -209,6 +210,47 @@ def test_a_wall_in_the_place_of_a_face_turns_it_little():
 def test_the_direction_of_a_head_that_is_turned_away_is_less_certain():
     ahead, away = (Rotation.from_euler('y', yaw, degrees=True) for yaw in (0.0, 70.0))
     assert lifted_face(face(away), surface(away), away)[1] > 1.5 * lifted_face(face(ahead), surface(ahead), ahead)[1]
+
+
+AHEAD = Rotation.identity()
+
+
+def average_face(turn, missing=()):
+    """Return a face as a network for whole bodies gives it, in the middle of the image."""
+    shape = turn.apply(SHAPE * (1, -1, -1)) / 100 * FOCAL / 1.5
+    keypoints = np.column_stack([shape[:, :2] + CAMERA.matrix[:2, 2], np.full(FACE_POINTS, 0.9)])
+    keypoints[list(missing)] = np.nan, np.nan, 0
+    return Landmarks2D(Hands2D.empty(), Faces2D(keypoints[np.newaxis], with_depth(keypoints)[np.newaxis], [0.9], [1]))
+
+
+def lifted_average_face(depth, turn=AHEAD, missing=()):
+    """Return that face before a wall at a depth [m], 0: none."""
+    return lift_landmarks(average_face(turn, missing), DepthImage(wall(depth), CAMERA), SIZE, NO_PEOPLE).faces
+
+
+@pytest.mark.parametrize('missing', [(), (3, 17, 48)])
+@pytest.mark.parametrize('yaw, pitch', [(-40.0, 0.0), (0.0, 15.0), (25.0, -10.0)])
+def test_the_points_of_an_average_face_tell_the_direction_of_the_head_without_a_mesh(yaw, pitch, missing):
+    turn = Rotation.from_euler('yx', [yaw, pitch], degrees=True)
+    ahead, turned = (Rotation.from_quat(lifted_average_face(0.0, one, missing).orientations[0]).apply([1, 0, 0])
+                     for one in (AHEAD, turn))
+    # the mouth of an average face is a little before the eyes
+    assert np.degrees(np.arccos(ahead @ [0, 0, -1])) < 8
+    np.testing.assert_allclose(turned, turn.apply(ahead), atol=0.02)
+
+
+def test_an_average_face_before_a_wall_has_its_own_relief():
+    faces = lifted_average_face(1.5)
+    nose, jaw = faces.points.xyz[0, 30, 2], faces.points.xyz[0, [0, 16], 2]
+    assert (faces.points.status[0, [0, 16]] == INFERRED).all() and np.isfinite(faces.orientations).all()
+    np.testing.assert_allclose(jaw - nose, (SHAPE[30, 2] - SHAPE[0, 2]) / 100, atol=0.05)
+
+
+def test_a_face_of_too_few_points_has_no_direction():
+    missing = [number for number in range(FACE_POINTS) if number not in (36, 39, 45)]
+    faces = lifted_average_face(1.5, missing=missing)
+    assert np.isnan(faces.orientations).all() and np.isnan(faces.orientation_sigma).all()
+    assert (faces.points.status[0, [36, 39, 45]] == MEASURED).all()
 
 
 def test_in_another_frame_points_and_heads_turn_together():

@@ -2,7 +2,20 @@
 import logging
 import threading
 from dataclasses import dataclass, field
-from typing import Callable, Dict, Hashable, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import (
+    Callable,
+    Dict,
+    Hashable,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 import numpy as np
 
@@ -20,7 +33,7 @@ from openpose_ros_pkg.landmarks.landmark_network import (
     Target,
 )
 from openpose_ros_pkg.landmarks.params import LandmarkParams
-from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, Landmarks2D
+from openpose_ros_pkg.landmarks.records import HAND_POINTS, Faces2D, Hands2D, Landmarks2D
 from openpose_ros_pkg.landmarks.regions import (
     HAND_REGION,
     HandRegionConstants,
@@ -29,6 +42,7 @@ from openpose_ros_pkg.landmarks.regions import (
     forearm_length,
     hand_regions,
 )
+from openpose_ros_pkg.landmarks.whole_body import WholeBodyLandmarks
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.people import FIRST_ID, People2D
@@ -38,6 +52,7 @@ _log = logging.getLogger(__name__)
 # Loads the network of a kind.
 LoadNetwork = Callable[[Kind], Backend]
 Found = List[Tuple[Target, LandmarkObservation]]
+Source = Union[LandmarkNetwork, WholeBodyLandmarks]
 
 
 @dataclass(frozen=True)
@@ -71,9 +86,9 @@ class LandmarkMemory:
 
 
 class _Task(NamedTuple):
-    """One target, its network, and the last observation."""
+    """One target, what finds it, and the last observation."""
 
-    network: LandmarkNetwork
+    source: Source
     target: Target
     known: Optional[LandmarkObservation]
 
@@ -81,17 +96,20 @@ class _Task(NamedTuple):
 class LandmarkDetector:
     """Find hands and faces of people whose bodies are known. Any thread may call it.
 
-    A hand or a face is searched by the body. Then it is followed: in the next image it is searched where it was.
+    A hand or a face is searched by the body. Then it is followed: in the next image it is searched where it was. Where
+    a network for whole bodies has found the points of people, they are taken from these: no other network runs.
 
     Args:
         params: what is searched, and thresholds.
         load: loads the networks. One that is missing is a lasting fault; the other works on.
+        whole_body: the people have points, so that no network is loaded.
         backstep: stamps that go back by more end what is followed [s].
     """
 
     def __init__(self, params: LandmarkParams, load: LoadNetwork, constants: LandmarkConstants = LANDMARKS,
-                 backstep: float = TRACKING.reset_backstep) -> None:
+                 backstep: float = TRACKING.reset_backstep, whole_body: bool = False) -> None:
         self._params, self._load, self._constants, self._backstep = params, load, constants, backstep
+        self._whole_body = whole_body
         self._networks: Dict[Kind, LandmarkNetwork] = {}
         self._faults: Dict[Kind, str] = {}
         self._memories = PerCamera(LandmarkMemory)
@@ -106,12 +124,17 @@ class LandmarkDetector:
     @property
     def missing(self) -> bool:
         """Whether a network is missing that the parameters ask for; `faults` tells why."""
-        return any(kind not in self._networks for kind in _kinds(self._params))
+        return not self._whole_body and any(kind not in self._networks for kind in _kinds(self._params))
 
-    def reconfigure(self, params: LandmarkParams) -> None:
-        """Take other parameters from the next image on; a network that is wanted now is loaded."""
+    def reconfigure(self, params: LandmarkParams, whole_body: Optional[bool] = None) -> None:
+        """Take other parameters from the next image on; a network that is wanted now is loaded.
+
+        Args:
+            whole_body: whether the people have points from now on; None: as before.
+        """
         with self._lock:
-            for kind in _kinds(params):
+            self._whole_body = self._whole_body if whole_body is None else whole_body
+            for kind in () if self._whole_body else _kinds(params):
                 if kind not in self._networks:
                     self._add(kind)
             self._params = params
@@ -135,20 +158,28 @@ class LandmarkDetector:
             seconds: for the networks, longest wait first, one run in any case; others move with the body for a moment,
                 then are left out. None: any time.
         """
-        # without a stamp there is no history; places in images of another size are other places
-        key, params, constants = (camera, bgr.shape[:2]), self._params, self._constants
+        params, constants, bodies = self._params, self._constants, people.points
+        # without a stamp there is no history; places in images of another size, and points of others, are others
+        key = (camera, bgr.shape[:2], bodies is None)
         with self._lock:
             memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
             memory = memory.begun(stamp, constants, self._backstep)
-            tasks = [_Task(self._networks[kind], target, memory.observed.get(target.name))
-                     for kind, target in _targets(people, hidden, params)
-                     if kind in self._networks and not memory.waits(target, stamp, constants)]
-            tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
-            count = _affordable(tasks, seconds)
+            sources: Dict[Kind, Source] = dict(self._networks) if bodies is None else {
+                kind: WholeBodyLandmarks(kind, bodies, constants) for kind in _kinds(params)}
+            tasks = [_Task(sources[kind], target, memory.observed.get(target.name))
+                     for kind, target in _targets(people, hidden, params) if kind in sources]
+            if bodies is None:
+                tasks = [task for task in tasks if not memory.waits(task.target, stamp, constants)]
+                tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
+                count = _affordable(tasks, seconds)
+            else:  # first those of people who were seen in this image
+                there = bodies[..., 2].any(axis=1)
+                tasks.sort(key=lambda task: not there[task.target.person])
+                count = sum(bool(there[task.target.person]) for task in tasks)
             found = {kind: _carried(tasks[count:], kind, stamp, constants) for kind in (HAND, FACE)}
-            for kind, network in self._networks.items():
-                chosen = [task for task in tasks[:count] if task.network is network]
-                more, behind = _observed(network, bgr, chosen, stamp, constants)
+            for kind, source in sources.items():
+                chosen = [task for task in tasks[:count] if task.source is source]
+                more, behind = _observed(source, bgr, chosen, stamp, constants)
                 memory = memory.after(chosen, dict(more), behind, stamp)
                 found[kind] += more + _carried([task for task in chosen if task.target in behind], kind, stamp,
                                                constants)
@@ -172,13 +203,13 @@ class LandmarkDetector:
         self._networks[kind] = LandmarkNetwork(kind, network, self._constants)
 
 
-def create_landmark_detector(params: LandmarkParams, backend: BackendParams, model_folder: str = ''
-                             ) -> LandmarkDetector:
+def create_landmark_detector(params: LandmarkParams, backend: BackendParams, model_folder: str = '',
+                             whole_body: bool = False) -> LandmarkDetector:
     """Return a detector that loads its networks from a model folder; an empty one is the default."""
     def load(kind: Kind) -> Backend:
         return create_backend(kind.model, weights_path(kind.model, model_folder), backend)
 
-    return LandmarkDetector(params, load)
+    return LandmarkDetector(params, load, whole_body=whole_body)
 
 
 def _kinds(params: LandmarkParams) -> List[Kind]:
@@ -209,24 +240,24 @@ def _affordable(tasks: Sequence[_Task], seconds: Optional[float]) -> int:
     """Return for how many tasks, from the first on, there is time: one at least."""
     if seconds is None:
         return len(tasks)
-    costs = np.cumsum([task.network.cost(task.target, task.known is not None) for task in tasks])
+    costs = np.cumsum([task.source.cost(task.target, task.known is not None) for task in tasks])
     return max(int((costs <= seconds).sum()), min(len(tasks), 1))
 
 
 def _carried(tasks: Sequence[_Task], kind: Kind, stamp: float, constants: LandmarkConstants) -> Found:
     carried = [(task.target, task.known.carried(task.target, stamp, constants)) for task in tasks
-               if task.known is not None and task.network.kind is kind]
+               if task.known is not None and task.source.kind is kind]
     return [(target, seen) for target, seen in carried if seen is not None]
 
 
-def _observed(network: LandmarkNetwork, bgr: np.ndarray, tasks: Sequence[_Task], stamp: float,
+def _observed(source: Source, bgr: np.ndarray, tasks: Sequence[_Task], stamp: float,
               constants: LandmarkConstants) -> Tuple[Found, List[Target]]:
-    """Return what a network finds, and the hands that are behind another one."""
+    """Return what a source finds, and the hands that are behind another one."""
     known = {i: task.known for i, task in enumerate(tasks) if task.known is not None}
-    results = network.observe(bgr, [task.target for task in tasks], known, stamp)
+    results = source.observe(bgr, [task.target for task in tasks], known, stamp)
     found = [(task.target, seen) for task, seen in zip(tasks, results)
              if seen is not None and seen.score >= constants.lost]
-    if network.kind is not HAND:
+    if source.kind is not HAND:
         return found, []
     behind = _doubles(found, constants.same)
     found = [one for one in found if one[0] not in behind]
@@ -281,15 +312,15 @@ def _accepted(found: Found, threshold: float, stamp: float) -> Found:
 
 
 def _hands(found: Found, people: People2D) -> Hands2D:
-    keypoints = [np.column_stack([seen.points[:, :2], np.full(len(seen.points), seen.score)]) for _, seen in found]
-    return Hands2D(np.reshape(keypoints, (-1, HAND.points, 3)), np.array([seen.score for _, seen in found]),
+    keypoints = np.reshape([seen.keypoints for _, seen in found], (-1, HAND_POINTS, 3))
+    return Hands2D(keypoints, np.array([seen.score for _, seen in found]),
                    np.array([people.ids[target.person] for target, _ in found]),
                    np.array([target.left for target, _ in found]))
 
 
 def _faces(found: Found, people: People2D) -> Faces2D:
-    mesh = np.reshape([seen.points for _, seen in found], (-1, FACE.points, 3))
-    scores = np.array([seen.score for _, seen in found])
-    keypoints = face_points(mesh)
-    keypoints[..., 2] = scores[:, np.newaxis]
-    return Faces2D(keypoints, mesh, scores, np.array([people.ids[target.person] for target, _ in found]))
+    if not found:
+        return Faces2D.empty()
+    keypoints = np.array([face_points(seen.keypoints) for _, seen in found])
+    return Faces2D(keypoints, np.array([seen.points for _, seen in found]), np.array([seen.score for _, seen in found]),
+                   np.array([people.ids[target.person] for target, _ in found]))

@@ -72,6 +72,7 @@ class LandmarkObservation:
     right: float  # score of a right hand [0..1]; NaN for faces
     anchor: np.ndarray  # of the target then [px]
     stamp: float  # [s]
+    scores: Optional[np.ndarray] = None  # (N,) of the points [0..1], 0 where missing; None: all have that of the whole
 
     def carried(self, target: Target, stamp: float, constants: LandmarkConstants) -> Optional['LandmarkObservation']:
         """Return the observation moved with the body to a later time; None: it is too old."""
@@ -80,7 +81,14 @@ class LandmarkObservation:
             return None
         points = self.points.copy()
         points[:, :2] += target.anchor - self.anchor
-        return replace(self, points=points, score=self.score * left)
+        scores = None if self.scores is None else self.scores * left
+        return replace(self, points=points, score=self.score * left, scores=scores)
+
+    @property
+    def keypoints(self) -> np.ndarray:
+        """(N, 3) x, y [px of the image] and score of the points; NaN, NaN, 0 where missing."""
+        scores = np.full(len(self.points), self.score) if self.scores is None else self.scores
+        return np.column_stack([np.where(scores[:, np.newaxis] > 0, self.points[:, :2], np.nan), scores])
 
 
 class LandmarkNetwork:

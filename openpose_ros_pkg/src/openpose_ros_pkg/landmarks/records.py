@@ -55,7 +55,8 @@ class Faces2D:
     """F faces in an image; ValueError: an array has the wrong shape."""
 
     keypoints: np.ndarray  # (F, 70, 3) float32, as those of hands
-    # (F, 468, 3) float32 [px of the image]: x, y, depth relative to the middle of the head, as the network gives them
+    # (F, M, 3) float32 [px of the image]: x, y, depth relative to the middle of the head, of the 468 points of
+    # MediaPipe's mesh as its network gives them, or of the keypoints by the shape of an average face
     mesh: np.ndarray
     scores: np.ndarray  # (F,) float32 [0..1], how sure the network is that it sees a face
     people: np.ndarray  # (F,) int64 ids of the people whose faces they are
@@ -66,7 +67,8 @@ class Faces2D:
         if self.hidden is not None:
             _take(self, 'hidden', np.bool_, number, FACE_POINTS)
         _take(self, 'keypoints', np.float32, number, FACE_POINTS, 3)
-        _take(self, 'mesh', np.float32, number, MESH_POINTS, 3)
+        mesh = np.shape(self.mesh)
+        _take(self, 'mesh', np.float32, number, FACE_POINTS if mesh == (number, FACE_POINTS, 3) else MESH_POINTS, 3)
         _take(self, 'scores', np.float32, number)
         _take(self, 'people', np.int64, number)
 

@@ -1,6 +1,8 @@
 """Constants of measured sizes, of joints that COCO_18 does not have, and of the frames of joints."""
 from dataclasses import dataclass
 
+import numpy as np
+
 from openpose_ros_pkg.params.constants import constant
 
 
@@ -22,15 +24,45 @@ class SizeConstants:
 
 @dataclass(frozen=True)
 class ExtraJointConstants:
-    """Joints at the end of a body that COCO_18 does not have: the top of the head, toes and heels."""
+    """The top of the head."""
 
-    foot_reach: float = constant(0.25, "Toes and heels are within this distance of the ankle's depth.", unit='m',
-                                 source='chosen')
     offset: float = constant(
-        0.02, "Depth of the top of the head, toes and heels under the surface, and how much greater than the parent's "
-              'their errors are.', unit='m', source='chosen')
-    window: float = constant(0.03, 'Half the side of the window around the keypoint; feet are narrow.', unit='m',
+        0.02, "Its depth under the surface, and how much greater than the neck's its error is.", unit='m',
+        source='chosen')
+    window: float = constant(0.03, 'Half the side of the window around the keypoint.', unit='m', source='chosen')
+
+
+_FEET = 'rendered, dressed bodies with known toes and heels'
+
+
+@dataclass(frozen=True, eq=False)
+class FootConstants:
+    """Toes and heels, see `track.feet`."""
+
+    shape: np.ndarray = constant(
+        np.array([[0.20, 0.005, -0.083], [0.153, 0.062, -0.081], [-0.035, 0.0, -0.06]]),
+        "Big toe, small toe and heel from the ankle of an adult's left foot: forwards, left, up.", unit='m',
+        source=_FEET)
+    shape_spread: float = constant(0.02, 'Standard deviation of these per axis.', unit='m', source=_FEET)
+    shin_spread: np.ndarray = constant(
+        np.array([0.15, 0.3, 0.3]), 'Standard deviations of the turn of a foot against its shin, about its axes '
+                                     'forwards, left and up.', unit='rad', source=_FEET)
+    turning: float = constant(1.0, 'Growth of the error of the turn of a foot, by the root of the time.',
+                              unit='rad/s^0.5')
+    reach: float = constant(0.30, 'Keypoints whose ray passes further from the ankle are not of the foot.', unit='m',
+                            source='chosen')
+    window: float = constant(0.03, 'Half the side of the window around a keypoint; feet are narrow.', unit='m',
                              source='chosen')
+    under_skin: np.ndarray = constant(
+        np.array([0.0, 0.01, 0.035]), 'Depth of big toe, small toe and heel under the surface at their pixels.',
+        unit='m', source=_FEET)
+    along: float = constant(0.03, 'Error of this depth.', unit='m', source=_FEET)
+    support: float = constant(0.3, 'Share of the window that the own surface needs.')
+    gate: float = constant(2.5, 'A surface is the own one within so many standard deviations of its expected depth.')
+    sole: float = constant(0.02, 'Error with which the floor bears what would be below it.', unit='m')
+    rounds: int = constant(2, 'Times that a foot is linearized.', source='chosen')
+    frames: float = constant(30.0, 'The shape of a foot is the mean of so many frames, and the assumed one counts like '
+                                   'so many.', unit='frames')
 
 
 @dataclass(frozen=True)

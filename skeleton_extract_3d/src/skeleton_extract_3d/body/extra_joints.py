@@ -1,5 +1,5 @@
-"""From the joints of COCO_18, which are tracked, to those of other sets: chest, middle of the hips, feet."""
-from typing import Dict, List, NamedTuple, Optional, Tuple
+"""From the joints of COCO_18, which are tracked, to those of other sets: chest, middle of the hips, top of the head."""
+from typing import Dict, List, Mapping, Tuple
 
 import numpy as np
 
@@ -13,29 +13,19 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 # Joints in the middle of others.
 _TRUNK = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 _BETWEEN: Dict[str, Tuple[str, ...]] = {'mid_hip': _TRUNK[2:], 'chest': _TRUNK}
-# Joints at the end of a body.
-_FEET = tuple(f'{side}_{part}' for side in ('left', 'right') for part in ('big_toe', 'small_toe', 'heel'))
+
+Joint = Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Positions, status, sigma and velocity of one joint of people: arrays of `People3D` without the joints' axis."""
 
 
-class _Hanging(NamedTuple):
-    """A joint at the end of a body: the joint that it hangs on, and how far it is at most [m]."""
-
-    parent: str
-    reach: float
-
-
-# Positions, status, sigma and velocity of one joint of the first people: arrays of `People3D` without the joints' axis.
-_Joint = Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-def in_skeleton(people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants = METHOD
-                ) -> People3D:
-    """Return people with the joints of their network; the first are those of `observed`. Feet are not below the
-    floor."""
+def in_skeleton(people: People3D, observed: ObservedPeople, feet: Mapping[str, Joint], view: FrameView,
+                method: MethodConstants = METHOD) -> People3D:
+    """Return people with the joints of their network; the first are those of `observed`; `feet` by their names."""
     detected, skeleton = observed.people_2d, observed.people_2d.skeleton
     if skeleton.joints == COCO_18.joints:
         return people
-    joints: List[_Joint] = [_joint(name, people, observed, view, method) for name in skeleton.joints]
+    joints: List[Joint] = [feet[name] if name in feet else _joint(name, people, observed, view, method)
+                           for name in skeleton.joints]
     xyz, status, sigma, velocity = (np.stack(values, axis=1) for values in zip(*joints))
     rows = np.array([COCO_18.index.get(name, -1) for name in skeleton.joints])
     confidence = np.where(rows >= 0, people.confidence[:, rows], 0.0)
@@ -43,34 +33,24 @@ def in_skeleton(people: People3D, observed: ObservedPeople, view: FrameView, met
     return People3D(skeleton, xyz, confidence, status, sigma, people.ids, velocity)
 
 
-def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants) -> _Joint:
+def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants) -> Joint:
     """Return one joint of all people; MISSING where nothing tells it."""
     if name in COCO_18.index:
         row = COCO_18.index[name]
         return people.xyz[:, row], people.status[:, row], people.sigma[:, row], people.velocity[:, row]
     if name in _BETWEEN:
         return _between(people, _BETWEEN[name])
-    hanging = _hanging(name, method)
     unknown = np.full((len(people), 3), np.nan)
     missing = unknown, np.full(len(people), MISSING), unknown[:, 0], unknown
-    if hanging is None:
+    if name != 'head_top':  # and where there are no people
         return missing
-    joint = _at_the_end(people, observed.grid_xy[:, observed.people_2d.skeleton.index[name]], view, hanging, method)
-    joint = joint if view.floor is None else _above(view.floor, joint)
+    joint = _head_top(people, observed.grid_xy[:, observed.people_2d.skeleton.index[name]], view, method)
     # people without a detection have no such joint
     return tuple(np.concatenate([values, rest[len(values):]])  # type: ignore[return-value]
                  for values, rest in zip(joint, missing))
 
 
-def _hanging(name: str, method: MethodConstants) -> Optional[_Hanging]:
-    if name == 'head_top':
-        return _Hanging('neck', method.body.neck_to_head + method.body.head_axes[1])
-    if name in _FEET:
-        return _Hanging(f'{name.split("_")[0]}_ankle', method.extra_joints.foot_reach)
-    return None
-
-
-def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
+def _between(people: People3D, names: Tuple[str, ...]) -> Joint:
     """Return the middle of some joints; it is measured if all of them are."""
     rows = [COCO_18.index[name] for name in names]
     status = people.status[:, rows]
@@ -80,33 +60,24 @@ def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
             np.where(known, people.sigma[:, rows].max(axis=1), np.nan), people.velocity[:, rows].mean(axis=1))
 
 
-@np.errstate(invalid='ignore', divide='ignore')
-def _above(floor: np.ndarray, joint: _Joint) -> _Joint:
-    """Return a joint, on the floor at its pixel where it was inferred below."""
-    xyz, status, sigma, velocity = joint
-    height = xyz @ floor[:3] + floor[3]
-    below = (status == INFERRED) & (height < 0)
-    return xyz * np.where(below, floor[3] / (floor[3] - height), 1.0)[:, None], status, sigma, velocity
-
-
 @np.errstate(invalid='ignore')
-def _at_the_end(people: People3D, uv: np.ndarray, view: FrameView, hanging: _Hanging, method: MethodConstants
-                ) -> _Joint:
-    """Return a joint on the surface at its keypoint (N, 2) [px of the grid], or else at its parent's depth."""
-    constants, points, parent = method.extra_joints, view.points, COCO_18.index[hanging.parent]
+def _head_top(people: People3D, uv: np.ndarray, view: FrameView, method: MethodConstants) -> Joint:
+    """Return the top of heads on the surface at its keypoint (N, 2) [px of the grid], or else at the neck's depth."""
+    constants, points, parent = method.extra_joints, view.points, COCO_18.index['neck']
+    reach = method.body.neck_to_head + method.body.head_axes[1]
     near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)
     focal = view.camera.focal_in((points.width, points.height))
     radius = np.clip(constants.window * focal / np.where(known, near[:, 2], 1.0), *method.windows.limits)
     depth = window_depths(points, uv[:, None], radius, method.windows)[:, 0] + constants.offset
-    own = np.abs(depth - near[:, 2:]) < hanging.reach
+    own = np.abs(depth - near[:, 2:]) < reach
     measured = known & (2 * own.sum(axis=1) > np.isfinite(depth).sum(axis=1))
     surface = lower_median(np.where(own, depth, np.nan))
     rays = view.camera.rays(np.where(known[:, None], uv, 0.0))
     xyz = rays * np.where(measured, surface, near[:, 2])[:, None]
     # an inferred place beyond the reach of the body means a wrong keypoint
-    known &= np.linalg.norm(xyz - near, axis=1) < 2 * hanging.reach
+    known &= np.linalg.norm(xyz - near, axis=1) < 2 * reach
     seen = np.where(measured, MEASURED, INFERRED)
-    sigma = people.sigma[:len(uv), parent] + np.where(measured, constants.offset, hanging.reach / 2)
+    sigma = people.sigma[:len(uv), parent] + np.where(measured, constants.offset, reach / 2)
     return (np.where(known[:, None], xyz, np.nan), np.where(known, seen, MISSING), np.where(known, sigma, np.nan),
             np.where(known[:, None], people.velocity[:len(uv), parent], np.nan))

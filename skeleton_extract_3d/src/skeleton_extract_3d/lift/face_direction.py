@@ -10,15 +10,31 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, MESH_POINTS
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.constants import LandmarkConstants
 from skeleton_extract_3d.points.transform import quaternions
 
-# Points of the mesh on the person's left and on the right that mirror each other: corners of eyes and mouth, jaw.
-_LEFT, _RIGHT = np.array([263, 362, 291, 454, 389, 397]), np.array([33, 133, 61, 234, 162, 172])
-# Corners of the eyes, corners of the mouth.
-_EYES, _MOUTH = np.array([33, 133, 263, 362]), np.array([61, 291])
-# A slope is fitted in so many rounds, each without the points that were this many deviations off.
+
+class _Landmarks(NamedTuple):
+    """Points of the person's left and right that mirror each other: corners of eyes and mouth, jaw; corners of the
+    eyes, corners of the mouth.
+    """
+
+    left: np.ndarray
+    right: np.ndarray
+    eyes: np.ndarray
+    mouth: np.ndarray
+
+
+# By the number of points of a mesh.
+_LANDMARKS = {
+    MESH_POINTS: _Landmarks(np.array([263, 362, 291, 454, 389, 397]), np.array([33, 133, 61, 234, 162, 172]),
+                            np.array([33, 133, 263, 362]), np.array([61, 291])),
+    FACE_POINTS: _Landmarks(np.array([45, 42, 54, 15, 16, 12]), np.array([36, 39, 48, 1, 0, 4]),
+                            np.array([36, 39, 42, 45]), np.array([48, 54]))}
+# A slope is fitted to so many points at least, in so many rounds, each without those this many deviations off.
+_LEAST_POINTS = 16
 _ROUNDS, _OUTLIER = 5, 2.5
 # A face that is turned further away is as uncertain as one at this cosine to the line of sight.
 _LEAST_COSINE = 0.2
@@ -39,12 +55,19 @@ def orientations(mesh: np.ndarray, seen: PointSurfaces, constants: LandmarkConst
     """Return the orientations of heads, (F, 4) quaternions, and their errors, (F,) [rad]; see `Faces3D`.
 
     Args:
-        mesh: (F, 468, 3) [px of an image].
+        mesh: (F, M, 3) [px of an image], see `Faces2D`; NaN where it is not known.
         seen: the surfaces at the points of the mesh.
     """
-    mesh = mesh.astype(np.float64)
-    left = _unit((mesh[:, _LEFT] - mesh[:, _RIGHT]).mean(axis=1))
-    up = _square(mesh[:, _EYES].mean(axis=1) - mesh[:, _MOUTH].mean(axis=1), left)
+    known = np.isfinite(mesh).all(axis=(1, 2))
+    if not known.all():
+        turns, errors = np.full((len(mesh), 4), np.nan, np.float32), np.full(len(mesh), np.nan, np.float32)
+        if known.any():
+            turns[known], errors[known] = orientations(
+                mesh[known], PointSurfaces(seen.rays[known], seen.depth[known], seen.focal), constants)
+        return turns, errors
+    mesh, at = mesh.astype(np.float64), _LANDMARKS[mesh.shape[1]]
+    left = _unit((mesh[:, at.left] - mesh[:, at.right]).mean(axis=1))
+    up = _square(mesh[:, at.eyes].mean(axis=1) - mesh[:, at.mouth].mean(axis=1), left)
     sight = _unit(seen.rays.mean(axis=1))
     slopes, errors = _slopes(mesh, up, sight, seen, constants)
     mesh_variance = constants.face_tilt_sigma ** 2
@@ -61,30 +84,34 @@ def _slopes(mesh: np.ndarray, up: np.ndarray, sight: np.ndarray, seen: PointSurf
             ) -> Tuple[np.ndarray, np.ndarray]:
     """Return how much further the surfaces are than the meshes per way along `up` (F, 3), and its errors, (F,) each."""
     slopes, errors = np.zeros(len(mesh)), np.full(len(mesh), np.inf)
+    density = mesh.shape[1] / MESH_POINTS
+    least, alike = max(constants.face_points * density, _LEAST_POINTS), max(constants.face_alike * density, 1.0)
     for face, depth in enumerate(seen.depth):
-        if np.isfinite(depth).sum() < constants.face_points:
+        if np.isfinite(depth).sum() < least:
             continue
         shape = (mesh[face] - mesh[face].mean(axis=0)) * float(np.nanmedian(depth)) / seen.focal  # [m]
         further = (seen.rays[face] * depth[:, np.newaxis]) @ sight[face] - shape[:, 2]
         front = shape[:, 2] <= np.percentile(shape[:, 2], constants.face_front)
         with np.errstate(invalid='ignore'):
             used = front & (np.abs(further - np.nanmedian(further)) <= constants.face_depth)
-        slopes[face], errors[face] = _slope(shape[used] @ up[face], further[used], constants)
+        slopes[face], errors[face] = _slope(shape[used] @ up[face], further[used], least, alike)
     return slopes, errors
 
 
-def _slope(x: np.ndarray, y: np.ndarray, constants: LandmarkConstants) -> Tuple[float, float]:
-    """Return the slope of y over x, (N,) each, without outliers, and its error; 0 and infinity of too few points."""
+def _slope(x: np.ndarray, y: np.ndarray, least: float, alike: float) -> Tuple[float, float]:
+    """Return the slope of y over x, (N,) each, without outliers, and its error; 0 and infinity of less points than
+    `least`; so many have the same error.
+    """
     used, slope, error = np.ones(len(x), bool), 0.0, np.inf
     for _ in range(_ROUNDS):
-        if used.sum() < constants.face_points:
+        if used.sum() < least:
             return 0.0, np.inf
         middle = x[used].mean()
         along = x[used] - middle
         slope, offset = along @ y[used] / (along @ along), y[used].mean()
         off = np.abs(y - offset - slope * (x - middle))
         spread = 1.4826 * np.median(off[used])
-        error = spread * np.sqrt(constants.face_alike / (along @ along))
+        error = spread * np.sqrt(alike / (along @ along))
         used &= off <= _OUTLIER * spread + 1e-6
     return float(slope), float(error)
 

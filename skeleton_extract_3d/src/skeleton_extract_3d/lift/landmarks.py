@@ -136,7 +136,8 @@ def _filled(depth: np.ndarray, middle: np.ndarray) -> np.ndarray:
 
 def _lift_faces(faces: Faces2D, seen: PointSurfaces, constants: LandmarkConstants) -> Points3D:
     # depth of the points beside that of the whole face, by the network [px of the image] and then [m]
-    relief = face_points(faces.mesh.astype(np.float64))[..., 2] / seen.focal * _median(seen.depth)[:, np.newaxis]
+    relief = face_points(np.nan_to_num(faces.mesh.astype(np.float64)))[..., 2] / seen.focal * _median(
+        seen.depth)[:, np.newaxis]
     with np.errstate(invalid='ignore'):
         base = _median(seen.depth - relief)[:, np.newaxis]
         measured = np.abs(seen.depth - relief - base) <= constants.face_depth

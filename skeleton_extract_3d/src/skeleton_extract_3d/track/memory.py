@@ -17,6 +17,7 @@ from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, sti
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import EstimatorSettings, IdentityParams
 from skeleton_extract_3d.track.constants import TrackConstants
+from skeleton_extract_3d.track.feet import Feet
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
 
 
@@ -35,6 +36,7 @@ class Memory:
         waiting: since when a new person waits for an id without a break [s]; None: no person does.
         seen: the bodies of the newest frame; None before the first.
         surfaces: of the tracks that no network saw in it, by their ids.
+        feet: of the people of the newest frame, where the network knows feet.
     """
 
     tracks: Tracks = field(default_factory=Tracks.none)
@@ -47,6 +49,7 @@ class Memory:
     waiting: Optional[float] = None
     seen: Optional[SeenBodies] = None
     surfaces: Mapping[int, Surface] = field(default_factory=dict)
+    feet: Feet = field(default_factory=Feet)
 
     def with_points(self, frame: Frame, summary: PointSummary, method: MethodConstants = METHOD) -> 'Memory':
         """Return the memory with the stillness of the points of a frame."""
@@ -68,14 +71,15 @@ class Memory:
         before = self.stamp
         if not params.tracking or (before is not None and stamp < before - TRACKING.reset_backstep):
             before = None
-        tracks = gone = Tracks.none()
+        tracks, gone, feet = Tracks.none(), Tracks.none(), Feet()
         if before is not None:
-            tracks, gone = self._recent(stamp, params, constants)
+            (tracks, gone), feet = self._recent(stamp, params, constants), self.feet
             if pose is not None and self.tracking_from_points is not None:
                 change = frame_change(self.tracking_from_points, pose)
                 tracks, gone = tracks.transformed(*change), gone.transformed(*change)
-        memory = replace(self, tracks=tracks, gone=gone, stamp=stamp if before is None else max(stamp, before),
-                         camera=camera, tracking_from_points=pose)
+                feet = feet.rotated(change[0])
+        memory = replace(self, tracks=tracks, gone=gone, feet=feet, camera=camera, tracking_from_points=pose,
+                         stamp=stamp if before is None else max(stamp, before))
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         return memory, FrameView(frame.grid, camera, stamp, elapsed, frame.floor)
 

@@ -1,0 +1,52 @@
+"""Hands and faces by the points that a network for whole bodies found with the body."""
+from typing import Dict, List, Optional, Sequence
+
+import numpy as np
+
+from openpose_ros_pkg.decode.simcc import hands_and_face
+from openpose_ros_pkg.landmarks.face_shape import with_depth
+from openpose_ros_pkg.landmarks.landmark_network import (
+    HAND,
+    LANDMARKS,
+    Kind,
+    LandmarkConstants,
+    LandmarkObservation,
+    Target,
+)
+
+# Of the 70 points of a face, the tip of the nose.
+_NOSE_TIP = 30
+
+
+class WholeBodyLandmarks:
+    """What `LandmarkNetwork` does, without a network: the points are there, left and right as the network has them.
+
+    The score of a hand or a face is the mean of those of its points, missing ones being 0. It does not count where its
+    wrist or nose is far from that of the body, which other networks see as well.
+
+    Args:
+        points: (P, 133, 3) of the people of an image, see `People2D.points`.
+    """
+
+    def __init__(self, kind: Kind, points: np.ndarray, constants: LandmarkConstants = LANDMARKS) -> None:
+        self.kind, self._points, self._constants = kind, points, constants
+
+    def observe(self, bgr: np.ndarray, targets: Sequence[Target], known: Dict[int, LandmarkObservation], stamp: float
+                ) -> List[Optional[LandmarkObservation]]:
+        """Return the observations of targets; None: not found. Image and earlier ones are not needed."""
+        return [self._observed(target, stamp) for target in targets]
+
+    def cost(self, target: Target, known: bool) -> float:
+        """Return the expected time [s] for a hand or face."""
+        return 0.0
+
+    def _observed(self, target: Target, stamp: float) -> Optional[LandmarkObservation]:
+        left, right, face = hands_and_face(self._points[target.person])
+        keypoints = (left if target.left else right) if self.kind is HAND else face
+        anchor = keypoints[0 if self.kind is HAND else _NOSE_TIP]
+        if not np.linalg.norm(anchor[:2] - target.anchor) <= self._constants.off * target.size:
+            return None
+        points = np.insert(keypoints[:, :2].astype(np.float64), 2, 0, axis=1) if self.kind is HAND else with_depth(
+            keypoints)
+        return LandmarkObservation(points, float(np.minimum(keypoints[:, 2], 1).mean()), 0.5, target.anchor, stamp,
+                                   np.minimum(keypoints[:, 2], 1))
