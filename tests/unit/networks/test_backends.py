@@ -63,7 +63,8 @@ def test_auto_takes_the_first_that_works_and_says_so(monkeypatch, caplog, tmp_pa
     with_loaders(monkeypatch, openvino=lambda: first, opencv_dnn=lambda: second)
     with caplog.at_level(logging.INFO):
         assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams()) is first
-        create_backend(replace(MOBILENET_THIN, description=tmp_path, licence='MIT'), tmp_path / 'mine.pb', BackendParams())
+        mine = replace(MOBILENET_THIN, description=tmp_path / 'mine.yaml', licence='MIT')
+        create_backend(mine, tmp_path / 'mine.pb', BackendParams())
     assert [record.levelname for record in caplog.records] == ['INFO', 'INFO']
     assert ('Fake 1.0 computes mobilenet_thin (backend auto: the fastest that is available); licence of the weights: '
             'Apache-2.0\n') in caplog.text

@@ -18,7 +18,7 @@ from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, EnsembleParams
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import by_name, proof, weights
-from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import BY_NAME, MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import WeightsFile
 from openpose_ros_pkg.networks.preprocess import fit_image
@@ -47,19 +47,16 @@ def test_the_picture_is_small_and_its_truth_lies_in_it():
     assert (TRUTH.boxes[:, :2] > 0).all() and (TRUTH.boxes[:, 2:] < SIZE).all()
 
 
-def test_the_default_networks_find_its_people():
+def test_the_default_networks_find_its_people_together_and_would_prove_themselves():
+    """MultiPose in the whole picture, Thunder on crops of the true boxes."""
     for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
         need_weights(model)
-    found = create_detector(settings()).detect(TRUTH.bgr)
-    alike = proof._similarities(found.keypoints, COCO_18, TRUTH)
+    detector = create_detector(settings())
+    alike = proof._similarities(detector.detect(TRUTH.bgr).keypoints, COCO_18, TRUTH)
     assert alike.shape == (2, 2) and alike.max(axis=0).min() > 0.95
-
-
-@pytest.mark.parametrize('model', [MOVENET_THUNDER, MOVENET_MULTIPOSE], ids=lambda model: model.name)
-def test_real_networks_prove_themselves(model):
-    """On crops of the true boxes, and in the whole picture."""
-    found = proof.measure(create_backend(model, need_weights(model), BackendParams()), model)
-    assert found.passed and found.people == 2 and found.found > 0.9
+    for model in (MOVENET_MULTIPOSE, MOVENET_THUNDER):
+        found = proof.measure(detector.setup.networks[model.name], model)
+        assert found.passed and found.found > 0.95
 
 
 def test_a_damaged_picture_is_an_error(tmp_path, monkeypatch):

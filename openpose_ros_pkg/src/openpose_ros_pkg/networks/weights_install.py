@@ -94,7 +94,8 @@ def origin(model: Model) -> str:
     """Return where the files of a model come from, in words."""
     source = model.source
     if isinstance(source, WebArchive):
-        return f'{source.address}, by {source.author}'
+        ap = f'; published AP {source.published_ap:.3f} on {source.published_on}' if source.published_ap else ''
+        return f'{source.address}, by {source.author}{ap}'
     if isinstance(source, Archive):
         return f'{source.file} ({source.project} {source.version} on {_registry(source)}), by {source.author}'
     return source.where
