@@ -340,7 +340,9 @@ def test_a_network_is_fetched_by_name_proves_itself_and_is_used(served, capsys):
     (weights.weights_path(MODELS['rtmo_s']).with_name('proof.json')).unlink()
     for _ in range(2):  # as after an update of the decoders, it proves itself again
         assert by_name.proved_models() == (MODELS['rtmo_s'],)
-    assert len(create_detector(settings(pose_model='rtmo-s')).detect(TRUTH.bgr)) == 2
+    for params in ({'pose_model': 'rtmo-s'}, {'mode': 'best'}):
+        detector = create_detector(settings(**params))
+        assert detector.recipe.passes[0].model.name == 'rtmo_s' and len(detector.detect(TRUTH.bgr)) == 2
 
 
 def test_a_network_that_finds_other_people_is_refused_with_both_figures(served, capsys, caplog):

@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.by_name import prove_installed
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, LANDMARK_MODELS, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Model, WebArchive
+from openpose_ros_pkg.networks.model_types import Archive, Decoder, Model, WebArchive
 from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, weights_path
 from openpose_ros_pkg.networks.proof import kept_proof
 from openpose_ros_pkg.networks.weights_install import get, origin, say
@@ -118,9 +118,15 @@ def _say_list(model_folder: str) -> None:
             state = str(error)
         sizes = [(place / file.name).stat().st_size if place else file.size for file in model.files]
         size = f'{sum(sizes) / 1e6:.1f} MB' if all(sizes) else 'size not known'
-        points = 'points' if name in LANDMARK_MODELS else 'joints'
-        say(f'{model.name}: {len(model.skeleton.joints)} {points} ({model.skeleton.name}), {size}, licence '
-            f'{model.licence}\n  from {origin(model)}\n  {state}')
+        say(f'{model.name}: {_gives(model)}, {size}, licence {model.licence}\n  from {origin(model)}\n  {state}')
+
+
+def _gives(model: Model) -> str:
+    """Return what a network finds, in words."""
+    if model.decoder == Decoder.BOXES:
+        return 'boxes of people, without joints'
+    points = 'points' if model.name in LANDMARK_MODELS else 'joints'
+    return f'{len(model.skeleton.joints)} {points} ({model.skeleton.name})'
 
 
 def _state(model: Model, path: Path) -> str:
