@@ -204,13 +204,13 @@ def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
     """Return the graph with the outputs of the model, in its order; parts that only others need fall away."""
     if not model.outputs:
         return graph
-    found = {}
+    nodes, tensors = {}, {}
     for node in graph.get_ordered_ops():
         if node.get_type_name() in ('Result', 'Constant'):
             continue
-        for output in node.outputs():
-            for name in {node.get_friendly_name(), *output.get_names()}:
-                found[name] = output
+        nodes[node.get_friendly_name()] = node.output(0)
+        tensors.update({name: output for output in node.outputs() for name in output.get_names()})
+    found = {**nodes, **tensors}  # a node may be called as one of its tensors, not always as the first
     names = [name if name in found else f'{name}:0' for name in model.outputs]
     missing = [name for name, full in zip(model.outputs, names) if full not in found]
     if missing:
