@@ -28,6 +28,8 @@ SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
 READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py': {'tarfile', 'zipfile'},
                  'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'},
                  'development/benchmarks/cameras/multi_person_demo.py': {'zipfile'}}
+# Run the makers' own code with random weights, by hand, in an environment of their own: they load no file of weights.
+MAKERS = {'development/benchmarks/networks/makers_outputs.py': {'torch'}}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
 ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}
@@ -50,7 +52,7 @@ def test_no_module_unpickles_or_unpacks():
         'pickle', 'extractall', 'allow_pickle'}
     found = {str(path.relative_to(ROOT)): faults(path.read_text()) for path in SOURCES
              if '/test/' not in str(path)}
-    assert {path: names for path, names in found.items() if names} == READ_ARCHIVES
+    assert {path: names for path, names in found.items() if names} == {**READ_ARCHIVES, **MAKERS}
 
 
 def pins(lock, python):
