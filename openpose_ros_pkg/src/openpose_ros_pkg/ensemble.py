@@ -238,11 +238,13 @@ def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int,
         keypoints[keypoints[..., 2] < acceptance.joint_score] = (np.nan, np.nan, 0)
         joints = (keypoints[..., 2] > 0).sum(axis=1)
         sure = (scores >= acceptance.person_score) & (joints >= acceptance.person_joints)
-        poses, kept = Poses(keypoints[sure], scores[sure]), distinct[sure]
+        kept = distinct[sure]
+        poses = Poses(keypoints[sure], scores[sure], None if poses.points is None else poses.points[kept])
     # half a pixel beyond the centre of the outermost pixel is still that pixel
     keypoints = poses.keypoints.copy()
     keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
-    return People2D(acceptance.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
+    return People2D(acceptance.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1),
+                    points=poses.points), kept
 
 
 def surest(scores: np.ndarray, same: np.ndarray) -> np.ndarray:

@@ -37,8 +37,10 @@ def create_chain(params: Mapping[str, Any]) -> PeopleChain:
     """
     settings = build(ChainSettings, params)
     networks, wanted = settings.detector, settings.landmarks
-    detection = NetworkDetection(create_detector(networks, settings.following), settings.tracking, settings.following)
+    detector = create_detector(networks, settings.following)
+    detection = NetworkDetection(detector, settings.tracking, settings.following)
     landmarks = None
     if wanted.hands or wanted.face:
-        landmarks = create_landmark_detector(wanted, networks.backend, networks.detector.model_folder)
+        landmarks = create_landmark_detector(wanted, networks.backend, networks.detector.model_folder,
+                                             detector.recipe.whole_body)
     return PeopleChain(detection, settings.estimator, landmarks)

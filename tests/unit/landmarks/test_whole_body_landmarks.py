@@ -4,7 +4,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 from test_landmark_detector import BOTH, FOREARM, body, people
 
-from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.face_shape import MIRRORED, SHAPE, with_depth
 from openpose_ros_pkg.landmarks.landmark_network import LANDMARKS
@@ -120,6 +119,11 @@ def test_without_a_look_at_the_person_hands_move_with_the_body_for_a_moment(dete
     assert len(gone.hands) == len(gone.faces) == 0
 
 
+def test_an_image_without_people_ends_nothing_that_is_followed(detector):
+    detector.detect(IMAGE, whole(body()), None, 'c', 1.0)
+    assert len(detector.detect(IMAGE, people(body()), None, 'c', 1.1).hands) == 2  # people without points
+
+
 def test_missing_points_are_missing(detector):
     at = points()
     at[95] = at[60] = (np.nan, np.nan, 0)
@@ -128,21 +132,6 @@ def test_missing_points_are_missing(detector):
     assert np.isfinite(np.delete(found.hands.keypoints[0], 4, axis=0)).all()
     np.testing.assert_array_equal(found.faces.keypoints[0, 37], (np.nan, np.nan, 0))
     np.testing.assert_allclose(found.faces.mesh[0, 37, :2], points()[60, :2], atol=0.1)  # where the face has it
-
-
-def test_a_network_for_whole_bodies_replaces_and_is_replaced_by_those_for_hands_and_faces():
-    loaded = []
-
-    def load(kind):
-        loaded.append(kind.model.name)
-        raise ModelError('there is none')
-
-    detector = LandmarkDetector(BOTH, load, whole_body=True)
-    assert not loaded
-    detector.reconfigure(BOTH, whole_body=False)
-    assert loaded == ['hand_landmark', 'face_landmark'] and detector.missing
-    detector.reconfigure(BOTH, whole_body=True)
-    assert len(loaded) == 2 and not detector.missing
 
 
 def test_the_shape_of_a_face_is_its_own_mirror_image():

@@ -35,7 +35,7 @@ from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import ExpectedPeople, Poses, keypoints_in, values_in
+from openpose_ros_pkg.people import ExpectedPeople, Poses, keypoints_in, no_points, values_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -195,10 +195,11 @@ class Candidates(NamedTuple):
 
     opinions: List[Opinions]  # of each person
     keypoints: np.ndarray  # (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints
+    points: Optional[np.ndarray] = None  # see `Poses`
 
     def poses(self, sources: Sources) -> Poses:
         """Return the people without the opinions on them."""
-        return Poses(self.keypoints, person_scores(self.keypoints, sources.asked(self.opinions)))
+        return Poses(self.keypoints, person_scores(self.keypoints, sources.asked(self.opinions)), self.points)
 
 
 def refine(frame: PreparedImage, people: Candidates, expected: Optional[ExpectedPeople] = None
@@ -221,8 +222,9 @@ def refine(frame: PreparedImage, people: Candidates, expected: Optional[Expected
     shared = share_out([people.opinions[i] for i in refined], [people.keypoints[i] for i in refined], tracked)
     shown = np.array(shared.poses, np.float32).reshape(-1, len(skeleton.joints), 3)
     in_front = foregrounds(shown, skeleton, frame.depth, size)
-    found, seconds = _crop_opinions(frame, shown, in_front)
-    opinions, keypoints = list(people.opinions), list(people.keypoints)
+    found, seen, seconds = _crop_opinions(frame, shown, in_front)
+    opinions, keypoints, points = list(people.opinions), list(people.keypoints), no_points(len(people.opinions))
+    points[refined] = seen[:len(refined)]
     for row, (of_person, on_crops, foreground) in enumerate(zip(shared.opinions, found, in_front)):
         if row < len(refined):
             opinions[refined[row]] = {**of_person, **on_crops}
@@ -234,12 +236,16 @@ def refine(frame: PreparedImage, people: Candidates, expected: Optional[Expected
         if on_crops:
             opinions.append({**of_person, **on_crops})
             keypoints.append(vote_behind(opinions[-1], foreground, recipe))
-    return Candidates(opinions, np.array(keypoints, np.float32).reshape(-1, len(skeleton.joints), 3)), seconds
+            points = np.concatenate([points, seen[row:row + 1]])
+    return Candidates(opinions, np.array(keypoints, np.float32).reshape(-1, len(skeleton.joints), 3),
+                      points if recipe.whole_body else None), seconds
 
 
 def _crop_opinions(frame: PreparedImage, people: np.ndarray, in_front: Sequence[Optional[Foreground]]
-                   ) -> Tuple[List[Opinions], float]:
-    """Return the opinions on crops of people, (P, K, 3), by person, and the time that the networks took [s]."""
+                   ) -> Tuple[List[Opinions], np.ndarray, float]:
+    """Return the opinions on crops of people, (P, K, 3), by person, all their points (P, 133, 3), see `Poses`, and the
+    time that the networks took [s].
+    """
     setup, recipe, skeleton = frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
     crops = [prepare_crops(CrowdImage(frame.bgr, people, skeleton), people, one, in_front)
              for one in recipe.refinements]
@@ -247,13 +253,16 @@ def _crop_opinions(frame: PreparedImage, people: np.ndarray, in_front: Sequence[
     computed = [compute_crops(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
     opinions: List[Opinions] = [{} for _ in people]
+    points = no_points(len(people))
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
         for i, crop in enumerate(views):
-            found = decode_crop(crop, one.model, setup.direct, skeleton).keypoints
-            pose = most_alike(found, people[i], people, sigmas(skeleton))
+            found = decode_crop(crop, one.model, setup.direct, skeleton)
+            pose = most_alike(found.keypoints, people[i], people, sigmas(skeleton))
             if pose is not None:
                 opinions[i][number] = pose
-    return opinions, seconds
+                if found.points is not None:  # such a network sees one person
+                    points[i] = found.points[0]
+    return opinions, points, seconds
 
 
 def _is_there(pose: np.ndarray, expected: np.ndarray, depth: float, frame: PreparedImage) -> bool:

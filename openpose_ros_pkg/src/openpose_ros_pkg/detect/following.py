@@ -20,7 +20,7 @@ from openpose_ros_pkg.ensemble import (
 )
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D, Poses
+from openpose_ros_pkg.people import People2D, Poses, joined_points, no_points
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,7 @@ class FollowedPerson:
     unseen: float = 0.0  # time since the last detection [s]
     unlooked: float = 0.0  # time since the last crop [s]
     crop: Optional[np.ndarray] = None  # (K, 3) pose on a crop; None: none
+    points: Optional[np.ndarray] = None  # (133, 3) all points on a crop, see `Poses`; None: none
     error: float = 0.0  # distance of that pose from the expected one, see `disagreement`; 0 without a crop
     # of this frame, by the number of the source; None: the source did not find the person
     opinions: Mapping[int, Optional[np.ndarray]] = field(default_factory=dict)
@@ -170,7 +171,7 @@ class FollowedPerson:
     def without_crop(self, recipe: Recipe) -> 'FollowedPerson':
         """Return the person where the crops show another one."""
         missed = dict.fromkeys(range(recipe.pass_opinions, len(recipe.weights)))
-        return replace(self, crop=None, error=0.0, opinions={**self.opinions, **missed})
+        return replace(self, crop=None, points=None, error=0.0, opinions={**self.opinions, **missed})
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
         """Return the memory after the person was reported with (K, 3) keypoints."""
@@ -265,7 +266,17 @@ def voted(people: Sequence[FollowedPerson], recipe: Recipe, stamp: float) -> Pos
         poses[rows, numbers] = _moved(np.stack(earlier_poses), np.stack(shifts))
     keypoints = vote_with_crops(poses, replace(sources, weights=sources.weights * shares,
                                                place_weights=sources.place_weights * shares))
-    return Poses(keypoints, person_scores(keypoints, (shares > 0) @ sources.known))
+    return Poses(keypoints, person_scores(keypoints, (shares > 0) @ sources.known),
+                 _points(people) if recipe.whole_body else None)
+
+
+def _points(people: Sequence[FollowedPerson]) -> np.ndarray:
+    """Return all points of people on crops of this frame, (P, 133, 3)."""
+    points = no_points(len(people))
+    for of_person, person in zip(points, people):
+        if person.points is not None:
+            of_person[:] = person.points
+    return points
 
 
 def _moved(poses: np.ndarray, shifts: np.ndarray) -> np.ndarray:
@@ -277,13 +288,13 @@ def _moved(poses: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     return np.concatenate([places, poses[..., 2:]], axis=2)
 
 
-def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[np.ndarray]) -> List[FollowedPerson]:
-    """Return people after a source saw a crop of each, with the first of the (N, K, 3) poses there that is the person.
-    """
-    poses = np.concatenate(found) if found else np.zeros((0, 0, 3))
+def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[Poses]) -> List[FollowedPerson]:
+    """Return people after a source saw a crop of each, with the first of the poses there that is the person."""
+    poses = np.concatenate([of_person.keypoints for of_person in found]) if found else np.zeros((0, 0, 3))
     if not len(poses):
         return [replace(person, opinions={**person.opinions, number: None}) for person in people]
-    owners = np.repeat(np.arange(len(people)), [len(of_person) for of_person in found])
+    owners = np.repeat(np.arange(len(people)), [len(of_person.keypoints) for of_person in found])
+    points = joined_points(*((of_person.points, len(of_person.keypoints)) for of_person in found))
     apart = disagreement(poses, np.stack([person.expected for person in people])[owners])
     new = np.array([person.memory is None for person in people])[owners]
     sure = (poses[..., 2].mean(axis=1) >= COVER.sure_joint) & (
@@ -294,6 +305,8 @@ def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[np
         pose = poses[first[i]] if i in first else None
         if pose is not None and person.crop is None:
             person = replace(person, crop=pose, error=float(apart[first[i]]))
+        if pose is not None and points is not None:
+            person = replace(person, points=points[first[i]])
         result.append(replace(person, opinions={**person.opinions, number: pose}))
     return result
 

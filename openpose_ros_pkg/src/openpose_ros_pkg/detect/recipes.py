@@ -13,7 +13,7 @@ from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import keypoints_in
+from openpose_ros_pkg.people import WHOLE_BODY_POINTS, keypoints_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, SkeletonModel
 
 BEST = 'best'  # the mode whose networks are those that are installed by name
@@ -232,6 +232,11 @@ class Recipe:
     def crops(self) -> Tuple[CropRefinement, ...]:
         """How networks see people on crops: in boxes, and when they are refined."""
         return (*(one.crop for one in self.passes if one.crop), *self.refinements)
+
+    @property
+    def whole_body(self) -> bool:
+        """Whether a network for crops gives hands and faces as well, see `Poses.points`."""
+        return any(one.model.points == WHOLE_BODY_POINTS for one in self.refinements)
 
     @functools.cached_property
     def skeleton(self) -> SkeletonModel:

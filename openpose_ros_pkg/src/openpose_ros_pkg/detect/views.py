@@ -16,7 +16,7 @@ from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.people import Poses
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.skeletons import WHOLE_BODY_133, SkeletonModel
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,13 @@ class View:
 
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
         """Turn people in pixels of the network's input into people in pixels of the image."""
-        keypoints = poses.keypoints.copy()
+        keypoints = self._in_image(poses.keypoints, skeleton)
+        return Poses(keypoints, poses.scores, None if poses.points is None else self._in_image(
+            poses.points, WHOLE_BODY_133), self._sigmas_in_image(poses, keypoints, skeleton))
+
+    def _in_image(self, keypoints: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:
+        """Return keypoints, (P, K, 3), of the network's input in pixels of the image; missing beyond it."""
+        keypoints = keypoints.copy()
         for turn in reversed(range(self.turns)):
             x, y = keypoints[..., 0].copy(), keypoints[..., 1].copy()
             keypoints[..., 0], keypoints[..., 1] = self.plan.net_size[turn % 2] - 1 - y, x
@@ -86,7 +92,7 @@ class View:
             # a pixel reaches half a pixel beyond its centre
             there = (np.abs(keypoints[..., :2] + 0.5 - np.divide(self.within, 2)) <= np.divide(self.within, 2))
             keypoints[~there.all(axis=-1)] = (np.nan, np.nan, 0)
-        return Poses(keypoints, poses.scores, sigmas=self._sigmas_in_image(poses, keypoints, skeleton))
+        return keypoints
 
     def _sigmas_in_image(self, poses: Poses, keypoints: np.ndarray, skeleton: SkeletonModel) -> Optional[np.ndarray]:
         """Return the standard deviations of poses of the network's input, for their keypoints in the image."""

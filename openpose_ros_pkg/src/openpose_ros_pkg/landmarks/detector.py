@@ -45,7 +45,7 @@ from openpose_ros_pkg.landmarks.regions import (
 from openpose_ros_pkg.landmarks.whole_body import WholeBodyLandmarks
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import weights_path
-from openpose_ros_pkg.people import FIRST_ID, People2D
+from openpose_ros_pkg.people import FIRST_ID, People2D, no_points
 
 _log = logging.getLogger(__name__)
 
@@ -126,14 +126,9 @@ class LandmarkDetector:
         """Whether a network is missing that the parameters ask for; `faults` tells why."""
         return not self._whole_body and any(kind not in self._networks for kind in _kinds(self._params))
 
-    def reconfigure(self, params: LandmarkParams, whole_body: Optional[bool] = None) -> None:
-        """Take other parameters from the next image on; a network that is wanted now is loaded.
-
-        Args:
-            whole_body: whether the people have points from now on; None: as before.
-        """
+    def reconfigure(self, params: LandmarkParams) -> None:
+        """Take other parameters from the next image on; a network that is wanted now is loaded."""
         with self._lock:
-            self._whole_body = self._whole_body if whole_body is None else whole_body
             for kind in () if self._whole_body else _kinds(params):
                 if kind not in self._networks:
                     self._add(kind)
@@ -159,8 +154,10 @@ class LandmarkDetector:
                 then are left out. None: any time.
         """
         params, constants, bodies = self._params, self._constants, people.points
-        # without a stamp there is no history; places in images of another size, and points of others, are others
-        key = (camera, bgr.shape[:2], bodies is None)
+        if bodies is None and self._whole_body:  # no person was seen by it in this image
+            bodies = no_points(len(people))
+        # without a stamp there is no history; places in images of another size are other places
+        key = (camera, bgr.shape[:2])
         with self._lock:
             memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
             memory = memory.begun(stamp, constants, self._backstep)

@@ -142,7 +142,7 @@ class DetectionService:
         detector = self._settings.detector
         return LandmarkPublisher(
             namespace, create_landmark_detector(self._settings.landmarks, detector.backend,
-                                                detector.detector.model_folder),
+                                                detector.detector.model_folder, self.whole_body),
             self._settings.landmarks, detector.detector.target_rate, self._health, self._demand)
 
     @property
@@ -154,6 +154,11 @@ class DetectionService:
     def skeleton(self) -> SkeletonModel:
         """Joint set of the people."""
         return self._detection.skeleton
+
+    @property
+    def whole_body(self) -> bool:
+        """Whether the people have the points of a network for whole bodies, in every mode."""
+        return self._detector.recipe.whole_body
 
     @property
     def description(self) -> Dict[str, str]:

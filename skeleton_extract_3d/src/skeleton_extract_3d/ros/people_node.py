@@ -64,7 +64,8 @@ class PeopleNode:
     def _extractor(self, settings: PeopleSettings, camera: str, health: Health, timing: TimingReport, demand: Demand
                    ) -> Extractor:
         params, landmarks = settings.detection.detector, settings.extraction.landmarks
-        detector = create_landmark_detector(landmarks, params.backend, params.detector.model_folder)
+        detector = create_landmark_detector(landmarks, params.backend, params.detector.model_folder,
+                                            self._service.whole_body)
         networks = Networks(self._service, self._service.name, detector, target_rate=params.detector.target_rate,
                             camera=camera.strip('/'))
         extractor = Extractor(settings.extraction, networks, health, timing, demand)

@@ -128,11 +128,13 @@ class Networks:
     def __init__(self, job: BagJob, settings: BagSettings, in_space: bool, stack: ExitStack) -> None:
         self.settings = settings
         params = with_threads(settings.detector, job.threads)
-        self._landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
+        recipe = recipe_of(params.detector)
+        self._landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder,
+                                                   recipe.whole_body)
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
         self._make: Callable[[], Detection]
-        jobs, skeleton = job.jobs or (1 if in_space else _most_jobs()), recipe_of(params.detector).skeleton
+        jobs, skeleton = job.jobs or (1 if in_space else _most_jobs()), recipe.skeleton
         if settings.following.wanted(params.detector):
             self.capacity = 0
             self._make = partial(NetworkDetection, job.create(params), settings.tracking, settings.following)
