@@ -164,6 +164,14 @@ class BridgesTest(unittest.TestCase):
                 self.assertEqual(ended.returncode, 1, ended.stdout)
                 for text in (f'the messages of the package {package} are not found', 'sudo apt install', 'github.com'):
                     self.assertIn(text, ended.stdout)
+            # costmap_2d needs no messages but those of ROS
+            diagnostics = Diagnostics()
+            one = subprocess.Popen(['rosrun', 'openpose_ros_bridges', 'obstacles_node'], env=environment,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            diagnostics.await_state('obstacles_node', 'idle: no subscriber')
+            one.terminate()
+            self.assertIn('no obstacles for teb_local_planner: the messages of the package costmap_converter are not '
+                          'found', one.communicate(timeout=60)[0])
 
 
 if __name__ == '__main__':

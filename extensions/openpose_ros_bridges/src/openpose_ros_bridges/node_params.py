@@ -124,7 +124,7 @@ class ObstacleParams(Parameters):
     step: float = parameter(0.25, 'Time from one predicted footprint to the next.', unit='s', minimum=0.05,
                             maximum=10.0)
     spacing: float = parameter(0.05, 'Points in a footprint are so far apart; at most the resolution of the costmap.',
-                               unit='m', minimum=0.01, maximum=1.0)
+                               unit='m', minimum=0.02, maximum=1.0)
     height: float = parameter(0.5, 'Height of these points in robot_frame, within the limits of the layer that reads '
                                    'them.', unit='m', minimum=-10.0, maximum=10.0)
     robot_radius: float = parameter(0.5, 'Points nearer to the origin of robot_frame are left out: a person who walks '
@@ -132,7 +132,7 @@ class ObstacleParams(Parameters):
                                     maximum=10.0)
     footprint_range: float = parameter(5.0, 'Points farther from the robot are left out. The scan that clears reaches '
                                             'twice as far: nearer than that its rays miss no cell.', unit='m',
-                                       minimum=0.1, maximum=50.0)
+                                       minimum=0.1, maximum=20.0)
     max_rate: float = parameter(10.0, 'Most messages per second on each topic; 0: one for each frame.', unit='Hz',
                                 minimum=0.0, maximum=1000.0)
 

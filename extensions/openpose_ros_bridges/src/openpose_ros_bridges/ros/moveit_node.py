@@ -27,7 +27,7 @@ SHAPES = ForeignPackage('shape_msgs', 'https://github.com/ros/common_msgs (branc
 # Names of the objects that are there, for the node that starts after this one was killed.
 _LEFT = 'openpose_ros/planning_scene_objects'
 _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
-_COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.5)
+_COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.35)
 
 
 class PlanningSceneMessages:
