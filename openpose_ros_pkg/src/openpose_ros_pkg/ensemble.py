@@ -229,7 +229,8 @@ def person_scores(keypoints: np.ndarray, asked: np.ndarray) -> np.ndarray:
 def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
     """Return the accepted people in an image of (width, height) [px], without ids, and their indices.
 
-    Of several opinions: the surest first, without duplicates, and without joints and people below their thresholds.
+    Of several opinions: the surest first, without duplicates, and without joints and people below their thresholds;
+    standard deviations are those of one opinion alone.
     """
     kept = np.arange(len(poses.scores))
     if acceptance.voted:
@@ -244,7 +245,7 @@ def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int,
     keypoints = poses.keypoints.copy()
     keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
     return People2D(acceptance.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1),
-                    points=poses.points), kept
+                    points=poses.points, sigmas=poses.sigmas), kept
 
 
 def surest(scores: np.ndarray, same: np.ndarray) -> np.ndarray:

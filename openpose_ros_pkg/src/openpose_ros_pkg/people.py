@@ -68,7 +68,8 @@ class Poses(NamedTuple):
     def joined(self, others: 'Poses') -> 'Poses':
         """Return these people and then others."""
         return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]),
-                     joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))))
+                     joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))),
+                     _joined_sigmas(self.sigmas, others.sigmas, self.keypoints, others.keypoints))
 
 
 def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarray]:
@@ -76,6 +77,15 @@ def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarr
     if all(points is None for points, _ in parts):
         return None
     return np.concatenate([no_points(people) if points is None else points for points, people in parts])
+
+
+def _joined_sigmas(first: Optional[np.ndarray], second: Optional[np.ndarray], *keypoints: np.ndarray
+                   ) -> Optional[np.ndarray]:
+    """Return the standard deviations of two groups of people with these keypoints, NaN of a group without."""
+    if first is None and second is None:
+        return None
+    return np.concatenate([np.full((*of_people.shape[:2], 2), np.nan, np.float32) if told is None else told
+                           for told, of_people in zip((first, second), keypoints)])
 
 
 def no_points(people: int) -> np.ndarray:
@@ -98,6 +108,8 @@ class People2D:
     # (P, 133, 3) float32: all points of COCO-WholeBody where a network for whole bodies saw the person, NaN, NaN, 0
     # elsewhere; None: there is no such network
     points: Optional[np.ndarray] = None
+    # (P, K, 2) float32: standard deviations of x and y as the network tells them [px], NaN elsewhere; None: of none
+    sigmas: Optional[np.ndarray] = None
 
     def __post_init__(self) -> None:
         joints = len(self.skeleton.joints)
@@ -113,11 +125,12 @@ class People2D:
         present = np.isfinite(keypoints[..., :2]).all(axis=2)
         if not np.array_equal(present, keypoints[..., 2] > 0):
             raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
-        if self.points is not None:
-            points = np.asarray(self.points, np.float32)
-            if points.shape != (*people, WHOLE_BODY_POINTS, 3):
-                raise ValueError(f'points: expected {(*people, WHOLE_BODY_POINTS, 3)}, got {points.shape}')
-            object.__setattr__(self, 'points', points)
+        for name, shape in (('points', (*people, WHOLE_BODY_POINTS, 3)), ('sigmas', (*people, joints, 2))):
+            if getattr(self, name) is not None:
+                value = np.asarray(getattr(self, name), np.float32)
+                if value.shape != shape:
+                    raise ValueError(f'{name}: expected {shape}, got {value.shape}')
+                object.__setattr__(self, name, value)
         for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked)):
             object.__setattr__(self, name, value)
 
@@ -132,14 +145,16 @@ class People2D:
     def select(self, indices: np.ndarray) -> 'People2D':
         """Return some of the people, in the order of their indices (N,)."""
         return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices],
-                        self.looked[indices], None if self.points is None else self.points[indices])
+                        self.looked[indices], None if self.points is None else self.points[indices],
+                        None if self.sigmas is None else self.sigmas[indices])
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""
         return People2D(self.skeleton, np.concatenate([self.keypoints, others.keypoints]),
                         np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]),
                         np.concatenate([self.looked, others.looked]),
-                        joined_points((self.points, len(self)), (others.points, len(others))))
+                        joined_points((self.points, len(self)), (others.points, len(others))),
+                        _joined_sigmas(self.sigmas, others.sigmas, self.keypoints, others.keypoints))
 
     @property
     def xy(self) -> np.ndarray:

@@ -1,0 +1,75 @@
+"""The standard deviation that a network tells of a keypoint becomes that of the joint in space."""
+import numpy as np
+import pytest
+
+from estimating import new_estimator, update
+from openpose_ros_pkg.ensemble import Acceptance, accepted_people
+from openpose_ros_pkg.people import People2D, Poses
+from openpose_ros_pkg.skeletons import COCO_18
+from synthetic_scene import Person, Room, pinhole, render, standing
+
+SCENE = render(pinhole(480, 270), [Person(1, 0.1, 2.6, standing())], Room(wall=4.0))
+WRIST, ELBOW = COCO_18.index['left_wrist'], COCO_18.index['left_elbow']
+SHAPE = (1, len(COCO_18.joints), 2)
+
+
+def estimate(sigmas=None, frames=4):
+    """Return the people of the last frame by pixels of a standard deviation [px]; None: unknown."""
+    people = SCENE.people
+    people = People2D(people.skeleton, people.keypoints, people.scores, people.ids, sigmas=sigmas)
+    estimator = new_estimator()
+    for i in range(frames):
+        result = update(estimator, SCENE, i / 15, people)
+    return result.people
+
+
+def told(**of_joints):
+    """Return standard deviations of some joints, both axes alike."""
+    sigmas = np.full(SHAPE, np.nan)
+    for name, value in of_joints.items():
+        sigmas[0, COCO_18.index[name]] = value
+    return sigmas
+
+
+def test_unknown_standard_deviations_change_nothing():
+    np.testing.assert_array_equal(estimate(told()).sigma, estimate().sigma)
+    np.testing.assert_array_equal(estimate(told()).xyz, estimate().xyz)
+
+
+def test_a_wrist_is_as_uncertain_as_its_pixel():
+    unsure, sure, plain = estimate(told(left_wrist=20.0)), estimate(told(left_wrist=0.5)), estimate()
+    # 20 px are 19 cm at 2.6 m
+    assert unsure.sigma[0, WRIST] > 2 * plain.sigma[0, WRIST] and 0.1 < unsure.sigma[0, WRIST] < 0.35
+    assert sure.sigma[0, WRIST] <= plain.sigma[0, WRIST]
+    assert unsure.sigma[0, ELBOW] == pytest.approx(plain.sigma[0, ELBOW], rel=0.3)
+
+
+def test_pixels_of_a_larger_image_are_smaller():
+    people = SCENE.people
+    keypoints = people.keypoints * [2, 2, 1] + [0.5, 0.5, 0]
+    double = People2D(people.skeleton, keypoints, people.scores, people.ids, sigmas=told(left_wrist=40.0))
+    width, height = SCENE.size
+    estimator = new_estimator()
+    for i in range(4):
+        result = update(estimator, SCENE, i / 15, double, bgr=None, size=(2 * width, 2 * height))
+    assert result.people.sigma[0, WRIST] == pytest.approx(estimate(told(left_wrist=20.0)).sigma[0, WRIST], rel=0.02)
+
+
+def test_they_stay_with_their_people():
+    one = People2D(COCO_18, SCENE.people.keypoints, [1.0], [7], sigmas=told(left_wrist=3.0))
+    plain = People2D(COCO_18, SCENE.people.keypoints, [1.0], [8])
+    both = plain.joined(one)
+    assert plain.joined(plain).sigmas is None and np.isnan(both.sigmas[0]).all() and both.sigmas[1, WRIST, 0] == 3
+    np.testing.assert_array_equal(both.select(np.array([1])).sigmas, one.sigmas)
+    with pytest.raises(ValueError, match='sigmas: expected'):
+        People2D(COCO_18, SCENE.people.keypoints, [1.0], [7], sigmas=np.zeros((2, 18, 2)))
+
+
+@pytest.mark.parametrize('voted', [False, True])
+def test_those_of_one_network_alone_are_those_of_the_people(voted):
+    poses = Poses(SCENE.people.keypoints, np.ones(1, np.float32), None, told(left_wrist=3.0))
+    people, _ = accepted_people(poses, Acceptance(COCO_18, 0.1, 0.1, 3, voted), SCENE.size)
+    if voted:  # a place that several networks agreed on is none of them
+        assert people.sigmas is None
+    else:
+        np.testing.assert_array_equal(people.sigmas, poses.sigmas.astype(np.float32))
