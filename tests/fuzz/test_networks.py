@@ -1,19 +1,27 @@
-"""Files of networks: weights of TensorFlow.js, zip files, the cache of compiled networks."""
+"""Files of networks: weights of TensorFlow.js, zip files, the cache of compiled networks; what files tell, outputs."""
 import base64
 import hashlib
 import io
 import json
 import zipfile
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives, written
+from openpose_ros_pkg.decode.boxes import decode_boxes
+from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.compiled_cache import CompiledCache
+from openpose_ros_pkg.networks.model_registry import MODELS
+from openpose_ros_pkg.networks.model_types import skeleton_of
+from openpose_ros_pkg.networks.network_file import Graph, recognized
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.networks.web_archive import DownloadLimits, zip_member
+from openpose_ros_pkg.people import People2D
 
 KERNEL = np.ones((1, 1, 3, 8), np.float16)
 
@@ -76,3 +84,50 @@ def test_member_of_a_zip_file(tmp_path_factory, content):
     found = survives(zip_member, path, 'end2end.onnx', 0, DownloadLimits(most_bytes=1 << 20), size=len(content),
                      errors=(ModelError,), memory=32 << 20)
     assert found is None or len(found) <= 1 << 20
+
+
+SIZES = st.sampled_from((None, 0, 1, 2, 5, 6, 8, 17, 26, 34, 56, 57, 85, 100, 133, 192, 256, 384, 416, 512, 640, 3549))
+SHAPES = st.lists(SIZES, max_size=5).map(tuple)
+NAMES = ('dets', 'keypoints', 'labels', 'scores', 'simcc_x', 'simcc_y', 'pred_logits', 'pred_keypoints', 'output0', '0')
+IMAGES = st.one_of(SHAPES, st.tuples(st.sampled_from((None, 1)), st.just(3), SIZES, SIZES))
+
+
+@given(IMAGES, st.lists(SHAPES, max_size=2), st.dictionaries(st.sampled_from(NAMES), SHAPES, max_size=4))
+def test_shapes_of_networks(image, others, outputs):
+    model = survives(recognized, Path('/nets/mine.onnx'), Graph([image, *others], outputs), size=1000,
+                     errors=(ModelError,))
+    assert model is None or set(model.outputs) <= set(outputs)
+
+
+# By decoder: points, and the shapes of what networks give for N people.
+FORMS = (('movenet_multipose', 17, lambda n: [(n, 56)]), ('movenet_singlepose', 17, lambda n: [(1, 17, 3)]),
+         ('rtmo', 17, lambda n: [(n, 5), (n, 17, 3)]), ('yolo_pose', 17, lambda n: [(56, n + 1)]),
+         ('yolo_pose', 17, lambda n: [(n, 57)]), ('simcc', 17, lambda n: [(17, 64), (17, 48)]),
+         ('simcc', 133, lambda n: [(133, 64), (133, 48)]), ('detr_pose', 17, lambda n: [(n,), (n,), (n, 17, 2)]),
+         ('detr_pose', 17, lambda n: [(n, 2), (n, 34)]), ('rf_detr', 17, lambda n: [(n, 4), (n, 91), (n, 17, 8)]),
+         ('rf_detr', 17, lambda n: [(n, 4), (n, 2), (n, 34, 8)]), ('yolox', 17, lambda n: [(n, 5), (n,)]),
+         ('yolox', 17, lambda n: [(62, 85)]))
+ODD = st.sampled_from((np.nan, np.inf, -np.inf, 0.0, 1e30, -1e30, 1e-30, 89.0, -89.0))
+
+
+@given(st.sampled_from(FORMS), st.integers(0, 5), st.integers(0, 1000), st.sampled_from((0.1, 1.0, 30.0, 1e4)),
+       st.lists(st.tuples(ODD, st.integers(0, 2 ** 16)), max_size=6))
+def test_numbers_that_networks_give(form, people, seed, scale, odd):
+    decoder, points, shapes = form
+    random = np.random.RandomState(seed)
+    outputs = [(scale * random.normal(0, 1, shape)).astype(np.float32) for shape in shapes(people)]
+    for value, place in odd:
+        flat = outputs[place % len(outputs)].reshape(-1)
+        if len(flat):
+            flat[place % len(flat)::max(place % 7, 1)] = value
+    size = (32, 24) if decoder == 'simcc' else (64, 48)
+    if decoder == 'yolox':
+        boxes, scores = survives(decode_boxes, outputs, 0.0, size, size=1 << 16)
+        assert np.isfinite(boxes).all() and ((scores > 0) & (scores <= 1)).all()
+        return
+    model = replace(MODELS['rtmo_m'], decoder=decoder, points=points, skeleton=skeleton_of(points))
+    with np.errstate(all='ignore'):
+        poses = survives(decode_direct, outputs, model, DirectDecodeParams(), size, size=1 << 16)
+    found = People2D(model.skeleton, poses.keypoints, poses.scores, np.full(len(poses.scores), -1), points=poses.points)
+    assert found.present.any(axis=1).all() and np.isfinite(found.scores).all()
+    assert poses.sigmas is None or poses.sigmas.shape == (len(found), 18, 2)

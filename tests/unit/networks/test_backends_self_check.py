@@ -134,8 +134,33 @@ def fields(*channels, stride=8, value=0.0):
     return Network(compute)
 
 
-def people(boxes, joints):
-    return Network(lambda images: (np.zeros(boxes, np.float32), np.zeros(joints, np.float32)))
+def people(*shapes):
+    return Network(lambda images: tuple(np.zeros(shape, np.float32) for shape in shapes))
+
+
+def of_kind(decoder, outputs, size=(192, 256), points=17):
+    """A network of another decoder; size: (width, height) of its input."""
+    return replace(RTMO, name=decoder, decoder=decoder, points=points, outputs=('output',) * outputs,
+                   input=replace(RTMO.input, fixed_size=size))
+
+
+KINDS = [
+    (of_kind('simcc', 2), [(1, 17, 384), (1, 17, 512)], [(1, 26, 384), (1, 26, 512)]),
+    (of_kind('simcc', 2, points=133), [(1, 133, 384), (1, 133, 512)], [(1, 133, 512), (1, 133, 384)]),
+    (of_kind('detr_pose', 3), [(1, 60), (1, 60), (1, 60, 17, 2)], [(1, 60), (1, 60), (1, 60, 14, 2)]),
+    (of_kind('detr_pose', 2), [(1, 60, 2), (1, 60, 34)], [(1, 60), (1, 60, 34)]),
+    (of_kind('rf_detr', 3), [(1, 9, 4), (1, 9, 91), (1, 9, 17, 8)], [(1, 9, 4), (1, 9, 91), (1, 9, 17, 7)]),
+    (of_kind('yolox', 2), [(1, 9, 5), (1, 9)], [(1, 9, 4), (1, 9)]),
+    (of_kind('yolox', 1, (416, 416)), [(1, 3549, 6)], [(1, 3548, 6)]),
+    (of_kind('yolox', 1), [(1, 1008, 85)], [(1, 9, 5)])]
+IDS = [f'{model.name} {len(model.outputs)}' for model, _, _ in KINDS]
+
+
+@pytest.mark.parametrize('model, right, wrong', KINDS, ids=IDS)
+def test_structure_of_networks_by_their_file(model, right, wrong):
+    check_backend(people(*right), model, EXACT)
+    with pytest.raises(ModelError, match=f'{model.decoder} wrongly: its outputs .* have the shapes .*expected'):
+        check_backend(people(*wrong), model, EXACT)
 
 
 @pytest.mark.parametrize('model, network', [

@@ -1,5 +1,6 @@
 """Networks that users describe in YAML: read whole, or refused with file, key, value and what is allowed."""
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,9 +8,16 @@ import yaml
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
-from openpose_ros_pkg.networks.model_types import InputRecipe, WeightsFile
+from openpose_ros_pkg.networks.model_types import (
+    DETR_POSE_INPUT,
+    RF_DETR_INPUT,
+    SIMCC_INPUT,
+    YOLOX_INPUT,
+    InputRecipe,
+    WeightsFile,
+)
 from openpose_ros_pkg.networks.models import find_model, weights_path
-from openpose_ros_pkg.skeletons import BODY_25, Limb
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, Limb
 
 DOCS = Path(__file__).parents[3] / 'docs' / 'networks.md'
 LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
@@ -66,6 +74,25 @@ def test_a_joint_set_of_ones_own(tmp_path):
     assert skeleton.swap == (0, 3, 4, 1, 2)
     drawn = described(tmp_path, skeleton={**ARMS, 'drawn_limbs': [['neck', 'left_wrist']]}).skeleton.drawn_limbs
     assert drawn == (('neck', 'left_wrist'),)
+
+
+@pytest.mark.parametrize('decoder, outputs, stated, size', [
+    ('simcc', ['x', 'y'], SIMCC_INPUT, [192, 256]), ('detr_pose', ['logits', 'keypoints'], DETR_POSE_INPUT, None),
+    ('rf_detr', ['dets', 'labels', 'keypoints'], RF_DETR_INPUT, [576, 576]),
+    ('yolox', ['dets', 'labels'], YOLOX_INPUT, None)])
+def test_inputs_of_known_makers_need_not_be_described(tmp_path, decoder, outputs, stated, size):
+    model = described(tmp_path, skeleton=None, decoder=decoder, outputs=outputs,
+                      input={'fixed_size': size} if size else None)
+    assert (model.decoder, model.outputs, model.skeleton, model.points) == (decoder, tuple(outputs), COCO_18, 17)
+    assert model.input == replace(stated, fixed_size=tuple(size) if size else None)
+
+
+def test_points_and_numbers_of_each_colour(tmp_path):
+    simcc = {'skeleton': None, 'decoder': 'simcc', 'outputs': ['x', 'y']}
+    model = described(tmp_path, **simcc, points=133, input={
+        'fixed_size': [288, 384], 'mean': [1, 2.5, 3], 'scale': [0.5, 0.25, 1], 'stretched': True})
+    assert (model.points, model.skeleton) == (133, BODY_25)
+    assert (model.input.mean, model.input.scale, model.input.stretched) == ((1.0, 2.5, 3.0), (0.5, 0.25, 1.0), True)
 
 
 def test_the_examples_of_the_documentation_are_right(tmp_path):
@@ -135,6 +162,12 @@ FIRST = ARMS['limbs'][0]
     ({'files': [5]}, "files[0] = 5 is not allowed: a mapping"),
     ({'files': ['a', '../b']}, "'files[1].name' = '../b' is not allowed: the name of a file that lies beside"),
     ({'files': [{'name': 'a', 'sha256': 'ab'}]}, "'files[0].sha256' = 'ab' is not allowed: 64 hexadecimal digits"),
+    ({'input': {'mean': [1, 2]}}, "'input.mean' = [1, 2] is not allowed: a number in 0 .. 255, or three, of the col"),
+    ({'input': {'scale': [1, 0, 1]}}, "'input.scale' = [1, 0, 1] is not allowed: a number in 1e-06 .. 1000, or three"),
+    ({'points': 26}, "'points' = 26 is not allowed: one of 17"),
+    ({'decoder': 'simcc', 'skeleton': None, 'points': 21}, "'points' = 21 is not allowed: one of 17, 26, 133"),
+    ({'decoder': 'simcc', 'points': 17}, "'skeleton' = 'BODY_25' is not allowed: COCO_18, which is what decoder simcc"),
+    ({'decoder': 'simcc', 'skeleton': None}, "the key 'input.fixed_size' is missing: two whole numbers"),
     ({'skeleton': {'joints': ['nose']}}, "the key 'skeleton.limbs' is missing"),
     ({'skeleton': {**ARMS, 'joints': ['nose', 'nose']}}, "'skeleton.joints[1]' = 'nose' is not allowed: each once"),
     ({'skeleton': limbs({**FIRST, 'end': 'nose'})}, "'skeleton.limbs[0].end' = 'nose' is not allowed: one of neck, "),

@@ -62,16 +62,21 @@ def decode_boxes(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[in
 
 def _rows_of_grids(rows: np.ndarray, net_size: Tuple[int, int]) -> np.ndarray:
     """Return x1, y1, x2, y2, score of people, (N, 5), of the raw form of YOLOX."""
-    cells = []
+    grids = []
     for stride in _STRIDES:
         y, x = np.mgrid[:net_size[1] // stride, :net_size[0] // stride]
-        cells.append(np.stack([x.ravel(), y.ravel(), np.full(x.size, stride)], axis=1))
-    x, y, stride = np.concatenate(cells).T
+        grids.append(np.stack([x.ravel(), y.ravel(), np.full(x.size, stride)], axis=1))
+    x, y, stride = np.concatenate(grids).T
     with np.errstate(over='ignore', invalid='ignore'):
         middle = (rows[:, :2] + np.stack([x, y], axis=1)) * stride[:, None]
         half = np.exp(rows[:, 2:4]) * stride[:, None] / 2
         score = rows[:, 4] * rows[:, 5 + _PERSON]
         return np.concatenate([middle - half, middle + half, score[:, None]], axis=1)
+
+
+def cells(net_size: Tuple[int, int]) -> int:
+    """Return the number of rows of the raw form of YOLOX for an input of (width, height) [px]."""
+    return sum((net_size[0] // stride) * (net_size[1] // stride) for stride in _STRIDES)
 
 
 def without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:

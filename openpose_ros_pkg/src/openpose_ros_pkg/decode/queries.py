@@ -19,7 +19,7 @@ def decode_detr_pose(outputs: Sequence[np.ndarray], least: float, net_size: Tupl
     - without: logits (N, classes) and joints (N, 17, 2) or (N, 34).
     A query is one person: its score is that of its surest class. Joints have no scores of their own: the person's.
     """
-    joints = np.asarray(outputs[-1], np.float64).reshape(len(outputs[-1]), -1, 2)
+    joints = np.asarray(outputs[-1], np.float64).reshape(-1, 17, 2)
     scores = np.asarray(outputs[0], np.float64)
     if scores.ndim == 2:
         scores = _sigmoid(scores.max(axis=1))

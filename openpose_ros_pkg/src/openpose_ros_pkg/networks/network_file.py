@@ -5,6 +5,7 @@ from itertools import permutations
 from pathlib import Path
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
+from openpose_ros_pkg.decode.boxes import cells
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import (
     DETR_POSE_INPUT,
@@ -57,7 +58,11 @@ def read_network_file(path: Path) -> Model:
     Raises:
         ModelError: no installed runtime can read the file, or its inputs and outputs fit no kind, or several.
     """
-    graph = Graph(*_graph_shapes(path))
+    return recognized(path, Graph(*_graph_shapes(path)))
+
+
+def recognized(path: Path, graph: Graph) -> Model:
+    """Return the pose network of a file by what it tells; raise ModelError as `read_network_file`."""
     image = graph.inputs[0] if graph.inputs else ()
     kinds = []
     if len(image) == 4 and image[1] == 3 and image[0] in (1, None):
@@ -147,8 +152,7 @@ def _yolox(graph: Graph) -> Optional[Kind]:
     if set(shapes) == {'dets', 'labels'} and shapes['dets'][2:] == (5,) and len(shapes['labels']) == 2:
         return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if graph.size == (416, 416) else None
     (name, shape), *others = shapes.items()
-    cells = sum((graph.size[0] // stride) * (graph.size[1] // stride) for stride in (8, 16, 32))
-    if not others and len(shape) == 3 and shape[1] == cells and shape[2] in (6, 85):
+    if not others and len(shape) == 3 and shape[1] == cells(graph.size) and shape[2] in (6, 85):
         return Kind(Decoder.BOXES, YOLOX_INPUT, (name,))
     return None
 

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Callable, Dict, Sequence, Tuple
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.decode.boxes import cells
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.people import Poses
-from openpose_ros_pkg.skeletons import POINT_SETS
 
 if TYPE_CHECKING:
     from openpose_ros_pkg.networks.backends import Backend
@@ -167,7 +167,7 @@ def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Sequence
         expected, right = _fields_structure(model, shapes, size)
     else:
         expected, is_right = _STRUCTURES[model.decoder]
-        right = is_right(*shapes)
+        right = is_right(model, size, *shapes)
     if not right:
         return (f"its outputs {', '.join(names)} have the shapes {_listed(shapes)} for an image of "
                 f'{size[1]}x{size[0]}, expected {expected}: does the description of the model fit its file?')
@@ -184,25 +184,25 @@ def _fields_structure(model: Model, shapes: _Shapes, size: Sequence[int]) -> Tup
     return expected, right and sum(shape[1] for shape in shapes) == model.channels
 
 
-# By decoder: the expected shapes of the outputs in words, and whether shapes are so.
+# By decoder: the expected shapes of the outputs in words, and whether shapes are so, for a model and (height, width).
 _STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
-    Decoder.MOVENET_MULTIPOSE: ('(1, N, 56)', lambda people: len(people) == 3 and people[::2] == (1, 56)),
-    Decoder.MOVENET_SINGLEPOSE: ('(1, 1, 17, 3)', lambda person: person == (1, 1, 17, 3)),
-    Decoder.RTMO: ('(1, N, 5) and (1, N, 17, 3)', lambda boxes, joints: (
+    Decoder.MOVENET_MULTIPOSE: ('(1, N, 56)', lambda _, size, people: len(people) == 3 and people[::2] == (1, 56)),
+    Decoder.MOVENET_SINGLEPOSE: ('(1, 1, 17, 3)', lambda _, size, person: person == (1, 1, 17, 3)),
+    Decoder.RTMO: ('(1, N, 5) and (1, N, 17, 3)', lambda _, size, boxes, joints: (
         len(boxes) == 3 and boxes[::2] == (1, 5) and joints == (1, boxes[1], 17, 3))),
-    Decoder.YOLO_POSE: ('(1, 56, N) or (1, N, 57)', lambda people: (
+    Decoder.YOLO_POSE: ('(1, 56, N) or (1, N, 57)', lambda _, size, people: (
         len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57))),
-    Decoder.SIMCC: ('(1, K, bins along x) and (1, K, bins along y) with K = 17, 26 or 133', lambda x, y: (
-        len(x) == len(y) == 3 and x[:2] == y[:2] and x[0] == 1 and x[1] in POINT_SETS)),
-    Decoder.DETR_POSE: ('(1, N), (1, N) and (1, N, 17, 2), or (1, N, C) and (1, N, 17, 2)', lambda scores, *others: (
-        len(scores) == (3 if len(others) == 1 else 2) and scores[0] == 1 and others[-1][:2] == scores[:2]
-        and others[-1][2:] in ((17, 2), (34,)))),
-    Decoder.RF_DETR: ('(1, N, 4), (1, N, C) and (1, N, 17, 8)', lambda boxes, classes, joints: (
+    Decoder.SIMCC: ('(1, points, bins) along x and along y, as many per pixel', lambda model, size, x, y: (
+        len(x) == len(y) == 3 and x[:2] == y[:2] == (1, model.points) and x[2] * size[0] == y[2] * size[1] > 0)),
+    Decoder.DETR_POSE: ('(1, N), (1, N), (1, N, 17, 2), or (1, N, C), (1, N, 17, 2)', lambda _, size, scores, *more: (
+        len(scores) == (3 if len(more) == 1 else 2) and scores[0] == 1 and more[-1][:2] == scores[:2]
+        and more[-1][2:] in ((17, 2), (34,)))),
+    Decoder.RF_DETR: ('(1, N, 4), (1, N, C) and (1, N, 17, 8)', lambda _, size, boxes, classes, joints: (
         len(classes) == 3 and boxes == (1, classes[1], 4) and joints[:2] == boxes[:2]
-        and joints[2:] in ((17, 8), (34, 8)))),
-    Decoder.BOXES: ('(1, N, 5) and (1, N), or (1, N, 6 or more)', lambda boxes, *classes: (
-        len(boxes) == 3 and boxes[0] == 1 and (boxes[2] >= 6 if not classes else
-                                               boxes[2] == 5 and classes == (boxes[:2],))))}
+        and joints[2:] in ((17, 8), (34, 8)) and classes[2] >= joints[2] // 17)),
+    Decoder.BOXES: ('(1, N, 5) and (1, N), or (1, cells, 6 or more)', lambda _, size, boxes, *classes: (
+        len(boxes) == 3 and boxes[0] == 1 and (boxes[2] == 5 and classes == (boxes[:2],) if classes else
+                                               boxes[2] >= 6 and boxes[1] == cells(size[::-1]))))}
 
 
 def _any_image(model: Model) -> np.ndarray:
