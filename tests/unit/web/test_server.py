@@ -3,6 +3,7 @@ import asyncio
 import contextlib
 import http.client
 import json
+import re
 import socket
 import time
 
@@ -236,6 +237,37 @@ def test_a_page_that_never_reads_holds_up_no_other(pages):
     with handshake():
         wait_for(lambda: pages.clients)
         asyncio.run(asyncio.wait_for(run(), 30))
+
+
+def test_a_slow_page_gets_the_present(pages):
+    """What waits for it in buffers of the kernel is little."""
+    with socket.socket() as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        slow.settimeout(10)
+        slow.connect(('127.0.0.1', pages.port))
+        slow.sendall(HANDSHAKE)
+        wait_for(lambda: pages.clients)
+        for number in range(150):
+            pages.publish(Key('people'), f'({number})' + 'x' * 20000)
+            time.sleep(0.003)
+        got = b''
+        while b'(149)' not in got:
+            got += slow.recv(65536)
+    assert len(re.findall(rb'\(\d+\)', got)) <= 15  # 3 MB were published
+
+
+def test_a_server_that_ends_closes_its_connections(tmp_path):
+    serving = PeopleServer('localhost', 0, {'/': tmp_path}, hello([], False, 3))
+    with socket.create_connection(('127.0.0.1', serving.port), timeout=5) as page, \
+            socket.create_connection(('127.0.0.1', serving.port), timeout=5) as silent:
+        page.sendall(HANDSHAKE)
+        wait_for(lambda: serving.clients and serving._http._connected)
+        serving.stop()
+        assert silent.recv(1) == b''
+        while page.recv(65536):
+            pass
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(('127.0.0.1', serving.port), timeout=5)
 
 
 def test_a_page_that_takes_nothing_is_disconnected(pages, monkeypatch):

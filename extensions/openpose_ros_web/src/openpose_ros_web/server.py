@@ -5,6 +5,7 @@ import logging
 import socket
 import threading
 import time
+import weakref
 from collections import OrderedDict
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Set, Union
@@ -26,6 +27,9 @@ _LARGEST_HEAD, _LARGEST_MESSAGE = 8192, 4096  # [bytes]
 # Parts of frames (messages, pings, fragments) that a page may send, up to four each [1/s]: 20 frames, 40 at once.
 _PARTS, _MOST_PARTS = 80.0, 160.0
 _MOST_UNSENT = 8_000_000  # [bytes]
+# Of what was written, the kernel keeps so much for a slow page, and Linux twice that [bytes]. By itself it would keep
+# up to 4 MB: seconds of images, all of them out of date when they arrive.
+_SEND_BUFFER = 65536
 # No file whose name has a special character or begins with a dot.
 _FILES = r'((?:[\w-]+/)*[\w-][\w.-]*)?'
 _HEADERS = {
@@ -108,6 +112,7 @@ class PeopleServer:
 
     def stop(self) -> None:
         """End the thread, and all connections with it."""
+        asyncio.run_coroutine_threadsafe(self._http.end(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
 
@@ -128,9 +133,6 @@ class PeopleServer:
     def _serve(self) -> None:
         asyncio.set_event_loop(self._loop)
         self._loop.run_forever()
-        for page in self.clients:
-            page.close()
-        self._http.stop()
 
     def _distribute(self, key: Key, payload: Payload, keep: bool) -> None:
         if keep:
@@ -140,21 +142,33 @@ class PeopleServer:
 
 
 class _Server(HTTPServer):
-    """Limits the number of connections."""
+    """Limits the number of connections, and what waits in each."""
 
     _connected = 0
+
+    def initialize(self, *arguments: Any, **options: Any) -> None:
+        super().initialize(*arguments, **options)
+        self._streams: weakref.WeakSet[Any] = weakref.WeakSet()
 
     def handle_stream(self, stream: Any, address: Any) -> None:
         if self._connected >= MOST_CONNECTIONS:
             stream.close()
             return
         self._connected += 1
+        self._streams.add(stream)
         stream.max_write_buffer_size = _MOST_UNSENT
+        stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         super().handle_stream(stream, address)
 
     def on_close(self, server_conn: object) -> None:
         self._connected -= 1
         super().on_close(server_conn)
+
+    async def end(self) -> None:
+        """Take no connection any more, and close those that are open."""
+        self.stop()
+        for stream in list(self._streams):
+            stream.close()
 
 
 class _Guarded(RequestHandler):
