@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 """The floor of a room is published as a plane and as a frame; bad clouds are counted."""
+import subprocess
 import sys
 
 import numpy as np
+import roslib.packages
 import rospy
 import rostest
 import tf2_ros
@@ -11,6 +13,7 @@ from harness import FRAME_ID, NodeletTest, cloud
 from pcl_msgs.msg import ModelCoefficients
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2
+from tf2_msgs.msg import TFMessage
 
 from session import Recorder, await_true
 
@@ -73,6 +76,9 @@ class FloorTest(NodeletTest):
         self.send_and_await('managed', room(), 'no floor')  # one alone is not believed
         stamp = self.send_and_await('managed', room(), 'floor')
         self.check_plane(planes.wait(1, stamp)[0])
+        # the frame comes once those of others are heard; clouds of the same stamp are not searched
+        await_true(lambda: buffer.can_transform(FRAME_ID, 'world', rospy.Time())
+                   or not self.send_points('managed', room()[:2], after=0), 'the frame of the floor')
         # between two searches, tf goes on with each cloud
         between = self.send_points('managed', room(), after=0.05)
         await_true(lambda: buffer.can_transform(FRAME_ID, 'world', between), 'the frame of the floor')
@@ -113,6 +119,25 @@ class FloorTest(NodeletTest):
         message.fields = message.fields[:2]
         self.send('managed', message, after=1)
         self.diagnostics.await_event('managed/floor', 'bad clouds', 1, ["no field 'z'"])
+
+    def test_5_a_frame_that_is_heard_after_the_first_clouds_is_not_published(self):
+        node = subprocess.Popen([roslib.packages.find_node('openpose_ros_nodelets', 'floor_node')[0], '__ns:=/late',
+                                 '__name:=floor', '_publish_tf:=true', '_floor_frame:=late_world'])
+        self.addCleanup(node.wait)
+        self.addCleanup(node.terminate)
+        late, sent = rospy.Publisher('/late/points', PointCloud2, queue_size=10), Recorder('/tf', TFMessage, False)
+        self.addCleanup(late.unregister)
+        self.clouds['late'] = late
+        await_true(late.get_num_connections, 'late subscribes')
+        for _ in range(4):  # the floor is found before the frame of another node comes
+            self.send_points('late', room())
+        broadcaster = tf2_ros.StaticTransformBroadcaster()
+        transform = TransformStamped(child_frame_id='late_world')
+        transform.header.frame_id, transform.transform.rotation.w = 'map', 1.0
+        broadcaster.sendTransform(transform)
+        await_true(lambda: self.count('late', 'frame exists') > 0 or not self.send_points('late', room()), 'a warning')
+        self.assertNotIn('late_world', {each.child_frame_id for message in sent.messages
+                                        for each in message.transforms})
 
 
 if __name__ == '__main__':

@@ -24,6 +24,8 @@ namespace
 {
 
 constexpr double DEGREE = M_PI / 180;
+/// Until frames that others publish are heard after the start [s], as of the rig of openpose_ros_fusion.
+constexpr double SETTLING = 2;
 
 /// Return about `most` points of a cloud, evenly over its rows and columns, without those that are missing.
 Points::Ptr sampled(const CloudPoints& cloud, std::size_t most)
@@ -97,6 +99,7 @@ private:
     {
       broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
       others_ = std::make_unique<Transforms>(*nh_);
+      settled_ = ros::WallTime::now() + ros::WallDuration(SETTLING);
       lazy_ = false;  // tf does not tell its subscribers
     }
     show();
@@ -153,6 +156,8 @@ private:
   /// Publish the frame of the floor on tf, unless another node does: a frame has one parent.
   void sendFrame(const std_msgs::Header& header)
   {
+    if (others_ && ros::WallTime::now() < settled_)
+      return;
     if (others_ && others_->exists(floor_frame_))
       return health().warn("frame exists", "tf has a frame '" + floor_frame_ + "', so that of the floor is not published: "
                                            "set floor_frame to another name, or publish_tf to false");
@@ -218,6 +223,7 @@ private:
   std::unique_ptr<FloorTracker> tracker_;
   std::unique_ptr<Transforms> transforms_;
   std::unique_ptr<Transforms> others_;  ///< what others publish, until the frame of the floor is published
+  ros::WallTime settled_;               ///< when these are heard
   std::unique_ptr<tf2_ros::TransformBroadcaster> broadcaster_;
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
