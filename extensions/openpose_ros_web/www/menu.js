@@ -32,7 +32,7 @@ export class Menu {
     const label = document.createElement('label'), box = document.createElement('input')
     box.type = 'checkbox'
     box.onchange = () => this.settings.set(name, box.checked)
-    label.append(box, ` ${text} `, textElement('kbd', key))
+    label.append(box, ` ${text} `, make('kbd', {textContent: key}))
     element('switches').append(label)
     return box
   }
@@ -53,7 +53,7 @@ export class Menu {
     if (wanted !== this.views && document.activeElement !== this.select) {
       this.views = wanted
       this.select.replaceChildren(...views.map(([mode, text]) => {
-        const option = textElement('option', text)
+        const option = make('option', {textContent: text})
         option.value = mode
         return option
       }))
@@ -76,8 +76,8 @@ export class Menu {
     lines.splice(1, 0, ['1 to 9', 'From a camera'])
     element('help_keys').append(...lines.flatMap(([key, text]) => {
       const term = document.createElement('dt')
-      term.append(textElement('kbd', key))
-      return [term, textElement('dd', text)]
+      term.append(make('kbd', {textContent: key}))
+      return [term, make('dd', {textContent: text})]
     }))
     element('keys').onclick = () => this.help()
     element('help_close').onclick = () => element('help').close()
@@ -90,8 +90,6 @@ export class Menu {
   }
 }
 
-export function textElement(tag, text) {
-  const made = document.createElement(tag)
-  made.textContent = text
-  return made
+export function make(tag, values) {
+  return Object.assign(document.createElement(tag), values)
 }

@@ -1,7 +1,7 @@
 // Plays a recording: time, speed, keyboard, and what else is shown over time.
 import {saveTable} from './csv.js'
 import {Timeline} from './timeline.js'
-import {textElement} from './menu.js'
+import {make} from './menu.js'
 import {lastBefore} from './recording.js'
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8]
@@ -18,13 +18,12 @@ export class Player {
     this.build()
     this.timeline = new Timeline(this.section, recording, Math.max(this.end, 0.001), time => this.seek(time))
     document.getElementById('help_keys').append(...KEYS.flatMap(([key, text]) =>
-      [textElement('dt', key), textElement('dd', text)]))
+      [make('dt', {textContent: key}), make('dd', {textContent: text})]))
     document.addEventListener('keydown', event => this.press(event), {capture: true})
     this.seek(0)
   }
 
   build() {
-    const make = (tag, values) => Object.assign(document.createElement(tag), values)
     this.section = make('section', {id: 'player'})
     this.button = make('button', {type: 'button', id: 'play', onclick: () => this.play(!this.playing)})
     this.slider = make('input', {type: 'range', id: 'time', min: 0, max: this.end, step: 'any',
@@ -38,7 +37,7 @@ export class Player {
       onclick: () => saveTable(this.recording)})
     const bar = make('div', {id: 'controls'})
     bar.append(this.button, this.slider, this.text, this.speed, save)
-    this.section.append(bar, ...this.recording.notes.map(note => textElement('p', note)))
+    this.section.append(bar, ...this.recording.notes.map(note => make('p', {textContent: note})))
     document.querySelector('main').after(this.section)
   }
 

@@ -1,5 +1,5 @@
 // What people did over time, images and plots, on one time axis; a click goes to its time.
-import {textElement} from './menu.js'
+import {make} from './menu.js'
 import {spaced} from './words.js'
 
 // Light for postures, strong for gestures: Okabe and Ito, "Color Universal Design", 2008; ColorBrewer's "Paired".
@@ -29,7 +29,8 @@ export class Timeline {
 
   // A track with the time axis; `beside`: what is left of it.
   track(beside, name) {
-    const row = make('div', `row ${name}`), track = make('div', 'track'), head = make('div', 'head')
+    const row = make('div', {className: `row ${name}`}), track = make('div', {className: 'track'})
+    const head = make('div', {className: 'head'})
     this.heads.push(head)
     track.append(head)
     track.onclick = event => {
@@ -41,16 +42,14 @@ export class Timeline {
   }
 
   row({id, rgb}, {spans, falls}) {
-    const name = textElement('strong', String(id))
+    const name = make('strong', {textContent: String(id)})
     name.style.borderColor = `rgb(${rgb.join(' ')})`
     const {row, track} = this.track(name, 'person')
     row.setAttribute('aria-label', `Person ${id}`)
     track.prepend(...spans.filter(span => span.person === id && !(span.kind === 'posture' && span.name === 'unknown'))
       .map(span => this.span(span)))
     track.append(...falls.filter(([person]) => person === id).map(([, time]) => {
-      const fall = textElement('span', '▼')
-      fall.className = 'fall'
-      fall.title = 'fall'
+      const fall = make('span', {textContent: '▼', className: 'fall', title: 'fall'})
       fall.style.left = `${100 * time / this.end}%`
       return fall
     }))
@@ -60,9 +59,8 @@ export class Timeline {
   span({kind, name, arm, begin, end}) {
     const [top, height] = LANES[kind === 'gesture' ? arm : kind] ?? LANES.both
     const text = kind === 'walking' ? 'walking' : spaced(name)
-    const bar = textElement('span', kind === 'walking' ? '' : text)
-    bar.className = kind
-    bar.title = arm && arm !== 'both' ? `${text} (${arm})` : text
+    const bar = make('span', {textContent: kind === 'walking' ? '' : text, className: kind,
+      title: arm && arm !== 'both' ? `${text} (${arm})` : text})
     const from = Math.max(begin, 0), width = 100 * (Math.min(end, this.end) - from) / this.end
     Object.assign(bar.style, {left: `${100 * from / this.end}%`, width: `${Math.max(width, 0)}%`, top: `${top}%`,
       height: `${height}%`, backgroundColor: kind === 'walking' ? '' : this.colour(kind, text)})
@@ -79,9 +77,9 @@ export class Timeline {
   }
 
   legend() {
-    const legend = make('p', 'legend')
+    const legend = make('p', {className: 'legend'})
     legend.append(...[...this.colours.values()].map(({text, colour}) => {
-      const entry = textElement('span', text)
+      const entry = make('span', {textContent: text})
       entry.style.borderColor = colour
       return entry
     }))
@@ -90,32 +88,24 @@ export class Timeline {
 
   // Some of the images, where they were taken.
   strip(images) {
-    const {row, track} = this.track(textElement('span', ''), 'strip')
+    const {row, track} = this.track(make('span'), 'strip')
     const shown = Math.min(IMAGES, images.length)
     for (let place = 0; place < shown; place++) {
       const time = (place + 0.5) / shown * this.end
       const [taken, message] = images.reduce((best, each) => Math.abs(each[0] - time) < Math.abs(best[0] - time) ? each : best)
-      const image = make('img', '')
-      image.alt = `Image at ${taken.toFixed(1)} s`
-      image.src = `data:image/jpeg;base64,${btoa(atob(message).slice(16))}`
-      track.append(image)
+      track.append(make('img', {alt: `Image at ${taken.toFixed(1)} s`,
+        src: `data:image/jpeg;base64,${btoa(atob(message).slice(16))}`}))
     }
     return row
   }
 
   plot({title, svg}, open) {
-    const plot = make('details', 'plot'), image = make('img', '')
-    plot.open = open
-    image.alt = title
+    const plot = make('details', {className: 'plot', open}), image = make('img', {alt: title})
     plot.ontoggle = () => { // drawn when it is opened
       if (plot.open && !image.src) image.src = URL.createObjectURL(new Blob([svg], {type: 'image/svg+xml'}))
     }
     const {row} = this.track(image, 'drawn')
-    plot.append(textElement('summary', title), row)
+    plot.append(make('summary', {textContent: title}), row)
     return plot
   }
-}
-
-function make(tag, name) {
-  return Object.assign(document.createElement(tag), {className: name})
 }

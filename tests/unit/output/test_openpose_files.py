@@ -9,6 +9,7 @@ import pytest
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
+from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.joint_order import in_joint_set
 from openpose_ros_pkg.output.keypoint_file import write_keypoint
@@ -43,6 +44,15 @@ def assert_same(read, people):
 
 
 # --- JSON
+
+@pytest.mark.parametrize('width, size', [(None, (40, 90, 3)), (90, (40, 90, 3)), (200, (40, 90, 3)), (45, (20, 45, 3)),
+                                         (1, (1, 1, 3))])
+def test_a_jpeg_is_at_most_as_wide_as_wanted(width, size):
+    image = np.full((40, 90, 3), (200, 100, 50), np.uint8)
+    decoded = cv2.imdecode(np.frombuffer(jpeg_of(image, 90, width), np.uint8), cv2.IMREAD_COLOR)
+    assert decoded.shape == size
+    assert abs(decoded.astype(int) - (200, 100, 50)).max() < 8
+
 
 def test_json_has_the_layout_of_openpose():
     assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'

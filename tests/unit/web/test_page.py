@@ -141,6 +141,7 @@ def shown(site, browser, *messages):
     browser.wait(f'''peopleView.messages.people?.stamp === {people["stamp"]} &&
                  peopleView.messages.signals?.stamp === {people["stamp"]} &&
                  JSON.stringify(peopleView.messages.people.people.map(each => each.id)) === "{encode(ids)}"''')
+    browser.wait_for_drawing()
 
 
 def table(browser):

@@ -16,7 +16,7 @@ from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
-from skeleton_extract_3d.show.markers import MarkerParams
+from skeleton_extract_3d.show.markers import INFERRED_WHITE, MarkerParams
 
 VERSION = 1
 IMAGE, CLOUD = 1, 2
@@ -94,8 +94,8 @@ def hello(cameras: Sequence[str], cloud: bool, dimensions: int) -> Message:
     return {'type': 'hello', 'version': VERSION, 'dimensions': dimensions, 'cameras': list(cameras), 'cloud': cloud,
             'widths': WIDTHS, 'image_rate': FASTEST_IMAGES, 'skeletons': skeletons,
             'look': {'joint_diameter': _LOOK.joint_scale, 'limb_width': _LOOK.skeleton_scale,
-                     'dash_length': _LOOK.dash_length, 'landmark_width': _LOOK.hand_scale, 'inferred_white': 0.5,
-                     'opacity': opacity}}
+                     'dash_length': _LOOK.dash_length, 'landmark_width': _LOOK.hand_scale,
+                     'inferred_white': INFERRED_WHITE, 'opacity': opacity}}
 
 
 def people_message(people: People3D, pose: Transform, moment: Moment) -> Message:

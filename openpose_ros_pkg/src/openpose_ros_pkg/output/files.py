@@ -3,7 +3,7 @@ import itertools
 import os
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Iterator, Sequence
+from typing import Iterator, Optional, Sequence
 
 import cv2
 import numpy as np
@@ -68,6 +68,19 @@ def write_whole(path: Path, content: bytes) -> None:
 def write_image(path: Path, image: np.ndarray, quality: int = 95) -> None:
     """Write an image, (H, W) or (H, W, 3), like `write_whole`; the suffix is the format, `quality` is of JPEG."""
     write_whole(path, cv2.imencode(path.suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
+
+
+def jpeg_of(bgr: np.ndarray, quality: int, width: Optional[int] = None) -> bytes:
+    """Return the JPEG of a (H, W, 3) uint8 image.
+
+    Args:
+        quality: 1 to 100.
+        width: a wider image is made so small [px].
+    """
+    if width is not None and width < bgr.shape[1]:
+        height = max(round(bgr.shape[0] * width / bgr.shape[1]), 1)
+        bgr = cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)
+    return bytes(cv2.imencode('.jpg', bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
 
 
 def check_outputs(paths: Sequence[Path], overwrite: bool, inputs: Sequence[Path] = ()) -> None:

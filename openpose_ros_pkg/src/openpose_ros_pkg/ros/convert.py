@@ -21,6 +21,7 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, MESH_POINTS, Faces2D, Hands2D
+from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, PNG, check_pixels, decode_image, image_kind
@@ -177,8 +178,7 @@ def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:
 
 def bgr_to_jpeg(bgr: np.ndarray, header: Header, quality: int) -> CompressedImage:
     """Return the JPEG, of a quality of 1 to 100, of a (H, W, 3) uint8 image, as image_transport's plugin makes it."""
-    jpeg = cv2.imencode('.jpg', bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
-    return CompressedImage(header=header, format='bgr8; jpeg compressed bgr8', data=jpeg.tobytes())
+    return CompressedImage(header=header, format='bgr8; jpeg compressed bgr8', data=jpeg_of(bgr, quality))
 
 
 def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.ndarray] = None

@@ -17,6 +17,9 @@ Rgba = Tuple[float, float, float, float]
 # Namespaces of the markers that show limbs; all other namespaces show joints or people.
 LIMB_NAMESPACES = ('skeleton', 'skeleton_inferred')
 
+# Share of white in the colour of a person where it is INFERRED, also in pages.
+INFERRED_WHITE = 0.5
+
 # The lifetime covers this many frame periods, so that markers do not flicker when a frame is late or lost.
 _LIFETIME_PERIODS = 3
 # The frame period is the median of this many.
@@ -226,10 +229,10 @@ class _PersonMarkers:
 
 
 def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
-    """Return the colour of a parameter; with colour_by_person that of a person, half white where INFERRED."""
+    """Return the colour of a parameter; with colour_by_person that of a person, whiter where INFERRED."""
     red, green, blue, opacity = _rgba(name, getattr(params, name))
     if params.colour_by_person:
-        white = 0.5 if 'inferred' in name else 0.0
+        white = INFERRED_WHITE if 'inferred' in name else 0.0
         red, green, blue = (white + (1 - white) * value for value in person_rgb(person))
     return red, green, blue, opacity
 

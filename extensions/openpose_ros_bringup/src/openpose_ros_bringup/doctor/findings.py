@@ -3,6 +3,7 @@ from difflib import SequenceMatcher
 from typing import List, NamedTuple
 
 from openpose_ros_bringup.doctor.snapshot import Camera, Snapshot, Stream
+from openpose_ros_pkg.params.camera_presets import IMAGE
 
 RIGHT, WRONG, UNKNOWN = 'right', 'WRONG', 'unknown'
 BRINGUP = 'roslaunch openpose_ros_bringup people.launch'
@@ -52,7 +53,7 @@ def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
 
 def depth_in_place_of_cloud(camera: Camera, seen: Snapshot) -> str:
     """Return the line that starts the chain with a depth image in place of the cloud; empty: there is none."""
-    depth = others_like(Stream('depth', camera.image.topic, 'sensor_msgs/Image'), seen)
+    depth = others_like(Stream('depth', camera.image.topic, IMAGE), seen)
     return depth_line(camera, depth[0], seen) if depth else ''
 
 
@@ -69,6 +70,11 @@ def others_like(stream: Stream, seen: Snapshot) -> List[str]:
                   key=lambda name: (-SequenceMatcher(None, name, stream.topic).ratio(), name))
 
 
+def says_registered(topic: str) -> bool:
+    """Return whether the name of a topic says that its depth is registered to the colour image."""
+    return any(word in topic for word in _REGISTERED)
+
+
 def registered_topics(stream: Stream, seen: Snapshot) -> List[str]:
     """Return the other topics of the same type whose names say that they are registered to the colour image."""
-    return [name for name in others_like(stream, seen) if any(word in name for word in _REGISTERED)]
+    return [name for name in others_like(stream, seen) if says_registered(name)]

@@ -14,6 +14,7 @@ from openpose_ros_bringup.doctor.findings import (
     wrong,
 )
 from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
+from openpose_ros_pkg.params.camera_presets import CLOUD, COMPRESSED, IMAGE
 from openpose_ros_pkg.stream.silent_topic import why_clock_stands, why_silent
 
 # Least rate of images and points [Hz]: at less, people are not followed from one image to the next.
@@ -21,7 +22,6 @@ LEAST_RATE = 2.0
 # Where the camera is not known.
 DRIVER = f'{BRINGUP} camera:=NAME driver:=true'
 _TRANSPORTS = {'image': 'compressed', 'depth': 'compressedDepth'}
-_IMAGE, _COMPRESSED, _CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2'
 
 
 def check_master(seen: Snapshot) -> Iterator[Finding]:
@@ -77,19 +77,19 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
     """Return what to type where a topic is not published, or with another type."""
     base, _, transport = stream.topic.rpartition('/')
     option = 'depth_transport' if stream.role == 'depth' else 'image_transport'
-    if stream.kind == _COMPRESSED and transport in _TRANSPORTS.values() and base in seen.published:
+    if stream.kind == COMPRESSED and transport in _TRANSPORTS.values() and base in seen.published:
         return launch_line(camera, **{stream.role: base, option: 'raw'})
     there = seen.published.get(stream.topic)
-    if stream.role in _TRANSPORTS and stream.kind != _COMPRESSED:
+    if stream.role in _TRANSPORTS and stream.kind != COMPRESSED:
         wanted = _TRANSPORTS[stream.role]
         below = seen.published.get(f'{stream.topic}/{wanted}')
-        if below is not None and below.kind == _COMPRESSED:
+        if below is not None and below.kind == COMPRESSED:
             return launch_line(camera, **{stream.role: stream.topic, option: wanted})
-        if there is not None and there.kind == _COMPRESSED and transport == wanted:
+        if there is not None and there.kind == COMPRESSED and transport == wanted:
             return launch_line(camera, **{stream.role: base, option: wanted})
-    if there is not None and (stream.role, there.kind) == ('depth', _CLOUD):
+    if there is not None and (stream.role, there.kind) == ('depth', CLOUD):
         return launch_line(camera, points_source='point_cloud', points=stream.topic)
-    if there is not None and (stream.role, there.kind) == ('points', _IMAGE):
+    if there is not None and (stream.role, there.kind) == ('points', IMAGE):
         return depth_line(camera, stream.topic, seen)
     others = others_like(stream, seen)
     if others:

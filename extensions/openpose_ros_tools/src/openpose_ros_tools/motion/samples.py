@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
-from openpose_ros_tools.tables.keypoint_selection import vertical_axis
+from openpose_ros_tools.tables.keypoint_selection import level_axis, upwards_of
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import MEASURED
 
@@ -43,9 +43,7 @@ def y_up(up: np.ndarray) -> np.ndarray:
         up: (3,) upwards, any length.
     """
     y = up / np.linalg.norm(up)
-    x = np.eye(3)[(int(np.argmax(np.abs(y))) + 2) % 3]
-    x = x - (x @ y) * y
-    x /= np.linalg.norm(x)
+    x = level_axis(y, 2)
     return np.stack([x, y, np.cross(x, y)])
 
 
@@ -66,8 +64,7 @@ def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Option
     if len(frames) < 2:
         raise BadInputError('there is one frame with people, expected two at least')
     rate = rate or round(1 / float(np.median(np.diff(frames))), _RATE_DIGITS)
-    axis, sign = vertical_axis(table)
-    turn = y_up(sign * np.eye(3)[axis] if up is None else np.array(up, np.float64))
+    turn = y_up(upwards_of(table, up))
     found = (_sampled(table.select(table.ids == person), seconds[table.ids == person], rate)
              for person in np.unique(table.ids))
     people = [SampledPerson(one.person, one.first, rate, one.joints, one.positions @ turn.T) for one in found if one]

@@ -9,13 +9,12 @@ import numpy as np
 from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
 from openpose_ros_tools.plots.motion_plots import LEFT, RIGHT, Line, angle_plot, way_plot
-from openpose_ros_tools.tables.keypoint_selection import Selection
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.keypoint_selection import Selection, level_axis
+from openpose_ros_tools.tables.keypoint_table import people_of_rows
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, Span, timeline_of
 from openpose_ros_web import protocol
 from openpose_ros_web.protocol import Message, Moment
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D
-from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
 
@@ -104,7 +103,7 @@ def frames_of(recording: Recording) -> Iterator[List[Message]]:
         persons = [person for person in signals[found].persons if person.id in selection.persons] if is_of_frame else []
         hands, faces = recording.landmarks.get(stamp, Landmarks())
         yield [protocol.signals_message(persons, pose, moment),
-               protocol.people_message(_people(table.select(order[start:end]), model), pose, moment),
+               protocol.people_message(people_of_rows(table.select(order[start:end]), model), pose, moment),
                *([] if hands is None else [protocol.hands_message(hands, pose, moment)]),
                *([] if faces is None else [protocol.faces_message(faces, pose, moment)])]
 
@@ -119,16 +118,8 @@ def z_up(up: np.ndarray) -> Transform:
     z = up / np.linalg.norm(up)
     if np.allclose(z, (0, -1, 0)):
         return UPRIGHT.T, np.zeros(3)
-    x = np.eye(3)[(int(np.argmax(np.abs(z))) + 1) % 3]
-    x = x - (x @ z) * z
-    x /= np.linalg.norm(x)
+    x = level_axis(z, 1)
     return np.stack([x, np.cross(z, x), z]), np.zeros(3)
-
-
-def _people(rows: KeypointTable, model: SkeletonModel) -> People3D:
-    columns = [rows.joints.index(joint) for joint in model.joints]
-    return People3D(model, rows.positions[:, columns], rows.confidence[:, columns], rows.status[:, columns],
-                    rows.sigma[:, columns], rows.ids)
 
 
 def _span(span: Span, begin: float) -> Dict[str, Any]:

@@ -13,6 +13,7 @@ from sensor_msgs.msg import CameraInfo
 
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.camera_presets import CAMERA_INFO
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording
 from openpose_ros_tools.recording_paths import is_bag
@@ -26,7 +27,6 @@ from skeleton_extract_3d.ros.convert import camera_from_message
 
 # Topics of people below the namespace of a camera, those with depth first.
 _TOPICS = ('openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses')
-_INFO = 'sensor_msgs/CameraInfo'
 # Beside the people of the fusion node there is a topic `cameras` of this type.
 _FUSED = 'openpose_ros_msgs/FusedCameraArray'
 _COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
@@ -118,7 +118,7 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraR
         for name, topic in topics.items():
             kind = roslib.message.get_message_class(types[topic])
             stack.callback(rospy.Subscriber(topic, kind, messages[name].append).unregister)
-        for topic in (topic for topic, kind in types.items() if kind == _INFO):
+        for topic in (topic for topic, kind in types.items() if kind == CAMERA_INFO):
             stack.callback(rospy.Subscriber(topic, CameraInfo, lambda info, topic=topic: infos.append((topic, info))
                                             ).unregister)
         begin: Optional[float] = None
@@ -182,7 +182,8 @@ def _joined(name: str, parts: Sequence[KeypointTable]) -> KeypointTable:
 def _model_of_bag(path: Path, types: Mapping[str, str], namespace: str, table: KeypointTable, rectified: bool
                   ) -> Optional[CameraModel]:
     with open_bag(path) as bag:
-        infos = [(topic, next(bag_messages(bag, topic))[0]) for topic, kind in sorted(types.items()) if kind == _INFO]
+        infos = [(topic, next(bag_messages(bag, topic))[0]) for topic, kind in sorted(types.items())
+                 if kind == CAMERA_INFO]
     return _model_of(infos, namespace, table, rectified)
 
 

@@ -5,10 +5,9 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import rosbag
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.camera_presets import CAMERA_INFO, CLOUD, COMPRESSED, IMAGE
 from openpose_ros_tools.ros.bag_files import topic_types, undamaged
 
-IMAGE, COMPRESSED, CLOUD, INFO = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2',
-                                  'sensor_msgs/CameraInfo')
 DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
 
 CAMERA_NAMESPACE = '/kinect2/qhd'
@@ -35,7 +34,7 @@ _STREAMS = {
     # that a driver has aligned to the colour image
     'depth': _Stream('depth images', '--depth', (IMAGE, COMPRESSED), 'aligned|registered|depth_to_(rgb|colou?r)'),
     'points': _Stream('clouds', '--points', (CLOUD,), 'colou?r|rgb|registered'),
-    'camera_info': _Stream('camera infos', '--camera-info', (INFO,), 'colou?r|rgb')}
+    'camera_info': _Stream('camera infos', '--camera-info', (CAMERA_INFO,), 'colou?r|rgb')}
 
 
 def is_result(topic: str) -> bool:
@@ -147,7 +146,7 @@ class TopicFinder:
         return ', '.join(f'{topic} ({kind})' for topic, kind in sorted(self.types.items())) or 'no messages at all'
 
     def _stream_of(self, topic: str, kind: str) -> Optional[str]:
-        if kind in (CLOUD, INFO):
+        if kind in (CLOUD, CAMERA_INFO):
             return 'points' if kind == CLOUD else 'camera_info'
         if kind not in (IMAGE, COMPRESSED) or (raw_topic(topic) != topic
                                                and self.types.get(raw_topic(topic)) == IMAGE):

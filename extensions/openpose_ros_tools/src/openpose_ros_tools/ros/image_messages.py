@@ -10,6 +10,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.params.camera_presets import CLOUD, COMPRESSED
 from openpose_ros_pkg.ros.convert import (
     calibration_to_message,
     compressed_depth_to_image,
@@ -21,7 +22,7 @@ from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import RgbdFolder
-from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, DEPTH_ENCODINGS, TOPICS
+from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS, TOPICS
 from skeleton_extract_3d.points.camera import calibrated_camera, check_same_aspect
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_from_message, cloud_to_message

@@ -20,13 +20,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
-import cv2
 import genpy
 import numpy as np
 import rospkg
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_tools.command_options import add_up, check_up, command_parser, whole_number
 from openpose_ros_tools.outputs import output_file
@@ -42,8 +42,7 @@ from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     read_keypoints,
     read_signals,
 )
-from openpose_ros_tools.tables.keypoint_selection import MOST_PERSONS, Selection, select
-from openpose_ros_tools.tables.signal_timeline import upwards_of
+from openpose_ros_tools.tables.keypoint_selection import MOST_PERSONS, Selection, select, upwards_of
 from openpose_ros_web.recorded_page import recorded_page
 from openpose_ros_web.three_js import three_folder
 from skeleton_extract_3d.points.camera import CameraModel
@@ -157,17 +156,10 @@ def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List
         times = {message.stamp: genpy.Time(0, message.time) for message in stamped_messages(bag, [topic])}
         there = sorted({*selection.frames.tolist()} & {*times})
         chosen = np.unique(np.linspace(0, len(there) - 1, min(options.thumbnails, len(there))).round().astype(int))
-        taken = [Thumbnail(message.stamp, _jpeg(any_image_to_bgr(deserialized(message))))
+        taken = [Thumbnail(message.stamp, jpeg_of(any_image_to_bgr(deserialized(message)), _QUALITY, _WIDTH))
                  for stamp in (there[index] for index in chosen)
                  for message in stamped_messages(bag, [topic], times[stamp], times[stamp]) if message.stamp == stamp]
         calibration = finder.camera_info_of(topic)
         first = next(bag_messages(bag, calibration), None) if taken and calibration else None
         return taken, (camera_from_message(first[0]) if first and first[0].header.frame_id == selection.frame_id
                        else None)
-
-
-def _jpeg(bgr: np.ndarray) -> bytes:
-    height, width = bgr.shape[:2]
-    scale = min(_WIDTH / width, 1.0)
-    small = cv2.resize(bgr, (max(round(scale * width), 1), max(round(scale * height), 1)), interpolation=cv2.INTER_AREA)
-    return bytes(cv2.imencode('.jpg', small, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes())

@@ -139,6 +139,20 @@ def vertical_axis(table: KeypointTable) -> Tuple[int, int]:
     return upright_axis(table.joints, table.positions) or (1, -1)
 
 
+def upwards_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> np.ndarray:
+    """Return the (3,) upward direction, of any length: as given, else the axis along which people mostly are."""
+    axis, sign = vertical_axis(table)
+    return sign * np.eye(3)[axis] if up is None else np.array(up, np.float64)
+
+
+def level_axis(up: np.ndarray, after: int) -> np.ndarray:
+    """Return an axis of a frame, made level: that which comes `after` the one nearest to `up`, (3,) of length 1."""
+    axis = np.eye(3)[(int(np.argmax(np.abs(up))) + after) % 3]
+    axis = axis - (axis @ up) * up
+    level: np.ndarray = axis / np.linalg.norm(axis)
+    return level
+
+
 def upright_axis(joints: Sequence[str], positions: np.ndarray) -> Optional[Tuple[int, int]]:
     """Return the axis along which people (R, K, 3) stand and its sign, as `vertical_axis`; None: they do not tell.
 

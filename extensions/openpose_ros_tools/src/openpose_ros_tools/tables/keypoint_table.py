@@ -5,9 +5,9 @@ from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Set, Tu
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, SkeletonModel
 from openpose_ros_tools.alignment.alignment import MeasuredPeople
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 # Fields of a joint in the order of openpose_ros_msgs/BodypartDetection and BodypartDetection_3d, by dimensions.
 FIELDS: Dict[int, Tuple[str, ...]] = {2: ('x', 'y', 'confidence'),
@@ -147,6 +147,13 @@ def table_of(rows: Iterable[PersonRow], dimensions: int, joints: Tuple[str, ...]
     stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
     return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
                          np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma, joints)
+
+
+def people_of_rows(rows: KeypointTable, model: SkeletonModel) -> People3D:
+    """Return the people of a frame, one of each row, with the joints of a joint set that the table has."""
+    columns = [rows.joints.index(joint) for joint in model.joints]
+    return People3D(model, rows.positions[:, columns], rows.confidence[:, columns], rows.status[:, columns],
+                    rows.sigma[:, columns], rows.ids)
 
 
 def measured_people(table: KeypointTable) -> MeasuredPeople:

@@ -8,9 +8,8 @@ from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.constants import SIGNALS
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Fall, Gesture, PersonSignals, Pointing
-from openpose_ros_tools.tables.keypoint_selection import vertical_axis
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
-from skeleton_extract_3d.people import People3D
+from openpose_ros_tools.tables.keypoint_selection import upwards_of
+from openpose_ros_tools.tables.keypoint_table import KeypointTable, people_of_rows
 
 POSTURE, GESTURE, WALKING = 'posture', 'gesture', 'walking'
 
@@ -121,17 +120,10 @@ def computed_signals(table: KeypointTable, up: Optional[Sequence[float]] = None)
         up: (3,) upwards, any length; None: the axis along which people are most of the time, of a level frame.
     """
     reader, upwards = SignalReader(), upwards_of(table, up)
-    columns = np.array([table.joints.index(joint) for joint in COCO_18.joints])
     order = np.argsort(table.stamps, kind='stable')
     stamps, starts = np.unique(table.stamps[order], return_index=True)
     for stamp, rows in zip(stamps.tolist(), np.split(order, starts[1:])):
-        cells = np.ix_(rows, columns)
-        people = People3D(COCO_18, table.positions[cells], table.confidence[cells], table.status[cells],
-                          table.sigma[cells], table.ids[rows])
+        people = people_of_rows(table.select(rows), COCO_18)
         yield SignalFrame(stamp * 1e-9, reader.update(people, stamp * 1e-9, upwards))
 
 
-def upwards_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> np.ndarray:
-    """Return the (3,) upward direction, of any length; up: as given, None: see `computed_signals`."""
-    axis, sign = vertical_axis(table)
-    return sign * np.eye(3)[axis] if up is None else np.array(up, np.float64)

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Deque, Dict, List, Tuple, Type
 
-import cv2
 import numpy as np
 import rospkg
 import rospy
@@ -24,6 +23,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import RECENT, Health
@@ -157,9 +157,7 @@ class WebNode:
             return
         bgr = convert_2d.image_to_bgr(message)
         for width in widths:
-            height = max(round(bgr.shape[0] * width / bgr.shape[1]), 1)
-            shown = cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA) if width < bgr.shape[1] else bgr
-            jpeg = convert_2d.bgr_to_jpeg(shown, message.header, self._params.jpeg_quality).data
+            jpeg = jpeg_of(bgr, self._params.jpeg_quality, width)
             self._server.publish(Key('image', index, width),
                                  protocol.image_message(index, message.header.stamp.to_sec(), jpeg))
 

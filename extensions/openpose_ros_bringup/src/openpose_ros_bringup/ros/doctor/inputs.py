@@ -6,6 +6,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
+from openpose_ros_bringup.doctor.findings import says_registered
 from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Stream
 from openpose_ros_bringup.ros.doctor.chain import IMAGES, inputs_of
 from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
@@ -13,9 +14,8 @@ from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
 # Share of a preset's topics that is published where the others may be misspelt.
 _LEAST_SHARE = 0.5
-# Parts of the names of topics: of images without colour, of colour images, and of depth registered to these.
-_NO_COLOUR, _COLOUR, _REGISTERED = (re.compile(pattern) for pattern in (
-    'depth|infra|/ir|disparity|mono', 'colou?r|rgb', 'aligned|regist|depth_to_rgb'))
+# Parts of the names of topics: of images without colour, and of colour images.
+_NO_COLOUR, _COLOUR = re.compile('depth|infra|/ir|disparity|mono'), re.compile('colou?r|rgb')
 
 
 class Wanted(NamedTuple):
@@ -90,7 +90,7 @@ def _guess(kinds: Mapping[str, str]) -> Dict[str, str]:
     image = min(images, key=lambda topic: (not _COLOUR.search(topic), topic))
 
     def order(topic: str) -> Tuple[bool, float, str]:
-        return not _REGISTERED.search(topic), -SequenceMatcher(None, topic, image).ratio(), topic
+        return not says_registered(topic), -SequenceMatcher(None, topic, image).ratio(), topic
 
     depth = min((topic for topic in raw if 'depth' in topic), key=order, default='')
     points = min((topic for topic, kind in own.items() if kind == PointCloud2._type), key=order, default='')

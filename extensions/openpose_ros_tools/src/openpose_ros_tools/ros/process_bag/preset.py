@@ -3,9 +3,16 @@ from dataclasses import fields, replace
 from typing import Mapping, Tuple
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset
+from openpose_ros_pkg.params.camera_presets import (
+    AUTO,
+    COMPRESSED,
+    IMAGE,
+    CameraPreset,
+    choose_camera,
+    find_preset,
+)
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
-from openpose_ros_tools.ros.camera_topics import COMPRESSED, IMAGE, is_within, raw_topic
+from openpose_ros_tools.ros.camera_topics import is_within, raw_topic
 from openpose_ros_tools.ros.process_bag.job import BagJob, CameraTopics
 
 
