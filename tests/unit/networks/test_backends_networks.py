@@ -177,6 +177,23 @@ def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, 
         load(own(MOBILENET_THIN, outputs=('concat',)), path, runtime)
 
 
+def test_one_crop_and_several_of_a_large_network_are_compiled_once(tmp_path, monkeypatch):
+    """As the number of people changes they take turns: to compile again takes longer than hundreds of crops."""
+    module = pytest.importorskip('openpose_ros_pkg.networks.backends.openvino')
+    monkeypatch.setattr(module, '_KEPT_BYTES', 0)
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
+    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+    compiled = []
+    compile_network = module.OpenvinoBackend._compile
+    monkeypatch.setattr(module.OpenvinoBackend, '_compile', lambda self, shape, config: (
+        compiled.append(shape), compile_network(self, shape, config))[1])
+    backend = load(model, path, 'openvino', threads=2)
+    compiled.clear()
+    for count in (1, 2, 1, 2, 1):
+        backend.infer_many(count * [np.zeros((1, 24, 24, 3), np.uint8)])
+    assert compiled == 2 * [(1, 24, 24, 3)]
+
+
 @pytest.mark.parametrize('threads', [0, 1, 3])
 def test_many_images_give_what_each_gives_alone(runtime, tmp_path, monkeypatch, threads):
     """Of any number, in their order, bit for bit, also where more sizes come than are kept; and results stay."""

@@ -20,12 +20,13 @@ from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model, S
 
 _log = logging.getLogger(__name__)
 
-# A network is compiled per input size; the last used ones stay in memory up to this sum.
-_KEPT_BYTES = 512 << 20
+# A network is compiled per input size; the last used ones stay in memory up to this sum, and two at least: one image
+# and several of the same size, which take turns as people come and go.
+_KEPT_BYTES, _LEAST_KEPT = 512 << 20, 2
 # Memory of a compiled network: bytes per pixel of each image that is computed at a time, and per byte of the weights'
-# files, which hold 2 bytes of each number. Measured in f32: mobilenet_thin 656 x 368 takes 58 MB, 984 x 552 119 MB,
-# movenet_multipose 512 x 288 69 MB, 512 x 512 95 MB.
-_BYTES_PER_PIXEL, _WEIGHTS_SHARE = 220, 4
+# files, which hold 2 bytes of each number, ONNX 4. Measured in f32: mobilenet_thin 656 x 368 takes 58 MB, 984 x 552
+# 119 MB, movenet_multipose 512 x 288 69 MB, 512 x 512 95 MB; RTMPose-l 192 x 256 (111 MB of ONNX) 176 MB.
+_BYTES_PER_PIXEL, _WEIGHTS_SHARE, _ONNX_SHARE = 220, 4, 1.5
 # Images that `infer_many` computes at a time; with more cores each of them gets several (docs/decisions.md).
 _MOST_STREAMS = 4
 # Only the first sizes of a process go to the disk: a folder of images may have a new one each.
@@ -110,16 +111,17 @@ class OpenvinoBackend:
         if key not in self._requests:
             network = self._compile(shape, self._side_by_side if streams > 1 else self._config)
             self._requests[key] = [network.create_infer_request() for _ in range(streams)]
-            while len(self._requests) > 1 and sum(map(self._bytes_of, self._requests)) > _KEPT_BYTES:
+            while len(self._requests) > _LEAST_KEPT and sum(map(self._bytes_of, self._requests)) > _KEPT_BYTES:
                 self._requests.popitem(last=False)
         self._requests.move_to_end(key)
         return self._requests[key]
 
-    def _bytes_of(self, key: Tuple[Tuple[int, ...], int]) -> int:
+    def _bytes_of(self, key: Tuple[Tuple[int, ...], int]) -> float:
         """Return the estimated memory of the requests of an input size [bytes]."""
         (_, height, width, _), streams = key
         weights = sum(path.stat().st_size for path in self._files)
-        return _WEIGHTS_SHARE * weights + _BYTES_PER_PIXEL * height * width * streams
+        share = _ONNX_SHARE if self._weights.suffix == '.onnx' else _WEIGHTS_SHARE
+        return share * weights + _BYTES_PER_PIXEL * height * width * streams
 
     @property
     def _files(self) -> List[Path]:
