@@ -98,16 +98,20 @@ def average_kernel(weights):
     return np.repeat(np.asarray(weights, np.float32)[:, :, None] / 64, 64, axis=2).reshape(-1, 3, 8, 8)
 
 
-def onnx_people(outputs, size=('height', 'width'), batch=1, sizes=''):
+def onnx_people(outputs, size=('height', 'width'), batch=1, sizes='', first='Cast'):
     """A network that finds the same people in every picture: outputs (1, ...), times the picture's mean value.
 
     Args:
         size: height and width of the input; texts for free ones.
         batch: number of images, or a text; the outputs then have it as well.
         sizes: name of a second input, (N, 2) int64, by which it multiplies the last output.
+        first: kind of the operation on the image: Cast, Slice of each second row, or Conv of means of 8 x 8 pixels.
     """
-    nodes, constants = [onnx_node('Cast', ['image'], ['real'], to=FLOAT),
-                        onnx_node('ReduceMean', ['real'], ['mean'], keepdims=0)], {}
+    constants = {} if first == 'Cast' else {'kernel': average_kernel(np.eye(3))} if first == 'Conv' else {
+        name: np.array([number]) for name, number in (('start', 0), ('end', 1 << 30), ('axis', 2), ('step', 2))}
+    options = {'Cast': {'to': FLOAT}, 'Conv': {'kernel_shape': [8, 8]}, 'Slice': {}}[first]
+    nodes = [onnx_node(first, ['image', *constants], ['real'], **options),
+             onnx_node('ReduceMean', ['real'], ['mean'], keepdims=0)]
     inputs = [onnx_value('image', FLOAT, (batch, 3, *size))]
     if sizes:
         inputs.append(onnx_value(sizes, INT64, (batch, 2)))

@@ -36,10 +36,11 @@ def end_to_end(rows=30):
     return output
 
 
-def network_file(folder, name='mine.onnx', size=('height', 'width'), batch=1, sizes='', **outputs):
-    """A network that finds the same people in every white image; see `tiny_networks.onnx_people`."""
-    path = folder / name
-    path.write_bytes(tiny_networks.onnx_people(outputs or {'output0': raw()}, size, batch, sizes))
+def network_file(folder, size=('height', 'width'), **form):
+    """A network that finds the same people in every white image; form: outputs, and of `tiny_networks.onnx_people`."""
+    options = {key: form.pop(key) for key in ('batch', 'sizes', 'first') if key in form}
+    path = folder / 'mine.onnx'
+    path.write_bytes(tiny_networks.onnx_people(form, size, **options))
     return path
 
 
@@ -146,11 +147,27 @@ def test_rf_detr_is_told_by_its_covariances(tmp_path, reader, side, points):
                                      {'output': zeros(1, 3549, 6)}, {'output': zeros(1, 3549, 85)}],
                          ids=['end to end', 'people', 'COCO'])
 def test_yolox_is_told_by_its_cells(tmp_path, reader, outputs):
-    model = find_model(str(network_file(tmp_path, size=(416, 416), **outputs)))
+    model = find_model(str(network_file(tmp_path, size=(416, 416), first='Slice', **outputs)))
     assert (model.decoder, model.outputs) == ('yolox', tuple(outputs))
     assert (model.input.channels, model.input.padding, model.input.mean) == ('BGR', 114, 0.0)
-    with pytest.raises(ModelError, match='does not tell'):  # of RTMDet as well, or of another size
-        find_model(str(network_file(tmp_path, size=(640, 640), **outputs)))
+
+
+def test_yolox_and_rtmdet_are_told_apart_by_the_beginning(tmp_path):
+    pytest.importorskip('openvino')
+    outputs = {'dets': zeros(1, 100, 5), 'labels': zeros(1, 100)}
+    model = find_model(str(network_file(tmp_path, size=(640, 640), first='Slice', **outputs)))
+    assert (model.decoder, model.input.fixed_size) == ('yolox', (640, 640))
+    for form in ({'first': 'Conv', 'size': (640, 640)}, {'first': 'Conv', 'size': (416, 416)}, {'first': 'Slice'}):
+        with pytest.raises(ModelError, match='does not tell'):
+            find_model(str(network_file(tmp_path, **form, **outputs)))
+
+
+def test_without_the_beginning_yolox_is_told_by_the_size_of_its_tiny_form(tmp_path, reader):
+    if reader == 'onnxruntime':
+        outputs = {'dets': zeros(1, 100, 5), 'labels': zeros(1, 100)}
+        assert find_model(str(network_file(tmp_path, size=(416, 416), **outputs))).decoder == 'yolox'
+        with pytest.raises(ModelError, match='does not tell'):
+            find_model(str(network_file(tmp_path, size=(640, 640), **outputs)))
 
 
 @pytest.mark.parametrize('outputs, found', [

@@ -3,7 +3,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import permutations
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Callable, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 
 from openpose_ros_pkg.decode.boxes import cells
 from openpose_ros_pkg.errors import ModelError
@@ -30,10 +30,11 @@ _SIMCC_NAMES = ('simcc_x', 'simcc_y')
 
 
 class Graph(NamedTuple):
-    """What a file tells of its network: shapes of its inputs, and of its outputs by name."""
+    """What a file tells of its network."""
 
-    inputs: List[Shape]
-    outputs: Dict[str, Shape]
+    inputs: List[Shape]  # shapes of the inputs, the image first
+    outputs: Dict[str, Shape]  # shapes of the outputs by name
+    begins: FrozenSet[str] = frozenset()  # kinds of the operations on the image, by OpenVINO's names; empty: unknown
 
     @property
     def size(self) -> Optional[Tuple[int, int]]:
@@ -58,7 +59,7 @@ def read_network_file(path: Path) -> Model:
     Raises:
         ModelError: no installed runtime can read the file, or its inputs and outputs fit no kind, or several.
     """
-    return recognized(path, Graph(*_graph_shapes(path)))
+    return recognized(path, _read(path))
 
 
 def recognized(path: Path, graph: Graph) -> Model:
@@ -143,14 +144,15 @@ def _rf_detr(graph: Graph) -> Optional[Kind]:
 def _yolox(graph: Graph) -> Optional[Kind]:
     """YOLOX for boxes: dets (1, N, 5) and labels (1, N) by mmdeploy; or (1, N, 6) or (1, N, 85) with N cells.
 
-    RTMDet has the outputs of the first form as well, but another input, which no shape tells: its files are those of
-    320 x 320 and 640 x 640 pixels, that of YOLOX-tiny has 416 x 416.
+    RTMDet has the outputs of the first form as well, and colours of another scale. YOLOX begins with a slice of each
+    second pixel, RTMDet with a convolution; where that is unknown, only YOLOX-tiny is sure, at 416 x 416 pixels.
     """
     shapes = graph.outputs
     if len(graph.inputs) != 1 or graph.size is None:
         return None
     if set(shapes) == {'dets', 'labels'} and shapes['dets'][2:] == (5,) and len(shapes['labels']) == 2:
-        return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if graph.size == (416, 416) else None
+        is_yolox = graph.begins & {'Slice', 'StridedSlice'} if graph.begins else graph.size == (416, 416)
+        return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if is_yolox else None
     (name, shape), *others = shapes.items()
     if not others and len(shape) == 3 and shape[1] == cells(graph.size) and shape[2] in (6, 85):
         return Kind(Decoder.BOXES, YOLOX_INPUT, (name,))
@@ -160,21 +162,21 @@ def _yolox(graph: Graph) -> Optional[Kind]:
 _EXPECTED = (
     'of YOLO-pose with one class and 17 joints (1, 56, N) or (1, N, 57); of RTMO dets and keypoints; of RTMPose with K '
     '= 17, 26 or 133 points simcc_x (1, K, 2 W) and simcc_y (1, K, 2 H); of DETRPose scores, labels and keypoints; of '
-    'RF-DETR dets, labels and keypoints; of YOLOX at 416 x 416 dets and labels')
+    'RF-DETR dets, labels and keypoints; of YOLOX dets and labels')
 _RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _detr_pose, _rf_detr, _yolox)
 
 
-def _graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
-    """Return the shapes of the inputs, and of the outputs by name; raise ModelError if it can not be read."""
+def _read(path: Path) -> Graph:
+    """Return what a file tells; raise ModelError if it can not be read."""
     try:
         from openpose_ros_pkg.networks.backends import openvino
-        return openvino.graph_shapes(path)
+        return Graph(*openvino.graph_shapes(path))
     except ImportError as error:
         reason = f'openvino is not importable: {error}'
     if path.suffix == '.onnx':
         try:
             from openpose_ros_pkg.networks.backends import onnxruntime
-            return onnxruntime.graph_shapes(path)
+            return Graph(*onnxruntime.graph_shapes(path))
         except ImportError as error:
             reason += f'; onnxruntime is not importable: {error}'
     raise ModelError(f'{path} can not be read: {reason}')

@@ -8,7 +8,7 @@ import logging
 import os
 from collections import OrderedDict
 from pathlib import Path
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, FrozenSet, List, Sequence, Tuple
 
 import numpy as np
 import openvino as ov
@@ -170,8 +170,9 @@ def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
     return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
 
-def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
-    """Return the shapes of the inputs of a network's file, and those of its outputs by name, or else number.
+def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape], FrozenSet[str]]:
+    """Return the shapes of the inputs of a network's file, and those of its outputs by name, or else number; and the
+    kinds of the operations on its first input.
 
     Raises:
         ModelError: OpenVINO can not read it.
@@ -185,7 +186,9 @@ def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
         # With one image at a time, more of the outputs is known.
         graph.reshape({port: [1, *shape[1:]] for port, shape in zip(graph.inputs, inputs)})
     names = [next(iter(sorted(port.get_names())), str(i)) for i, port in enumerate(graph.outputs)]
-    return inputs, dict(zip(names, _shapes(graph.outputs)))
+    begins = frozenset(target.get_node().get_type_name() for port in graph.inputs[:1]
+                       for target in port.get_target_inputs())
+    return inputs, dict(zip(names, _shapes(graph.outputs))), begins
 
 
 def _shapes(ports: Sequence[Any]) -> List[Shape]:
