@@ -34,6 +34,7 @@ from stand_in_networks import (
     person_at,
 )
 from tiny_networks import FLOAT, onnx_model, onnx_node, onnx_value
+from whole_bodies import with_feet
 
 SIZE = (640, 480)
 MODEL = Model('mine', COCO_18, (), 'ours', UserFiles('here'), replace(SIMCC_INPUT, fixed_size=(192, 256)),
@@ -50,17 +51,6 @@ def _known_by_name(monkeypatch):
     """The networks of this module are found by their names."""
     find, own = recipe_choice.find_model, {model.name: model for model in (MODEL, WITH_FEET, OF_BOXES)}
     monkeypatch.setattr(recipe_choice, 'find_model', lambda name, folder='': own.get(name) or find(name, folder))
-
-
-def with_feet(person):
-    """Return (25, 2) of a person, (18, 2), with toes in front of the ankles and heels behind, below them."""
-    result = keypoints_in(np.insert(person, 2, 1.0, axis=1)[None], COCO_18, BODY_25)[0, :, :2]
-    height = np.ptp(person[:, 1])
-    for side, out in (('left', 1), ('right', -1)):
-        ankle = person[COCO_18.index[f'{side}_ankle']]
-        for joint, (x, y) in {'big_toe': (0.03, 0.08), 'small_toe': (0.08, 0.06), 'heel': (-0.03, 0.04)}.items():
-            result[BODY_25.index[f'{side}_{joint}']] = ankle + np.array([out * x, y]) * height
-    return result
 
 
 def networks_of(people, size=SIZE):

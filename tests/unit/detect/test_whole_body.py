@@ -1,9 +1,6 @@
 """A network for whole bodies on crops: its 133 points come with the people, whatever way these are found."""
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from test_crop_networks import LEFT, MODEL, RIGHT, SIZE, networks_of
 
 from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.detection import ImageFrame
@@ -14,22 +11,21 @@ from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.landmarks.face_shape import SHAPE
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import keypoints_in
-from openpose_ros_pkg.skeletons import BODY_25, WHOLE_BODY_133
+from openpose_ros_pkg.skeletons import BODY_25
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
-from stand_in_networks import SimccNetwork, Together, chart
+from stand_in_networks import Together, chart
+from whole_bodies import FACE, HANDS, MODEL, PEOPLE, SIZE, networks_of, whole
 
-WHOLE = replace(MODEL, name='whole', skeleton=BODY_25, points=133)
+LEFT, RIGHT = PEOPLE
+
 CROPS = pytest.mark.parametrize('people', [[], [LEFT], [LEFT, RIGHT]], ids=['none', 'one', 'two'])
-HANDS = {'left': slice(91, 112), 'right': slice(112, 133)}
 # Smaller ones are not looked at.
 LANDMARKS = LandmarkParams(hands=True, face=True, least_hand_size=2.0, least_face_size=2.0)
 
@@ -38,24 +34,11 @@ LANDMARKS = LandmarkParams(hands=True, face=True, least_hand_size=2.0, least_fac
 def _known_by_name(monkeypatch):
     find = recipe_choice.find_model
     monkeypatch.setattr(recipe_choice, 'find_model',
-                        lambda name, folder='': WHOLE if name == 'whole' else find(name, folder))
-
-
-def whole(person):
-    """Return (133, 2) of a person of BODY_25, with hands that hang from the wrists and an average face."""
-    given = np.insert(person, 2, 1.0, axis=1)[None]
-    result = keypoints_in(given, BODY_25, WHOLE_BODY_133)[0, :, :2]
-    for side, points in HANDS.items():
-        result[points] = person[BODY_25.index[f'{side}_wrist']] + [(2 * (k % 4), k) for k in range(21)]
-    width = np.ptp(person[[BODY_25.index['left_ear'], BODY_25.index['right_ear']], 0])
-    result[23:91] = person[BODY_25.index['nose']] + width / 15 * (SHAPE[:68] - SHAPE[30])[:, :2] * (1, -1)
-    return result
+                        lambda name, folder='': MODEL if name == 'whole' else find(name, folder))
 
 
 def detector(people, **values):
-    networks = networks_of(people)
-    networks['whole'] = SimccNetwork([whole(one) for one in people], SIZE, skeleton=WHOLE_BODY_133,
-                                     order=WHOLE_BODY_133)
+    networks = networks_of(people, SIZE)
     return Detector(build(DetectorSettings, {'crop_model': 'whole', **values}), Together(**networks)), networks['whole']
 
 
@@ -76,7 +59,7 @@ def test_recipes_of_other_networks_have_no_points():
     for values, expected in (({}, False), ({'crop_model': 'movenet_thunder'}, False), ({'crop_model': 'whole'}, True),
                              ({'crop_model': 'whole', 'look_closer': 0}, False), ({'pose_model': 'whole'}, True)):
         assert recipe_of(build(DetectorParams, values)).whole_body is expected
-    plain = Detector(build(DetectorSettings, {}), Together(**networks_of([LEFT])))
+    plain = Detector(build(DetectorSettings, {}), Together(**networks_of([LEFT], SIZE)))
     assert plain.detect(chart(*SIZE)).points is None
 
 
@@ -88,7 +71,7 @@ def test_all_points_of_people_in_an_image(mode, people):
 
 def test_left_and_right_of_a_mirror_image_are_exchanged():
     one = detector([LEFT], mode='accurate')[0]
-    assert [crop.mirror for crop in one.recipe.refinements if crop.model is WHOLE] == [False, True]
+    assert [crop.mirror for crop in one.recipe.refinements if crop.model is MODEL] == [False, True]
     check(one.detect(chart(*SIZE)), [LEFT])
 
 
@@ -142,7 +125,7 @@ def test_the_chain_has_hands_and_faces_of_the_people_in_image_and_space():
         np.testing.assert_allclose(keypoints[:, :2], expected, atol=1.5)
     assert sorted(in_image.faces.people.tolist()) == sorted(ids)
     for keypoints, person in zip(in_image.faces.keypoints, in_image.faces.people):
-        np.testing.assert_allclose(keypoints[:68, :2], whole(ids[int(person)])[23:91], atol=1.5)
+        np.testing.assert_allclose(keypoints[:68, :2], whole(ids[int(person)])[FACE], atol=1.5)
     assert len(in_space.hands) == 4 and (in_space.hands.points.status == MEASURED).all()
     np.testing.assert_allclose(in_space.hands.points.xyz[..., 2], 3.01, atol=0.02)
     assert len(in_space.faces) == 2 and np.isfinite(in_space.faces.orientations).all()
