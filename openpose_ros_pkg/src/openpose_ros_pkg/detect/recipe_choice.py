@@ -33,7 +33,7 @@ from openpose_ros_pkg.params.constants import constant
 
 _log = logging.getLogger(__name__)
 
-# Longer side of YOLO-pose's input by mode [px].
+# Longer side of the input of YOLO-pose, YOLOX and DETRPose by mode [px], where their files leave it free.
 _SIDES = {'fast': 480, 'balanced': 640, 'accurate': 960, BEST: 640}
 # With crop refinement, a single network counts twice for the scores of joints, and as much as Thunder for places.
 _SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
@@ -160,14 +160,14 @@ def _refined_by(crop: CropRefinement, recipe: Recipe) -> Recipe:
 def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorParams) -> Recipe:
     """Return the recipe of one network in place of a mode's; with `look_closer`, its people are refined on crops.
 
-    It sees the image at the size of OpenPose's input, a larger one, or a smaller one; YOLO-pose at those of `_SIDES`.
+    It sees the image at the size of OpenPose's input, a larger one, or a smaller one; others at those of `_SIDES`.
 
     Args:
         crop: that the user wants; None: MoveNet Thunder, where crops are wanted or needed.
     """
     first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), thin(0.5))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
-    if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES):
+    if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES, Decoder.DETR_POSE):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
     named = () if crop is None else (crop.model,)
     if model.decoder == Decoder.BOXES:
