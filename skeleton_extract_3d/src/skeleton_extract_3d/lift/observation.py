@@ -37,17 +37,16 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     radius = np.minimum(np.maximum(windows.half_side * focal / adult_depth, least), most)
     samples = surfaces.window_depths(points, uv, radius, windows)
     evidence = method.compiled.root_evidence(samples, scores, None)
-    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence,
-                          _pixel_sigmas(people, image_size, points), np.zeros(known.shape), np.zeros(known.shape, bool),
-                          focal)
+    told = values_in(pixel_sigmas(people, image_size, points), people.skeleton, COCO_18, np.nan)
+    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence, told,
+                          np.zeros(known.shape), np.zeros(known.shape, bool), focal)
 
 
-def _pixel_sigmas(people: People2D, image_size: Tuple[int, int], points: PointGrid) -> np.ndarray:
-    """Return `ObservedPeople.pixel_sigma`."""
+def pixel_sigmas(people: People2D, image_size: Tuple[int, int], points: PointGrid) -> np.ndarray:
+    """Return the standard deviations of the joints of the network, see `ObservedPeople.pixel_sigma`, (P, K)."""
     if people.sigmas is None:
-        return np.full((len(people), len(COCO_18.joints)), np.nan)
-    told = np.sqrt((people.sigmas.astype(np.float64) ** 2).mean(axis=2)) * points.width / image_size[0]
-    return values_in(told, people.skeleton, COCO_18, np.nan)
+        return np.full(people.confidence.shape, np.nan)
+    return np.sqrt((people.sigmas.astype(np.float64) ** 2).mean(axis=2)) * points.width / image_size[0]
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

@@ -18,6 +18,7 @@ from skeleton_extract_3d.body.extra_joints import Joint
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
+from skeleton_extract_3d.lift.observation import pixel_sigmas
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median, window_depths
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -184,6 +185,8 @@ def _seen(observed: ObservedPeople, count: int, prior: _Prior, view: FrameView, 
     radius = np.clip(constants.window * focal / depth, *method.windows.limits)
     correction = method.track.correction
     across = correction.across + correction.across_by_score * (1 - np.minimum(scores, 1.0)) ** 2
+    told = pixel_sigmas(observed.people_2d, observed.image_size, points)[:, columns]
+    across[:len(observed)] = np.fmax(across[:len(observed)], told * depth[:len(observed), None] / focal)
     samples = window_depths(points, np.where(known.reshape(count, 6)[..., None], uv, np.nan), radius, method.windows)
     return _Seen(rays, known, across.reshape(-1, 3),
                  samples.reshape(len(known), 3, samples.shape[-1]) + constants.under_skin[:, None], view.floor)
