@@ -57,7 +57,10 @@ def decode_boxes(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[in
     rows = rows[np.argsort(-rows[:, 4], kind='stable')]
     if raw:
         rows = rows[without_overlap(rows[:, :4], rows[:, 4], constants.yolox_overlap)]
-    return Boxes((rows[:, :4] - 0.5).astype(np.float32), np.minimum(rows[:, 4], 1).astype(np.float32))
+    # A box may reach beyond the input, as a person does at its border, but not far.
+    side = np.tile(net_size, 2)
+    boxes = np.minimum(np.maximum(rows[:, :4], -side), 2 * side) - 0.5
+    return Boxes(boxes.astype(np.float32), np.minimum(rows[:, 4], 1).astype(np.float32))
 
 
 def _rows_of_grids(rows: np.ndarray, net_size: Tuple[int, int]) -> np.ndarray:

@@ -153,9 +153,9 @@ def _yolox(graph: Graph) -> Optional[Kind]:
     if set(shapes) == {'dets', 'labels'} and shapes['dets'][2:] == (5,) and len(shapes['labels']) == 2:
         is_yolox = graph.begins & {'Slice', 'StridedSlice'} if graph.begins else graph.size == (416, 416)
         return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if is_yolox else None
-    (name, shape), *others = shapes.items()
-    if not others and len(shape) == 3 and shape[1] == cells(graph.size) and shape[2] in (6, 85):
-        return Kind(Decoder.BOXES, YOLOX_INPUT, (name,))
+    for name, shape in shapes.items():
+        if len(shapes) == 1 and len(shape) == 3 and shape[1] == cells(graph.size) and shape[2] in (6, 85):
+            return Kind(Decoder.BOXES, YOLOX_INPUT, (name,))
     return None
 
 
