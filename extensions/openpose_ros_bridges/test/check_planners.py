@@ -118,9 +118,14 @@ class PlannersTest(unittest.TestCase):
         return node
 
     def test_a_scene_has_the_people_that_are_there(self):
+        diagnostics, node = Diagnostics(), self.moveit_node('_robot_links:=elbow>wrist:0.1 nowhere:1')
+        diagnostics.await_state('/moveit_node', 'idle: no subscriber')
+        markers = Recorder('/moveit_node/markers', MarkerArray)
+        await_true(lambda: markers.messages and len(markers.messages[-1].markers) == 1 + 3 * (2 * 17 - 2), 'markers')
+        markers.close()
+        self.assertEqual(markers.messages[-1].markers[-1].header.frame_id, 'world')
         scene = PlanningScene('/planning_scene', self.kind, 'world')
         self.addCleanup(scene.close)
-        node = self.moveit_node('_robot_links:=elbow>wrist:0.1 nowhere:1')
         await_true(lambda: scene.people() == ['person_5', 'person_6'], 'both')
         await_true(lambda: scene.operations[3] > 200, 'they move')
         # the forearm and the hand of one are those of the robot
@@ -161,14 +166,6 @@ class PlannersTest(unittest.TestCase):
         self.moveit_node()
         await_true(lambda: scene.people() == ['person_6'], 'one has left')
         self.assertEqual(scene.faults, [])
-
-    def test_markers_need_no_planner(self):
-        diagnostics = Diagnostics()
-        self.moveit_node()
-        diagnostics.await_state('/moveit_node', 'idle: no subscriber')
-        recorder = Recorder('/moveit_node/markers', MarkerArray)
-        await_true(lambda: recorder.messages and len(recorder.messages[-1].markers) == 1 + 2 * 17 * 3, 'parts of both')
-        self.assertEqual(recorder.messages[-1].markers[-1].header.frame_id, 'world')
 
     def test_obstacles_move_and_a_costmap_is_cleared_behind_them(self):
         kind = importlib.import_module('costmap_converter.msg').ObstacleArrayMsg

@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs import point_cloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
@@ -10,6 +11,8 @@ from animated_skeleton import SIGMA, STANDING, people_of
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
 from openpose_ros_bridges.capsules import PARTS
 from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
+from openpose_ros_bridges.ros import bridge
+from openpose_ros_bridges.ros.bridge import Output, _Publisher
 from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
 from openpose_ros_bridges.ros.obstacles_node import CostmapMessages, Footprints, ObstacleMessages
 from openpose_ros_pkg.errors import ForeignPackageError, ParameterError
@@ -183,6 +186,27 @@ def test_the_scan_that_clears_meets_nothing(packages):
     assert scan.range_max == 10.0
     assert scan.angle_max == pytest.approx(scan.angle_min + (len(scan.ranges) - 1) * scan.angle_increment)
     assert scan.angle_increment * scan.range_max <= 0.025 + 1e-9
+
+
+class Topic(list):
+    """Takes what is published, in place of a topic and of the node's health."""
+
+    publish = list.append
+
+    def frame_done(self, stamp):
+        pass
+
+
+@pytest.mark.parametrize(('rate', 'expected'), [(0.0, 30), (10.0, 10), (30.0, 30)])
+def test_a_rate_is_kept(monkeypatch, rate, expected):
+    topic, output = Topic(), Output('people', PersonDetection_3dArray, (), lambda message: message, rate=rate)
+    publisher = _Publisher(output, topic, topic)
+    for frame in range(30):
+        monkeypatch.setattr(bridge.time, 'monotonic', lambda frame=frame: 100 + frame / 30)
+        publisher.publish((PersonDetection_3dArray(header=Header(seq=frame)),))
+    assert abs(len(topic) - expected) <= 1
+    assert topic[0].header.seq == 0
+    assert np.diff([message.header.seq for message in topic]).max() <= 3
 
 
 @pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [
