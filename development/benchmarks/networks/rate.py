@@ -110,7 +110,7 @@ def measure(session: Session, folder: Path, options: argparse.Namespace) -> List
     """Measure all rows and print the table."""
     rospy.init_node('rate', disable_signals=True)
     unit = Unit()
-    nodes.make_bag(options.folder, folder / 'camera.bag', cloud=False)
+    nodes.make_bag(options.folder, folder / 'camera.bag')
     measured: Dict[tuple, List[Row]] = {}
     units = []
     for number in range(options.rounds):

@@ -29,7 +29,7 @@ READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install
                  'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'},
                  'development/benchmarks/cameras/multi_person_demo.py': {'zipfile'}}
 # Run the makers' own code with random weights, by hand, in an environment of their own: they load no file of weights.
-MAKERS = {'development/benchmarks/networks/makers_outputs.py': {'torch'}}
+MAKERS = {f'development/benchmarks/networks/{name}.py': {'torch'} for name in ('makers_outputs', 'make_random')}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
 ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}
