@@ -12,8 +12,8 @@ from openpose_ros_pkg.detect import (
     following,
     head_recovery,
     occlusion_masks,
+    recipe_choice,
     schedule,
-    target_rate,
     tracking,
 )
 from skeleton_extract_3d import constants
@@ -28,7 +28,7 @@ SHARED: Dict[str, Dict[str, Any]] = {
         'detect.head_recovery': head_recovery.HEADS},
     'following': {
         'detect.following': following.FOLLOWING, 'detect.schedule': schedule.SCHEDULE,
-        'detect.target_rate': target_rate.RATE, 'detect.tracking': tracking.TRACKING}}
+        'detect.target_rate': recipe_choice.RATE, 'detect.tracking': tracking.TRACKING}}
 IN_DETECTION = {**SHARED['detection'], **SHARED['following']}
 # Parts of the method that the people of these scenes do not show: guards against bad input, hands and faces, joints
 # that COCO_18 does not have.
