@@ -105,11 +105,13 @@ def onnx_people(outputs, size=('height', 'width'), batch=1, sizes='', first='Cas
         size: height and width of the input; texts for free ones.
         batch: number of images, or a text; the outputs then have it as well.
         sizes: name of a second input, (N, 2) int64, by which it multiplies the last output.
-        first: kind of the operation on the image: Cast, Slice of each second row, or Conv of means of 8 x 8 pixels.
+        first: kind of the operation on the image: Cast, Slice of each second row, Conv of means of 8 x 8 pixels, or
+            DepthToSpace, which leaves it as it is.
     """
-    constants = {} if first == 'Cast' else {'kernel': average_kernel(np.eye(3))} if first == 'Conv' else {
+    constants = {'Conv': {'kernel': average_kernel(np.eye(3))}, 'Slice': {
         name: np.array([number]) for name, number in (('start', 0), ('end', 1 << 30), ('axis', 2), ('step', 2))}
-    options = {'Cast': {'to': FLOAT}, 'Conv': {'kernel_shape': [8, 8]}, 'Slice': {}}[first]
+    }.get(first, {})
+    options = {'Cast': {'to': FLOAT}, 'Conv': {'kernel_shape': [8, 8]}, 'DepthToSpace': {'blocksize': 1}}.get(first, {})
     nodes = [onnx_node(first, ['image', *constants], ['real'], **options),
              onnx_node('ReduceMean', ['real'], ['mean'], keepdims=0)]
     inputs = [onnx_value('image', FLOAT, (batch, 3, *size))]

@@ -246,6 +246,12 @@ def test_simcc_finds_the_one_person_of_a_crop_to_half_a_pixel():
     assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'left_elbow')[0] == pytest.approx(68.5)
 
 
+def test_outputs_are_scaled_before_they_are_decoded():
+    outputs = [5 * output for output in simcc_outputs((STANDING, 0.9, None))]
+    poses = decode_direct(outputs, replace(RTMO, decoder='simcc', output_scale=0.1), DirectDecodeParams(), SIZE)
+    assert poses.scores[0] == pytest.approx(0.45) and poses.keypoints[0, 0, 2] == pytest.approx(0.45)
+
+
 def test_a_score_of_simcc_is_the_smaller_of_both_maxima_and_one_at_most():
     along_x, along_y = simcc_outputs((STANDING, 0.9, None))
     along_x[3], along_y[4], along_y[5] = along_x[3] * 2, along_y[4] / 3, -1.0

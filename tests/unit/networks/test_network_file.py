@@ -109,6 +109,12 @@ def test_simcc_is_told_by_its_bins(tmp_path, reader, points, skeleton, width, he
     assert 1 / np.array(model.input.scale) == pytest.approx([58.395, 57.12, 57.375])
 
 
+def test_the_bins_of_rtmw_are_ten_times_as_high(tmp_path, reader):
+    for first, scale in (('DepthToSpace', 0.1), ('Cast', 1.0)):
+        model = find_model(str(network_file(tmp_path, size=(256, 192), first=first, **bins(133))))
+        assert (model.points, model.output_scale) == (133, scale)
+
+
 def test_the_bins_of_a_simcc_network_tell_their_axes_where_its_names_do_not(tmp_path, reader):
     x, y = bins().values()
     assert find_model(str(network_file(tmp_path, size=(256, 192), one=y, two=x))).outputs == ('two', 'one')

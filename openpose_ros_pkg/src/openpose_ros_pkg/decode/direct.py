@@ -101,6 +101,8 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
         gives where those are COCO-WholeBody's.
     """
     kind = _KINDS[model.decoder]
+    if model.output_scale != 1:
+        outputs = [output * np.float32(model.output_scale) for output in outputs]
     overlap = (getattr(constants, kind.overlap),) if kind.overlap else ()
     decoded = kind.decode(outputs, params.direct_person_score or getattr(constants, kind.person), net_size, *overlap)
     source, target = POINT_SETS[model.points], model.skeleton

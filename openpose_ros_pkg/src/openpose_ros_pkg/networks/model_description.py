@@ -58,7 +58,7 @@ def read_description(path: Path) -> Model:
     except (OSError, ValueError) as error:
         raise ModelError(f'{path} can not be read: {error}') from error
     top = _Section(path, '', content, ('skeleton', 'files', 'licence', 'source', 'input', 'outputs', 'output_layout',
-                                       'decoder', 'stride', 'heatmaps', 'peak_threshold', 'points'))
+                                       'decoder', 'stride', 'heatmaps', 'peak_threshold', 'points', 'output_scale'))
     decoder = top.choice('decoder', tuple(_OUTPUTS))
     points = top.number_among('points', tuple(POINT_SETS) if decoder == Decoder.SIMCC else (17,), 17)
     skeleton = _skeleton(top, path.stem, decoder, points)
@@ -72,6 +72,7 @@ def read_description(path: Path) -> Model:
         name=path.stem, skeleton=skeleton, files=_files(top), licence=top.text('licence', 'not stated'),
         source=UserFiles(top.text('source', f'the maker of {path}')), input=_input(top, decoder, stride),
         outputs=outputs, decoder=decoder, points=points, stride=stride,
+        output_scale=top.number('output_scale', 1e-6, 1e6, 1.0),
         output_layout=top.choice('output_layout', ('NCHW', 'NHWC'), 'NCHW'),
         heatmaps=top.integer('heatmaps', joints, 1000, joints + 1) if decoder == Decoder.PAF else 0,
         peak_threshold=top.number('peak_threshold', 0.0, 1.0, 0.0), description=path)

@@ -11,6 +11,7 @@ from openpose_ros_pkg.networks.model_types import (
     DETR_POSE_INPUT,
     RF_DETR_INPUT,
     RTMO_INPUT,
+    RTMW_SCALE,
     SIMCC_INPUT,
     YOLO_INPUT,
     YOLOX_INPUT,
@@ -35,6 +36,7 @@ class Graph(NamedTuple):
     inputs: List[Shape]  # shapes of the inputs, the image first
     outputs: Dict[str, Shape]  # shapes of the outputs by name
     begins: FrozenSet[str] = frozenset()  # kinds of the operations on the image, by OpenVINO's names; empty: unknown
+    shuffles: bool = False  # whether it has an operation DepthToSpace
 
     @property
     def size(self) -> Optional[Tuple[int, int]]:
@@ -49,8 +51,9 @@ class Kind:
 
     decoder: str
     input: InputRecipe
-    outputs: Tuple[str, ...] = ()  # as `Model.outputs`
+    outputs: Tuple[str, ...] = ()  # these three as in `Model`
     points: int = 17
+    output_scale: float = 1.0
 
 
 def read_network_file(path: Path) -> Model:
@@ -59,7 +62,7 @@ def read_network_file(path: Path) -> Model:
     Raises:
         ModelError: no installed runtime can read the file, or its inputs and outputs fit no kind, or several.
     """
-    return recognized(path, _read(path))
+    return recognized(path, _read(path)._replace(shuffles=b'DepthToSpace' in path.read_bytes()))
 
 
 def recognized(path: Path, graph: Graph) -> Model:
@@ -78,7 +81,7 @@ def recognized(path: Path, graph: Graph) -> Model:
     return Model(name=path.name, skeleton=skeleton_of(kind.points),
                  files=tuple(WeightsFile(name) for name in files), licence='as its maker says',
                  source=UserFiles(f'the maker of {path}'), input=recipe, outputs=kind.outputs, decoder=kind.decoder,
-                 points=kind.points, stride=recipe.multiple_of, description=path)
+                 points=kind.points, output_scale=kind.output_scale, stride=recipe.multiple_of, description=path)
 
 
 def _rtmo(graph: Graph) -> Optional[Kind]:
@@ -114,7 +117,8 @@ def _simcc(graph: Graph) -> Optional[Kind]:
     points = {shape[1] for shape in shapes.values()}
     if len(fitting) != 1 or len(points) != 1 or not points <= set(POINT_SETS):
         return None
-    return Kind(Decoder.SIMCC, SIMCC_INPUT, fitting[0], points.pop() or 0)
+    # RTMW's head alone brings coarse features to finer ones by DepthToSpace.
+    return Kind(Decoder.SIMCC, SIMCC_INPUT, fitting[0], points.pop() or 0, RTMW_SCALE if graph.shuffles else 1.0)
 
 
 def _detr_pose(graph: Graph) -> Optional[Kind]:
