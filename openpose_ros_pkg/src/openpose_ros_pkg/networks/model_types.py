@@ -107,9 +107,9 @@ YOLO_INPUT = InputRecipe(channels='RGB', layout='NCHW', scale=1 / 255, multiple_
 # are padded with 0. RF-DETR: rfdetr 1.11.2, datasets/transforms.py, Normalize; all images become squares.
 SIMCC_INPUT = InputRecipe(channels='RGB', mean=(123.675, 116.28, 103.53), scale=(1 / 58.395, 1 / 57.12, 1 / 57.375),
                           multiple_of=32, padding=0)
-# Factor on the bins of RTMW, which mmpose 1.3.2 trains with softmax(bins), and RTMPose with softmax(10 bins): `beta` and
-# `label_beta` of their configurations. Clear points had 5 to 6 with RTMW and about 1 with RTMPose (mmpose issues 2939
-# and 3122).
+# Factor on the bins of RTMW, which mmpose 1.3.2 trains with softmax(bins), and RTMPose with softmax(10 bins): `beta`
+# and `label_beta` of their configurations. Clear points had 5 to 6 with RTMW and about 1 with RTMPose (mmpose issues
+# 2939 and 3122).
 RTMW_SCALE = 0.1
 # DETRPose: tools/inference/onnx_inf.py and configs/detrpose/include/dataset.py, which stretch all images to 640 x 640.
 DETR_POSE_INPUT = InputRecipe(channels='RGB', scale=1 / 255, multiple_of=32, padding=0, stretched=True)
