@@ -146,9 +146,10 @@ class NetworkPass:
     @property
     def description(self) -> str:
         """What is computed, for the log."""
+        width, height = self.model.input.fixed_size or self.box
         scales = f' at {len(self.zooms)} scales' if len(self.zooms) > 1 else ''
         boxes = f', {self.crop.model.name} in its boxes' if self.crop else ''
-        return f"{self.model.name} {self.box[0]}x{self.box[1]}{scales}{' mirrored too' if self.mirror else ''}{boxes}"
+        return f"{self.model.name} {width}x{height}{scales}{' mirrored too' if self.mirror else ''}{boxes}"
 
 
 @dataclass(frozen=True)
