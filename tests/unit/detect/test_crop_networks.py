@@ -8,7 +8,7 @@ import pytest
 
 from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
-from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -176,6 +176,35 @@ def test_a_lying_person_is_found_with_feet():
     np.testing.assert_allclose(found.xy[0], person, atol=1.5)
     network = unit._networks.networks['feet']
     assert [image.shape for image in network.inputs] == [(256, 192, 3)]
+
+
+@pytest.mark.parametrize('name', ['mine', 'feet'])
+def test_of_people_who_stand_close_each_has_the_own_joints(name):
+    """The crop network tells of the person nearest to the middle; the searcher sees all 3 px off."""
+    people = [with_feet(person_at(x, 110, 240)) for x in (250, 310, 370)]
+    unit = detector(people, mode='fast', crop_model=name)
+    searcher = unit._networks.networks['movenet_multipose']
+    searcher.people = [person + 3 for person in searcher.people]
+    found = unit.detect(chart(*SIZE))
+    truth = [keypoints_in(scored(one)[None], BODY_25, found.skeleton)[0, :, :2] for one in people]
+    assert len(found) == 3
+    np.testing.assert_allclose(in_order(found), truth, atol=1.5)
+
+
+def test_a_person_that_depth_alone_shows_has_feet():
+    """Half a metre of a head 2 m away that no skeleton explains; its crop has the aspect of the network."""
+    person = with_feet(person_at(320, 120, 180))
+    unit = detector([person], crop_model='feet')
+    for searcher in ('mobilenet_thin', 'movenet_multipose'):
+        unit._networks.networks[searcher].people = []
+    metres = np.full((240, 320), 6.0, np.float32)
+    nose, ankle = person[BODY_25.index['nose']] / 2, person[BODY_25.index['left_ankle']] / 2
+    cv2.circle(metres, tuple(np.rint(nose).astype(int).tolist()), 10, 2.0, cv2.FILLED)
+    cv2.rectangle(metres, (120, int(nose[1]) + 15), (200, int(ankle[1]) + 20), 2.0, cv2.FILLED)
+    assert len(unit.detect(chart(*SIZE))) == 0
+    found = unit.detect(chart(*SIZE), DepthView(metres, 130.0))
+    assert len(found) == 1 and found.skeleton == BODY_25 and found.present[0, FEET].all()
+    np.testing.assert_allclose(found.xy[0, found.present[0]], person[found.present[0]], atol=1.5)
 
 
 @pytest.mark.parametrize('size', [(960, 540), (1920, 1080)])
