@@ -74,13 +74,14 @@ class _Publisher:
     def publish(self, messages: Tuple[genpy.Message, ...]) -> None:
         """Convert and publish messages of the inputs."""
         now = time.monotonic()
-        if now < self._due:
-            return
-        result = self._output.convert(*messages)
-        if self._output.rate:
-            self._due = max(self._due + 1 / self._output.rate, now)
+        is_due = now >= self._due
+        result = self._output.convert(*messages) if is_due else None
         if self._input is not None:
             self._input.heard()
+        if not is_due:
+            return
+        if self._output.rate:
+            self._due = max(self._due + 1 / self._output.rate, now)
         header = getattr(result, 'header', messages[-1].header)
         self._frame_id = header.frame_id
         with self._lock:

@@ -24,8 +24,8 @@ from skeleton_extract_3d.ros.convert import people_from_array
 
 MOVEIT = ForeignPackage('moveit_msgs', 'https://github.com/moveit/moveit_msgs (branch master)')
 SHAPES = ForeignPackage('shape_msgs', 'https://github.com/ros/common_msgs (branch noetic-devel)')
-# Names of the objects that are there, for the node that starts after this one was killed.
-_LEFT = 'openpose_ros/planning_scene_objects'
+# Below it each node has the names of its objects, for the one that starts after it was killed.
+_OBJECTS = '/openpose_ros/planning_scene_objects'
 _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
 _COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.35)
 
@@ -147,8 +147,9 @@ def _ends(solid: Solid) -> List[Pose]:
 def main() -> None:
     """Run the bridge to MoveIt."""
     def make(settings: MoveitSettings) -> Bridge:
-        messages = PlanningSceneMessages(settings.moveit, rospy.get_param(_LEFT, []),
-                                         lambda names: rospy.set_param(_LEFT, list(names)))
+        saved = _OBJECTS + rospy.get_name()
+        messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []),
+                                         lambda names: rospy.set_param(saved, list(names)))
         return Bridge(settings.demand,
                       Output('planning_scene', messages.kind, (PEOPLE,), messages.convert, messages.end,
                              settings.moveit.max_rate),
