@@ -75,7 +75,7 @@ def test_the_shipped_sequence(tmp_path):
 
 @pytest.mark.parametrize('arguments, message', [
     (['missing.png', '-o', 'out'], 'missing.png can not be read'),
-    (['missing.png', '-o', 'out', '--set', 'mode=best'], "parameter 'mode' = 'best' is not allowed"),
+    (['missing.png', '-o', 'out', '--set', 'mode=slow'], "parameter 'mode' = 'slow' is not allowed"),
 ])
 def test_what_is_wrong_is_said_in_a_line(arguments, message, capsys):
     assert show_stages.main(arguments) == 2
