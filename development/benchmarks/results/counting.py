@@ -31,7 +31,7 @@ _SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'development/benc
 
 # One row for each person that was found in a frame, at its time [s].
 PERSON = np.dtype([('time', 'f8'), ('xyz', 'f4', (18, 3)), ('confidence', 'f4', 18), ('status', 'u1', 18),
-                   ('sigma', 'f4', 18), ('ids', 'i8')])
+                   ('sigma', 'f4', 18), ('ids', 'i8'), ('velocity', 'f4', (18, 3))])
 
 
 class Job(NamedTuple):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from animated_skeleton import ADULT, CHILD, SIGMA, STANDING, people_of, without
-from openpose_ros_bridges.capsules import CAPSULES, PARTS, capsules_of
+from openpose_ros_bridges.capsules import CAPSULES, PARTS, POINTS, bone_paths, capsules_of, reaches_of
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -100,3 +100,43 @@ def test_feet_where_the_network_has_toes():
     np.testing.assert_allclose(feet['left_foot'].ends[1], (0.3, 0.1, 0.02), atol=1e-6)
     assert 'right_foot' not in feet
     assert np.isnan(feet['left_foot'].velocity).all()
+
+
+def test_bones_lead_from_each_point_to_each_other():
+    paths, row = bone_paths(), POINTS.index
+    assert np.isfinite(paths).all()
+    assert paths[row('left_shoulder'), row('left_wrist')] == pytest.approx(BODY.upper_arm + BODY.forearm)
+    assert paths[row('left_ankle'), row('right_ankle')] == pytest.approx(2 * (BODY.shin + BODY.thigh) + BODY.hip_width)
+
+
+def test_nothing_is_within_reach_where_all_is_known():
+    assert len(reaches_of(standing(3))) == 0
+    assert len(reaches_of(People3D.empty(COCO_18))) == 0
+
+
+def test_a_missing_part_is_within_reach_of_the_nearest_known_joint():
+    people = standing(3)
+    hidden = reaches_of(without(people, ('left_wrist',)))
+    assert [capsule.part for capsule in hidden] == ['left_forearm', 'left_hand']
+    for capsule in hidden:
+        np.testing.assert_allclose(capsule.ends, people.xyz[0, [COCO_18.index['left_elbow']] * 2], atol=1e-6)
+    forearm, hand = hidden.radii
+    size = ADULT / BODY.adult_stature
+    assert forearm > (BODY.forearm + CAPSULES.forearm) * size
+    assert hand > (BODY.forearm + CAPSULES.hand_length) * size
+    # the true parts are in there
+    known = by_part(people)
+    for capsule in hidden:
+        own = known[capsule.part]
+        assert (np.linalg.norm(own.ends - capsule.ends[0], axis=1) + own.radius <= capsule.radius).all()
+
+
+def test_of_a_person_with_one_joint_all_parts_are_within_reach_of_it():
+    people = standing(3)
+    reaches = reaches_of(without(people, [joint for joint in COCO_18.joints if joint != 'neck']))
+    known = by_part(people)
+    assert {capsule.part for capsule in reaches} == set(known)
+    for capsule in reaches:
+        own = known[capsule.part]
+        assert (np.linalg.norm(own.ends - capsule.ends[0], axis=1) + own.radius <= capsule.radius).all(), capsule.part
+    assert len(reaches_of(without(people, COCO_18.joints))) == 0

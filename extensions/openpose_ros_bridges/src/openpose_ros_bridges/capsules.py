@@ -1,4 +1,7 @@
-"""People as capsules: for each part of a body a segment between two points, and a radius that contains it."""
+"""People as capsules: for each part of a body a segment between two points, and a radius that contains it.
+
+A part whose joints are MISSING is anywhere within reach of those that are known: `reaches_of`.
+"""
 from dataclasses import dataclass
 from typing import Iterator, NamedTuple, Tuple
 
@@ -13,9 +16,9 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 _SIDES = ('left', 'right')
 _TOES = tuple(f'{side}_big_toe' for side in _SIDES)
-# Points at which capsules end: the joints of COCO_18, and these.
-_POINTS = {name: row for row, name in enumerate(
-    (*COCO_18.joints, 'mid_hip', 'head', *(f'{side}_hand' for side in _SIDES), *_TOES))}
+POINTS = (*COCO_18.joints, 'mid_hip', 'head', *(f'{side}_hand' for side in _SIDES), *_TOES)
+"""Names of the points at which capsules end."""
+_POINTS = {name: row for row, name in enumerate(POINTS)}
 _ELBOWS, _WRISTS = (joint_indices(*(f'{side}_{joint}' for side in _SIDES)) for joint in ('elbow', 'wrist'))
 _RENDERED = ('98 % of the surface of rendered, dressed people with known joints (wave, turn, cross, group, robot) is '
              'nearer to the bone, rounded')
@@ -35,6 +38,9 @@ class CapsuleConstants:
     hand: float = constant(0.06, 'Radius of a hand.', unit='m', source='half of the breadth of an open hand with thumb')
     thigh: float = constant(0.12, 'Radius of a thigh.', unit='m', source=_RENDERED)
     shin: float = constant(0.09, 'Radius of a shin.', unit='m', source=_RENDERED + ', without the foot')
+    foot_length: float = constant(0.19, 'Ankle to the big toe.', unit='m',
+                                  source=_WINTER + ': the foot is 0.152 of the stature, a quarter of it behind the '
+                                                   'ankle')
     foot: float = constant(0.06, 'Radius of a foot; there is one where the network has toes.', unit='m',
                            source='half of its breadth, with the shoe')
     hand_length: float = constant(0.184, 'Wrist to fingertips, along the forearm.', unit='m',
@@ -64,6 +70,7 @@ _PARTS = _parts()
 PARTS = tuple(name for name, *_ in _PARTS)
 """Names of the capsules of a body."""
 _ENDS = np.array([[_POINTS[start], _POINTS[end]] for *_, start, end in _PARTS])
+_FEET = np.array([part.endswith('foot') for part in PARTS])
 
 
 class Capsule(NamedTuple):
@@ -85,6 +92,7 @@ class Capsules:
     Attributes:
         persons: (N,) int64 ids.
         parts: (N,) int64 places in `PARTS`.
+        points: (N, 2) int64 places in `POINTS` of the ends.
         ends: (N, 2, 3) float64 [m].
         radii: (N,) [m], without sigma.
         sigma: (N, 2) [m], root mean square distance of the true ends from these; NaN: not estimated.
@@ -94,6 +102,7 @@ class Capsules:
 
     persons: np.ndarray
     parts: np.ndarray
+    points: np.ndarray
     ends: np.ndarray
     radii: np.ndarray
     sigma: np.ndarray
@@ -124,19 +133,73 @@ def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: 
 
     Radii follow from the measured bones of this frame; without, they are those of an adult.
     """
+    points, scale = _body_points(people, constants, body)
+    known = (points.status[:, _ENDS] != MISSING).all(axis=2)
+    persons, parts = np.nonzero(known)
+    rows = persons[:, np.newaxis], _ENDS[parts]
+    return Capsules(people.ids[persons], parts, _ENDS[parts], points.xyz[rows],
+                    _radii(constants)[parts] * scale[persons], points.sigma[rows], points.velocity[rows],
+                    (points.status[rows] == MEASURED).all(axis=1))
+
+
+def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
+    """Return for each part that `capsules_of` leaves out a sphere that contains it, round a joint that is known.
+
+    Both ends are that joint, from which the part is a chain of bones away. People without any known joint have none,
+    and there are no feet where the network has none.
+    """
+    points, scale = _body_points(people, constants, body)
+    known = points.status != MISSING
+    missing = ~known[:, _ENDS].all(axis=2) & known.any(axis=1, keepdims=True)
+    if not set(_TOES) <= set(people.skeleton.joints):
+        missing &= ~_FEET
+    persons, parts = np.nonzero(missing)
+    # the stature of a person is not known well where joints are missing
+    away = bone_paths(constants, body)[:, _ENDS].max(axis=2).T * (1 + body.stature_spread)
+    costs = np.where(known[persons], away[parts] * scale[persons, np.newaxis] + np.nan_to_num(points.sigma[persons]),
+                     np.inf)
+    nearest = costs.argmin(axis=1)
+    rows, both = (persons, nearest), np.stack([nearest, nearest], axis=1)
+    return Capsules(
+        people.ids[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
+        (away[parts, nearest] + _radii(constants)[parts]) * scale[persons],
+        np.repeat(points.sigma[rows][:, np.newaxis], 2, axis=1),
+        np.repeat(points.velocity[rows][:, np.newaxis], 2, axis=1), np.zeros(len(persons), bool))
+
+
+def bone_paths(constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> np.ndarray:
+    """Return the lengths of the chains of bones between all points of an adult, (M, M) [m]."""
+    bones = [('neck', 'mid_hip', body.trunk_length), ('neck', 'head', body.neck_to_head),
+             *(('head', COCO_18.joints[joint], float(np.linalg.norm(place)))
+               for joint, place in zip(HEAD, body.head_points))]
+    for side in _SIDES:
+        bones += [(start, f'{side}_{end}', length) for start, end, length in (
+            ('neck', 'shoulder', body.shoulder_width / 2), ('mid_hip', 'hip', body.hip_width / 2),
+            (f'{side}_shoulder', 'elbow', body.upper_arm), (f'{side}_elbow', 'wrist', body.forearm),
+            (f'{side}_wrist', 'hand', constants.hand_length - constants.hand), (f'{side}_hip', 'knee', body.thigh),
+            (f'{side}_knee', 'ankle', body.shin), (f'{side}_ankle', 'big_toe', constants.foot_length))]
+    paths = np.full((len(POINTS), len(POINTS)), np.inf)
+    np.fill_diagonal(paths, 0.0)
+    for start, end, length in bones:
+        paths[_POINTS[start], _POINTS[end]] = paths[_POINTS[end], _POINTS[start]] = length
+    for middle in range(len(POINTS)):  # Floyd and Warshall
+        paths = np.minimum(paths, paths[:, [middle]] + paths[[middle]])
+    return paths
+
+
+def _radii(constants: CapsuleConstants) -> np.ndarray:
+    return np.array([getattr(constants, field) for _, field, *_ in _PARTS])
+
+
+def _body_points(people: People3D, constants: CapsuleConstants, body: BodyConstants) -> Tuple[_Points, np.ndarray]:
+    """Return the points of people, and their sizes (P,) as shares of an adult's."""
     velocity = values_in(people.velocity, people.skeleton, COCO_18, np.nan).astype(np.float64)
     joints = _Points(*joints_of(people), velocity)
     statures = np.array([stature_of(xyz, status) for xyz, status in zip(joints.xyz, joints.status)])
     scale = np.clip(np.where(np.isnan(statures), body.adult_stature, statures), *body.stature_limits
                     ) / body.adult_stature
-    points = _joined(joints, _mid_hip(joints), _head(joints, scale, constants), _hands(joints, scale, constants),
-                     _toes(people))
-    known = (points.status[:, _ENDS] != MISSING).all(axis=2)
-    persons, parts = np.nonzero(known)
-    rows = persons[:, np.newaxis], _ENDS[parts]
-    radii = np.array([getattr(constants, field) for _, field, *_ in _PARTS])
-    return Capsules(people.ids[persons], parts, points.xyz[rows], radii[parts] * scale[persons], points.sigma[rows],
-                    points.velocity[rows], (points.status[rows] == MEASURED).all(axis=1))
+    return _joined(joints, _mid_hip(joints), _head(joints, scale, constants), _hands(joints, scale, constants),
+                   _toes(people)), scale
 
 
 def _joined(*points: _Points) -> _Points:

@@ -66,6 +66,45 @@ class HriParams(Parameters):
 
 
 @dataclass(frozen=True)
+class SeparationParams(Parameters):
+    """Separation of people from links of the robot."""
+
+    links: str = parameter(
+        '', "Frames of the robot's links with the radii of spheres that contain them [m], separated by spaces: "
+            'gripper=0.12 base_link=0.35.')
+    probability: float = parameter(
+        0.99, 'The bound is less than the distance with this probability.', minimum=0.5, maximum=0.9999)
+    rate: float = parameter(20.0, 'Messages per second, also when no people come.', unit='Hz', minimum=0.1,
+                            maximum=200.0)
+    fixed_frame: str = parameter(
+        '', 'Frame in which the room stands still, for a camera that moves. Empty: the frame of the people.')
+    data_timeout: float = parameter(
+        1.0, 'The bound is 0 when the newest people are older.', unit='s', minimum=0.05, maximum=10.0)
+    lost_timeout: float = parameter(
+        3.0, 'A person who is no longer seen may be within walking distance for this long.', unit='s', minimum=0.0,
+        maximum=60.0)
+    tf_timeout: float = parameter(
+        0.2, 'The bound is 0 when the transform of a link is older. Also how long people wait for theirs.', unit='s',
+        minimum=0.0, maximum=10.0)
+    link_speed: float = parameter(
+        1.0, 'Links move at most this fast: the bound is less by that, times the age of the transform.', unit='m/s',
+        minimum=0.0, maximum=20.0)
+    guard: bool = parameter(
+        False, 'People may come from where the camera does not look: outside of the image, and beyond guard_range.')
+    guard_range: float = parameter(5.0, 'Depth up to which people are found.', unit='m', minimum=0.1, maximum=100.0)
+    guard_margin: float = parameter(
+        0.3, 'People are found when they are that far in the image.', unit='m', minimum=0.0, maximum=5.0)
+
+
+@dataclass(frozen=True)
+class SeparationSettings:
+    """Parameters of separation_node."""
+
+    separation: SeparationParams
+    demand: DemandParams
+
+
+@dataclass(frozen=True)
 class HriSettings:
     """Parameters of hri_node."""
 
@@ -149,5 +188,6 @@ class ObstacleSettings:
 CONFIG_FILES: Dict[str, Type[Any]] = {'hri_node.yaml': HriSettings, 'jsk_node.yaml': BridgeSettings,
                                       'moveit_node.yaml': MoveitSettings,
                                       'obstacles_node.yaml': ObstacleSettings,
-                                      'people_msgs_node.yaml': BridgeSettings, 'spencer_node.yaml': BridgeSettings,
-                                      'vision_msgs_node.yaml': VisionSettings}
+                                      'people_msgs_node.yaml': BridgeSettings,
+                                      'separation_node.yaml': SeparationSettings,
+                                      'spencer_node.yaml': BridgeSettings, 'vision_msgs_node.yaml': VisionSettings}

@@ -45,6 +45,19 @@ class Transforms:
             return False
         return bool(abs((stamp - newest).to_sec()) <= _ON_ITS_WAY)
 
+    def newest(self, target: str, source: str) -> TransformStamped:
+        """Return the newest transform that takes points of the frame `source` to `target`, without waiting.
+
+        Its stamp is 0 where it does not change.
+
+        Raises:
+            NoTransformError: there is none.
+        """
+        try:
+            return self._buffer.lookup_transform(target, source, self._buffer.get_latest_common_time(target, source))
+        except (tf2_ros.TransformException, TypeError) as error:
+            raise NoTransformError(str(error)) from error
+
     def lookup(self, target: str, source: str, stamp: rospy.Time, timeout: Optional[float] = None
                ) -> TransformStamped:
         """Return the transform that takes points of the frame `source` to `target`; for one thread at a time.

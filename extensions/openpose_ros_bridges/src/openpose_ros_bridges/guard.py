@@ -1,0 +1,40 @@
+"""What a camera sees: a pyramid in space, outside of which people may be that no message tells of."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.transform import Transform
+
+# Pixels along each side of an image, whose rays bend where its lens does.
+_SAMPLES = 33
+
+
+@dataclass(frozen=True)
+class View:
+    """What a camera sees.
+
+    Attributes:
+        planes: (4, 3) unit vectors inwards from its sides, which meet in the camera, in its optical frame.
+        pose: from the optical frame to that of the people.
+    """
+
+    planes: np.ndarray
+    pose: Transform
+
+    @classmethod
+    def of(cls, camera: CameraModel, pose: Transform) -> 'View':
+        """Return what a camera sees of the image: the upright pyramid within all rays of its border."""
+        columns, rows = (np.linspace(-0.5, size - 0.5, _SAMPLES) for size in (camera.width, camera.height))
+        left, right = (camera.rays(np.stack([np.full(_SAMPLES, u), rows], axis=1))[:, 0] for u in columns[[0, -1]])
+        top, bottom = (camera.rays(np.stack([columns, np.full(_SAMPLES, v)], axis=1))[:, 1] for v in rows[[0, -1]])
+        planes = np.array([[1.0, 0.0, -np.nanmax(left)], [-1.0, 0.0, np.nanmin(right)],
+                           [0.0, 1.0, -np.nanmax(top)], [0.0, -1.0, np.nanmin(bottom)]])
+        return cls(planes / np.linalg.norm(planes, axis=1, keepdims=True), pose)
+
+    def depths_inside(self, points: np.ndarray, reach: float) -> np.ndarray:
+        """Return how far points (N, 3) [m] are from the border of what is seen up to a depth [m], (N,); < 0: outside.
+        """
+        rotation, translation = self.pose
+        own = (points - translation) @ rotation
+        return np.asarray(np.minimum((own @ self.planes.T).min(axis=1), reach - own[:, 2]))

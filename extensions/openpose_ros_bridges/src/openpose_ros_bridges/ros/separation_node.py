@@ -1,0 +1,152 @@
+"""How near people are to links of a robot: the least distance, and a bound below it that holds with a probability.
+
+Published at a fixed rate, also while no people come, or no transforms: the bound goes to 0 then. An estimate for
+planners.
+"""
+import threading
+import time
+from typing import Optional
+
+import numpy as np
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSeparation
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
+
+from openpose_ros_bridges.guard import View
+from openpose_ros_bridges.node_params import SeparationSettings
+from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE
+from openpose_ros_bridges.separation import Links, Separation, SeparationEstimator, links_of, unknown
+from openpose_ros_pkg.errors import NoStampError, NoTransformError
+from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.node import introduce, run_node
+from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
+from openpose_ros_pkg.ros.threads import repeat
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.pairing import PAIRING
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.transform import Transform, transform_people
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.transforms import Transforms
+
+_STILL = np.eye(3), np.zeros(3)
+# Transforms are dated ahead by up to about this, as by amcl [s].
+_AHEAD = 1.0
+
+
+class SeparationNode:
+    """Takes people in one thread, and publishes in another one at a fixed rate.
+
+    Raises:
+        ParameterError: `links` are none.
+    """
+
+    def __init__(self, settings: SeparationSettings) -> None:
+        self._params = params = settings.separation
+        self._links = links_of(params.links)
+        self._health, self._transforms = Health(), Transforms(params.tf_timeout)
+        self._lock = threading.Lock()
+        self._estimator, self._frame_id = SeparationEstimator(params), params.fixed_frame
+        self._stamp = rospy.Time()
+        self._camera: Optional[CameraModel] = None
+        self._camera_frame = ''
+        self._clock = rospy.Time(), time.monotonic()
+        self._due, self._reason = time.monotonic(), ''
+        self._demand = Demand(settings.demand.lazy, self._health)
+        self._topic = self._demand.advertise(f'{IN_SPACE}/person_separation', PersonSeparation, RESULTS_QUEUE)
+        self._worker = NewestWinsWorker(self._take, self._health.frame_failed, 'people')
+        people = InputSubscriber(*PEOPLE)
+        people.registerCallback(self._worker.submit)
+        inputs = [people]
+        if params.guard:
+            inputs.append(InputSubscriber(f'{IN_SPACE}/camera_info', CameraInfo))
+            inputs[1].registerCallback(self._take_camera)
+        self._health.show_lasting(lambda: self._reason)
+        self._demand.read(*inputs)
+        introduce(self._demand.inputs, links=', '.join(name for name, _ in self._links))
+        repeat(self._tick, 'separation')
+
+    def _take_camera(self, message: CameraInfo) -> None:
+        if self._camera_frame != message.header.frame_id or self._camera is None:
+            self._camera, self._camera_frame = convert.camera_from_message(message), message.header.frame_id
+
+    def _take(self, message: PersonDetection_3dArray) -> None:
+        header = message.header
+        if header.stamp.is_zero():
+            raise NoStampError('people have no stamp, and how old they are is not known')
+        frame_id = self._params.fixed_frame or header.frame_id
+        people = transform_people(convert.people_from_array(message), *self._pose(frame_id, header))
+        view = None
+        if self._camera is not None:
+            view = View.of(self._camera, self._pose(frame_id, Header(stamp=header.stamp, frame_id=self._camera_frame)))
+        with self._lock:
+            if frame_id != self._frame_id or (self._stamp - header.stamp).to_nsec() > PAIRING.reset_backstep:
+                self._forget(frame_id)
+            self._stamp = header.stamp
+            self._estimator.take(people, header.stamp.to_sec(), view)
+        self._health.frame_done(header.stamp)
+
+    def _pose(self, frame_id: str, header: Header) -> Transform:
+        if frame_id == header.frame_id:
+            return _STILL
+        return convert.rotation_and_translation(self._transforms.lookup(frame_id, header.frame_id, header.stamp))
+
+    def _forget(self, frame_id: str) -> None:
+        self._estimator.clear()
+        self._frame_id = frame_id
+
+    def _tick(self) -> None:
+        """Publish, and wait for the next time; by the clock of the machine, as the one of ROS may stand still."""
+        period = 1 / self._params.rate
+        self._due = max(self._due + period, time.monotonic())
+        if self._demand.enabled and self._demand.is_wanted(self._topic):
+            now = rospy.get_rostime()
+            with self._lock:
+                found, frame_id = self._at(now), self._frame_id
+            self._tell(found, Header(stamp=now, frame_id=frame_id))
+        time.sleep(max(self._due - time.monotonic(), 0.0))
+
+    def _at(self, now: rospy.Time) -> Separation:
+        before, since = self._clock
+        if (before - now).to_nsec() > PAIRING.reset_backstep:
+            self._forget(self._frame_id)
+        if now != before:
+            self._clock = now, time.monotonic()
+        elif time.monotonic() - since > self._params.data_timeout:
+            return unknown('the clock stands still')
+        try:
+            return self._estimator.at(now.to_sec(), self._links_at(now))
+        except NoTransformError as error:
+            self._health.count('no transform')
+            return unknown(str(error))
+
+    def _links_at(self, now: rospy.Time) -> Links:
+        """Return where the links are; with `away` by how far they may have moved since."""
+        if not self._frame_id:
+            return Links([], np.zeros((0, 3)), np.zeros(0), np.zeros(0))  # no people came, whose frame it would be
+        centres, ages = [], []
+        for name, _ in self._links:
+            transform = self._transforms.newest(self._frame_id, name)
+            age = 0.0 if transform.header.stamp.is_zero() else (now - transform.header.stamp).to_sec()
+            if not -_AHEAD <= age <= self._params.tf_timeout:
+                raise NoTransformError(f'the transform of {name} is {age:.2f} s old')
+            centres.append(convert.rotation_and_translation(transform)[1])
+            ages.append(max(age, 0.0))
+        return Links([name for name, _ in self._links], np.array(centres),
+                     np.array([radius for _, radius in self._links]), self._params.link_speed * np.array(ages))
+
+    def _tell(self, found: Separation, header: Header) -> None:
+        if found.bound == 0 and found.reason:
+            self._health.count('nothing known')
+        self._reason = found.reason if found.bound == 0 else ''
+        self._topic.publish(PersonSeparation(
+            header=header, distance=found.distance, bound=found.bound, probability=self._params.probability,
+            link=found.link, person_ID=max(found.person, 0), part=found.part, status=found.status, age=found.age,
+            people=found.people, reason=found.reason))
+
+
+def main() -> None:
+    """Run the node of separation."""
+    run_node('separation_node', SeparationSettings, SeparationNode)
