@@ -1,7 +1,7 @@
 """Distances of people from links of simulated robots, and the bounds below them, against the true joints.
 
-Robots of three links each, two that stand and one that swings, are put near the people of a scene: a link is a gap of
-0.3 to 2 m away from the true surface of a part at a time that is drawn, and never nearer to anyone than 0.1 m where it
+Robots of three links each, two that stand and one that swings, are put near the people of a scene: a link is 0.5 to
+2.5 m away from the true surface of a part at a time that is drawn, and never nearer than 0.3 m to a person where it
 stands. A bound counts at 20 Hz, against the true distance at that very time, between two true frames; true capsules are
 those of the true joints.
 """
@@ -27,9 +27,9 @@ from .people import VISIBLE
 # One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
 # the nearest person is in view, and whether a person decides the bound.
 ROW = np.dtype([('time', 'f8'), ('true', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('by_person', '?')])
-ROBOTS, RATE = 4, 20.0
+ROBOTS, RATE = 3, 20.0
 # Of links: gap when it is drawn, and at least [m]; radius [m]; greatest speed [m/s].
-GAPS, LEAST_GAP, RADIUS, SPEED = (0.3, 2.0), 0.1, 0.1, 1.0
+GAPS, LEAST_GAP, RADIUS, SPEED = (0.5, 2.5), 0.3, 0.1, 1.0
 
 
 class Delivery(NamedTuple):
@@ -175,12 +175,10 @@ def _robots(truth: _Truth, scene: str) -> List[_Robot]:
     return robots
 
 
-def _slack(in_view: Optional[bool]):  # type: ignore[no-untyped-def]
-    def slack(counts: Counts) -> np.ndarray:
-        rows = counts.rows['separation']
-        chosen = np.isfinite(rows['bound']) & ((rows['in_view'] == in_view) if in_view is not None else True)
-        return (rows['true'] - rows['bound'])[chosen]
-    return slack
+def slack(counts: Counts) -> np.ndarray:
+    """Return by how much bounds are below the true distance, where the nearest person is in view [m]."""
+    rows = counts.rows['separation']
+    return np.asarray((rows['true'] - rows['bound'])[np.isfinite(rows['bound']) & rows['in_view']])
 
 
 def until_zero(counts: Counts) -> np.ndarray:
@@ -194,8 +192,8 @@ STATISTICS = {
     'broken': Ratio('bounds above the true distance', lambda counts: float(
         (counts.rows['separation']['bound'] > counts.rows['separation']['true']).sum()),
         lambda counts: float(len(counts.rows['separation'])), digits=4),
-    'slack': Quantile('median slack, person in view', _slack(True), 0.5, 'm', 3),
-    'slack_95': Quantile('95 % of the slack, person in view', _slack(True), 0.95, 'm', 2),
+    'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
+    'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
     'zero': Ratio('bounds of 0', lambda counts: float((counts.rows['separation']['bound'] == 0).sum()),
                   lambda counts: float(len(counts.rows['separation']))),
     'until_zero': Quantile('greatest age of data with a bound above 0', until_zero, 1.0, 's', 2)}

@@ -70,7 +70,7 @@ def test_without_errors_the_bound_is_the_distance(centre):
     people, links = person(), link(centre)
     found = seen(people, links=links, capsules=STRAIGHT_HANDS)
     assert found.distance == pytest.approx(truth(people, links), abs=1e-4)
-    assert found.bound == pytest.approx(found.distance, abs=1e-5)
+    assert found.bound == pytest.approx(found.distance, abs=1e-4)
     assert (found.person, found.people, found.age, found.status, found.reason) == (7, 1, 0.0, MEASURED, '')
 
 
@@ -139,6 +139,20 @@ def test_a_missing_arm_is_anywhere_within_reach():
     assert found.distance == pytest.approx(truth(armless, links), abs=1e-4)
 
 
+def test_a_guessed_part_is_within_reach_of_a_measured_one():
+    people, wrist, links = person(0.01), COCO_18.index['left_wrist'], link((0.0, AHEAD, 1.0))
+
+    def bound(sigma):
+        status, sigmas = people.status.copy(), people.sigma.copy()
+        status[0, wrist], sigmas[0, wrist] = INFERRED, sigma
+        return seen(replace(people, status=status, sigma=sigmas), links=links).bound
+
+    assert bound(0.05) > bound(0.2) > bound(0.5) - 1e-9
+    elbow = people.xyz[0, COCO_18.index['left_elbow']]
+    reach = (BODY.forearm + CAPSULES.hand_length) * ADULT / BODY.adult_stature
+    assert bound(50.0) > np.linalg.norm(elbow - links.centres[0]) - 1.2 * reach - 0.1 - 0.1
+
+
 def test_several_people_lower_the_bound():
     one, two = person(0.05), person(0.05, 8, place=(0.0, 0.05))
     both = People3D(COCO_18, *(np.concatenate([getattr(one, name), getattr(two, name)]) for name in (
@@ -148,15 +162,14 @@ def test_several_people_lower_the_bound():
     assert found.bound < min(seen(one).bound, seen(two).bound)
 
 
-def test_several_links_lower_the_bound():
+def test_the_nearest_link_decides():
     far, near = (-2.2, 0.0, 1.25), (AHEAD, 0.0, 1.25)
     alone, found = seen(person(0.05), links=link(near)), seen(person(0.05), links=link(far, near))
-    assert alone.bound - 0.05 < found.bound < alone.bound
-    assert (found.link, found.distance) == ('link_1', alone.distance)
+    assert (found.link, found.distance, found.bound) == ('link_1', alone.distance, alone.bound)
 
 
 def test_links_that_may_have_moved_lower_the_bound():
-    assert seen(person(), links=link(away=0.07)).bound == pytest.approx(seen(person()).bound - 0.07, abs=1e-5)
+    assert seen(person(), links=link(away=0.07)).bound == pytest.approx(seen(person()).bound - 0.07, abs=1e-4)
 
 
 def after(seconds, people=NONE, params=PARAMS, first=None, links=None):
@@ -169,18 +182,19 @@ def after(seconds, people=NONE, params=PARAMS, first=None, links=None):
 
 
 def test_a_lost_person_walks_on():
-    bounds = [after(seconds).bound for seconds in (1.0, 1.5, 2.0, 2.5)]
-    np.testing.assert_allclose(np.diff(bounds), -0.5 * CONSTANTS.walking, atol=1e-4)
+    # from when on arms reach no further
+    bounds = [after(seconds).bound for seconds in (1.4, 1.8, 2.2, 2.6)]
+    np.testing.assert_allclose(np.diff(bounds), -0.4 * CONSTANTS.walking, atol=1e-4)
     lost = after(2.0)
     assert (lost.person, lost.people, lost.reason) == (7, 1, '')
     assert lost.age == pytest.approx(2.0)
-    assert lost.distance == pytest.approx(seen(person(), links=link((8.0, 0.0, 1.25))).distance, abs=1e-5)
+    assert lost.distance == pytest.approx(seen(person(), links=link((8.0, 0.0, 1.25))).distance, abs=1e-4)
 
 
 def test_limbs_of_a_lost_person_reach_no_further_than_they_are_long():
     whole = seen(person(), links=link((8.0, 0.0, 1.25))).bound
     arm = 2 * (BODY.upper_arm + BODY.forearm + CAPSULES.hand_length)
-    assert whole - 2.0 * CONSTANTS.walking - arm < after(2.0).bound < whole - 2.0 * CONSTANTS.walking
+    assert whole - 2.0 * CONSTANTS.walking - arm < after(2.0).bound < whole - 1.5 * CONSTANTS.walking
 
 
 def test_a_lost_person_is_forgotten_in_time():

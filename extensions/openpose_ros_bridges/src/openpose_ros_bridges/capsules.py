@@ -249,8 +249,10 @@ def _hands(joints: _Points, scale: np.ndarray, constants: CapsuleConstants) -> _
     def extended(wrist: np.ndarray, elbow: np.ndarray) -> np.ndarray:
         return np.where(beyond > 0, wrist + beyond * (wrist - elbow), wrist)
 
-    sigma = np.sqrt(((1 + share) * wrists.sigma) ** 2 + np.where(has_forearm, share * elbows.sigma, 0.0) ** 2
-                    + np.where(has_forearm, constants.hand_bend * length, length) ** 2)
+    # the direction of a forearm without any known end is off by a right angle, root mean square
+    turned = np.minimum(np.hypot(wrists.sigma, elbows.sigma) / np.where(has_forearm, forearm, np.nan), np.pi / 2)
+    angle = np.where(has_forearm, np.hypot(turned, constants.hand_bend), np.pi / 2)
+    sigma = np.hypot(wrists.sigma, angle * length)
     both = np.where(has_forearm & (elbows.status == MEASURED), wrists.status, INFERRED)
     return _Points(extended(wrists.xyz, elbows.xyz), np.where(wrists.status == MISSING, MISSING, both), sigma,
                    extended(wrists.velocity, elbows.velocity))

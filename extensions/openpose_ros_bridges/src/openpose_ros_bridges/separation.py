@@ -3,22 +3,24 @@
 **Where people may be.** An end of a capsule (`capsules.py`) was last known t seconds ago, at a position x with sigma s
 and velocity v. Two statements hold of it, and the best one counts:
 
-    motion     it is near x + v t, with variance (k s)^2 + (s_v t)^2 + (a t^2 / 2)^2
-    walking    it is within 1.6 m/s t of where it was, which has variance (k s)^2; a limb moves about its root too, by
+    motion     it is near x + v t, with variance s^2 + (s_v t)^2, for half a second; from there it walks
+    walking    it is within 1.6 m/s t of where it was, which has variance s^2; a limb moves about its root too, by
                at most 2.0 m/s t, and no further than it reaches
 
 Both speeds are those of ISO 13855: of walking, and of upper limbs. People who are no longer seen are people who were
 last known a while ago. A part that is not MEASURED is also within reach of the nearest joint that is, of which the same
 is said. Errors have heavier tails than normal ones: Student's t with three degrees of freedom.
 
-**The bound** is the greatest b with which the probability that any part is nearer than b is 1 - p at most, as a sum
-over all parts and links (Boole): how errors of joints depend on each other is not known.
+**The bound** is the greatest b with which the probability that a person is nearer than b is 1 - p at most, as a sum
+over people (Boole). Of one person the part and link count with which that is most probable: errors of the joints of a
+body depend on each other, as those of one depth, one size and one identity.
 """
 import math
 from dataclasses import dataclass, replace
 from typing import Callable, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from openpose_ros_bridges.capsules import (
     CAPSULES,
@@ -38,8 +40,10 @@ from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 _MEASURED_ON = 'mode balanced on rendered sequences (wave, turn, cross, crowd, group, close, floor, furniture)'
-# Steps of the search for the bound: to a millionth of a millimetre in 100 m.
-_STEPS = 37
+# Steps of the search for the bound: to a hundredth of a millimetre in 100 m.
+_STEPS = 24
+# Points at the ends of limbs, and knees, (M,).
+_ENDS = np.array([name.endswith(('wrist', 'hand', 'knee', 'ankle', 'toe')) for name in POINTS])
 
 
 @dataclass(frozen=True)
@@ -49,15 +53,14 @@ class SeparationConstants:
     walking: float = constant(1.6, 'People walk at most this fast.', unit='m/s', source='ISO 13855')
     limbs: float = constant(2.0, 'Limbs move at most this fast about the joint where they begin.', unit='m/s',
                             source='ISO 13855, upper limbs')
-    measured_error: float = constant(1.1, 'Root mean square error of a MEASURED joint, of its sigma.', unit='share',
-                                     source=_MEASURED_ON)
-    inferred_error: float = constant(1.6, 'The same of an INFERRED joint.', unit='share', source=_MEASURED_ON)
+    inferred_error: float = constant(2.0, 'Error of an INFERRED joint, of its sigma; of a MEASURED one it is 1.',
+                                     unit='share', source=_MEASURED_ON + ': 99 % of the errors along a line')
+    inferred_end_error: float = constant(1.4, 'The same of the end of a limb, and of a knee.', unit='share',
+                                         source='as `inferred_error`')
     no_sigma: float = constant(0.25, 'Sigma of a joint without one.', unit='m', source='chosen: the error of most '
                                                                                       'guessed joints')
-    speed_error: float = constant(0.5, "Root mean square error of a trunk joint's velocity; of others as much more as "
+    speed_error: float = constant(0.42, "Root mean square error of a trunk joint's velocity; of others as much more as "
                                        'they accelerate more.', unit='m/s', source=_MEASURED_ON)
-    acceleration: float = constant(4.0, 'Root mean square acceleration of a joint of the trunk, of others likewise.',
-                                   unit='m/s^2', source=_MEASURED_ON)
     longest_motion: float = constant(0.5, 'Positions are extrapolated by the velocity for this long.', unit='s',
                                      source='chosen: half of a step')
     ahead: float = constant(0.1, 'Stamps that are ahead of the clock by more are of another clock.', unit='s',
@@ -86,8 +89,8 @@ class Separation(NamedTuple):
         distance: from the surface of a link to that of a part of a body, the least one [m]; inf: no person is known;
             NaN: nothing is known.
         bound: that is less than it with the probability [m]; inf: no person is known, and there is no guard volume.
-        link, person, part, status: the pair that decides the bound: name of the link, id (0: none), name of the part,
-            MEASURED, INFERRED or MISSING.
+        link, person, part, status: the pair that alone would have the least bound: name of the link, id (0: none), name
+            of the part, MEASURED, INFERRED or MISSING.
         age: of the data of this person, or, without one, of the newest frame [s]; NaN: there is none.
         people: number of people that count, with those who were lost.
         reason: why the bound is not by the people; empty: it is.
@@ -112,8 +115,7 @@ class _Parts(NamedTuple):
         ends: (N, 2, 3) [m].
         radii: (N,) that contain the part [m].
         skins: (N,) radii by which distances are told [m].
-        sigma, speeds, accelerations: (N, 2) root mean square errors of both ends [m], of their velocities [m/s], and
-            accelerations [m/s^2].
+        sigma, speeds: (N, 2) root mean square errors of both ends [m], and of their velocities [m/s].
         velocity: (N, 2, 3) [m/s].
         swings: (N, 2) how far both ends may move about the root of their limb [m].
     """
@@ -127,7 +129,6 @@ class _Parts(NamedTuple):
     skins: np.ndarray
     sigma: np.ndarray
     speeds: np.ndarray
-    accelerations: np.ndarray
     velocity: np.ndarray
     swings: np.ndarray
 
@@ -135,7 +136,7 @@ class _Parts(NamedTuple):
     def none(cls) -> '_Parts':
         ids, values = np.zeros(0, np.int64), np.zeros(0)
         ends, points = np.zeros((0, 2)), np.zeros((0, 2, 3))
-        return cls(ids, ids, ids, values, points, values, values, ends, ends, ends, points, ends)
+        return cls(ids, ids, ids, values, points, values, values, ends, ends, points, ends)
 
     def where(self, chosen: np.ndarray) -> '_Parts':
         return _Parts(*(value[chosen] for value in self))
@@ -165,6 +166,7 @@ class SeparationEstimator:
         # from one side of the root to the other
         self._swings = 2 * paths[np.arange(len(POINTS)), roots]
         self._paces = _paces(body)
+        self._quantile = float(stdtrit(3, params.probability)) / math.sqrt(3)
         self.clear()
 
     def clear(self) -> None:
@@ -227,7 +229,8 @@ class SeparationEstimator:
             return Separation(math.inf, math.inf)
         statements = [margins(parts, ages, links) for parts in (known, reaches)
                       for margins in (self._motion, self._walking)]
-        away = statements[0].distances[..., 1] + known.radii - known.skins + links.away[:, np.newaxis]
+        away = self._motion(known._replace(radii=known.skins), np.minimum(ages, self._constants.longest_motion),
+                            links._replace(away=np.zeros(len(links.radii)))).distances
 
         def deviations(bound: float) -> np.ndarray:
             """Return by how many standard deviations each part (N) would have to be nearer to each link (L)."""
@@ -235,21 +238,32 @@ class SeparationEstimator:
                                      axis=0))
 
         highest = float(np.max([each.distances.min(axis=2) for each in statements], axis=0).min())
-        bound = _greatest(lambda value: float(tail(deviations(value)).sum()), 1 - self._params.probability, highest)
-        link, row = divmod(int(deviations(bound).argmin()), len(ages))
+        _, person = np.unique(known.persons, return_inverse=True)
+
+        def probability(bound: float) -> float:
+            nearest = np.full(person.max() + 1, np.inf)
+            np.minimum.at(nearest, person, deviations(bound).min(axis=0))
+            return float(tail(nearest).sum())
+
+        bound = _greatest(probability, 1 - self._params.probability, highest)
+        # the pair that alone would have the least bound
+        alone = np.max([(each.distances - self._quantile * each.sigmas).min(axis=2) for each in statements], axis=0)
+        link, row = divmod(int(alone.argmin()), len(ages))
         return Separation(max(float(away.min()), 0.0), bound, links.names[link], int(known.persons[row]),
                           PARTS[known.parts[row]], int(known.status[row]), float(ages[row]))
 
     def _motion(self, known: _Parts, ages: np.ndarray, links: Links) -> _Margins:
         moved = np.minimum(ages, self._constants.longest_motion)[:, np.newaxis]
-        age = ages[:, np.newaxis]
-        sigma = np.sqrt(known.sigma ** 2 + (known.speeds * age) ** 2 + (known.accelerations * age ** 2 / 2) ** 2)
-        return _margins(known, known.ends + known.velocity * moved[..., np.newaxis], sigma, links)
+        sigma = np.hypot(known.sigma, known.speeds * moved)
+        ends = known.ends + known.velocity * moved[..., np.newaxis]
+        return _margins(known, ends, sigma, links, self._walked(known, ages[:, np.newaxis] - moved))
 
     def _walking(self, known: _Parts, ages: np.ndarray, links: Links) -> _Margins:
-        age = ages[:, np.newaxis]
-        grown = self._constants.walking * age + np.minimum(self._constants.limbs * age, known.swings)
-        return _margins(known, known.ends, known.sigma, links, grown)
+        return _margins(known, known.ends, known.sigma, links, self._walked(known, ages[:, np.newaxis]))
+
+    def _walked(self, known: _Parts, ages: np.ndarray) -> np.ndarray:
+        """Return how far both ends may have got in times (N, 1) [s], (N, 2) [m]."""
+        return self._constants.walking * ages + np.minimum(self._constants.limbs * ages, known.swings)
 
     def _of(self, people: People3D, stamp: float) -> Tuple[_Parts, _Parts]:
         """Return the parts of the people of a frame, and the spheres within reach of measured joints that hold them."""
@@ -269,12 +283,13 @@ class SeparationEstimator:
         constants, paces = self._constants, self._paces[capsules.points]
         with np.errstate(invalid='ignore'):
             sigma = np.where(capsules.sigma >= 0, capsules.sigma, constants.no_sigma)
-        error = np.where(status == MEASURED, constants.measured_error, constants.inferred_error)
+        inferred = np.where(_ENDS[capsules.points], constants.inferred_end_error, constants.inferred_error)
+        error = np.where((status == MEASURED)[:, np.newaxis], 1.0, inferred)
         moves = np.isfinite(capsules.velocity).all(axis=2)
         # what moves at an unknown velocity stays within `walking` by the other statement
         speeds = np.where(moves, constants.speed_error * paces, constants.walking + constants.limbs)
         return _Parts(capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
-                      capsules.radii, skins, sigma * error[:, np.newaxis], speeds, constants.acceleration * paces,
+                      capsules.radii, skins, sigma * error, speeds,
                       np.where(moves[..., np.newaxis], capsules.velocity, 0.0), self._swings[capsules.points])
 
 
@@ -335,7 +350,7 @@ def _paces(body: BodyConstants) -> np.ndarray:
     return np.array([paces[name if name in paces else name.partition('_')[2]] for name in POINTS])
 
 
-def _margins(known: _Parts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: Optional[np.ndarray] = None
+def _margins(known: _Parts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
              ) -> _Margins:
     """Return how far links are from parts at their ends and at the nearest point between, (L, N, 3).
 
@@ -355,9 +370,7 @@ def _margins(known: _Parts, ends: np.ndarray, sigma: np.ndarray, links: Links, g
         return (1 - shares) * values[:, :1] + shares * values[:, 1:]
 
     distances = distances - known.radii[:, np.newaxis] - (links.radii + links.away)[:, np.newaxis, np.newaxis]
-    if grown is not None:
-        distances = distances - between(grown)
-    return _Margins(distances, np.maximum(between(sigma) / math.sqrt(3), 1e-9))
+    return _Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
 
 
 def tail(deviations: np.ndarray) -> np.ndarray:
