@@ -27,9 +27,9 @@ def true_people(beside=0.0, sigma=0.01):
     for frame in truth['frames']:
         xyz = np.array([person['xyz'] for person in frame['people']]).reshape(-1, 18, 3)[:, order]
         shape = xyz.shape[:2]
-        yield frame['t'], People3D(COCO_18, xyz + np.array([beside, 0.0, 0.0]), np.ones(shape), np.full(shape, MEASURED),
-                                   np.full(shape, sigma), [person['id'] for person in frame['people']],
-                                   np.zeros((*shape, 3)))
+        ids = [person['id'] for person in frame['people']]
+        yield frame['t'], People3D(COCO_18, xyz + np.array([beside, 0.0, 0.0]), np.ones(shape),
+                                   np.full(shape, MEASURED), np.full(shape, sigma), ids, np.zeros((*shape, 3)))
 
 
 def scored(delivery, **how):

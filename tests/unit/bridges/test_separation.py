@@ -10,8 +10,7 @@ from animated_skeleton import ADULT, Pose, people_of, without
 from openpose_ros_bridges.capsules import CAPSULES, CapsuleConstants, capsules_of
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
-from openpose_ros_bridges.separation import CONSTANTS, Links, SeparationEstimator, links_of, tail
-from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_bridges.separation import CONSTANTS, Links, SeparationEstimator, spheres_of, tail
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -253,11 +252,17 @@ def test_stamps_of_another_clock_tell_nothing():
     assert 'ahead' in found.reason
 
 
-def test_links_of_the_parameter():
-    assert links_of('gripper=0.12  arm/base_link=0') == (('gripper', 0.12), ('arm/base_link', 0.0))
-    for text in ('', 'gripper', 'gripper=', '=0.1', 'gripper=-1', 'gripper=nan', 'gripper=11', 'a=0.1 a=0.2'):
-        with pytest.raises(ParameterError, match='links'):
-            links_of(text)
+def test_spheres_hold_a_link():
+    ends = np.array([[0.0, 0.0, 0.0], [0.9, 0.0, 0.0]])
+    centres, radius = spheres_of(ends, 0.1)
+    assert 0.1 <= radius < 0.12
+    random = np.random.RandomState(1)
+    around = random.normal(size=(500, 3)) * (0.0, 1.0, 1.0)
+    points = random.uniform(0, 0.9, (500, 1)) * (1.0, 0.0, 0.0) + 0.1 * around / np.linalg.norm(around, axis=1)[:, None]
+    assert (np.linalg.norm(points[:, None] - centres, axis=2).min(axis=1) <= radius + 1e-9).all()
+    alone, radius = spheres_of(ends[[1, 1]], 0.1)
+    np.testing.assert_array_equal(alone, ends[[1]])
+    assert radius == 0.1
 
 
 # A camera at the origin that looks along z, 90 degrees wide and 60 high.

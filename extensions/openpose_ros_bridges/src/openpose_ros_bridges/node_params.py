@@ -69,9 +69,9 @@ class HriParams(Parameters):
 class SeparationParams(Parameters):
     """Separation of people from links of the robot."""
 
-    links: str = parameter(
-        '', "Frames of the robot's links with the radii of spheres that contain them [m], separated by spaces: "
-            'gripper=0.12 base_link=0.35.')
+    robot_links: str = parameter(
+        '', 'Links of the robot, one at least, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame '
+            'of tf, FRAME>FRAME:RADIUS a capsule from one to another, such as elbow_link>wrist_link:0.1.')
     probability: float = parameter(
         0.99, 'The bound is less than the distance with this probability.', minimum=0.5, maximum=0.9999)
     rate: float = parameter(20.0, 'Messages per second, also when no people come.', unit='Hz', minimum=0.1,

@@ -34,7 +34,6 @@ from openpose_ros_bridges.capsules import (
 )
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.constants import constant
 from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -42,6 +41,8 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 _MEASURED_ON = 'mode balanced on rendered sequences (wave, turn, cross, crowd, group, close, floor, furniture)'
 # Steps of the search for the bound: to a hundredth of a millimetre in 100 m.
 _STEPS = 24
+# Spheres that stand for a link between two frames.
+_MOST_SPHERES = 20
 # Points at the ends of limbs, and knees, (M,).
 _ENDS = np.array([name.endswith(('wrist', 'hand', 'knee', 'ankle', 'toe')) for name in POINTS])
 
@@ -305,25 +306,12 @@ def _as_wide(mask: np.ndarray, values: np.ndarray) -> np.ndarray:
     return mask.reshape(-1, *(1,) * (values.ndim - 1))
 
 
-def links_of(text: str) -> Tuple[Tuple[str, float], ...]:
-    """Return frames and radii [m] of links as the parameter has them: 'gripper=0.12 base_link=0.35'.
-
-    Raises:
-        ParameterError: there is none, a radius is no number from 0 to 10, or a frame comes twice.
-    """
-    links = {}
-    for each in text.split():
-        frame, _, radius = each.rpartition('=')
-        try:
-            links[frame] = float(radius)
-        except ValueError:
-            links[frame] = math.nan
-        if not frame or not 0 <= links[frame] <= 10:
-            raise ParameterError(f"parameter 'links': {each!r} is not allowed: FRAME=RADIUS, from 0 to 10 m", 'links')
-    if len(links) < max(len(text.split()), 1):
-        raise ParameterError(f"parameter 'links' = {text!r} names {'a frame twice' if links else 'no link'}; expected "
-                             'FRAME=RADIUS, one at least', 'links')
-    return tuple(links.items())
+def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
+    """Return centres (M, 3) and a radius of spheres that hold the capsule between ends (2, 3) [m]; one, of a sphere."""
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    number = min(math.ceil(length / max(radius, 0.01)), _MOST_SPHERES - 1) + 1
+    shares = np.linspace(0.0, 1.0, number)[:, np.newaxis]
+    return ends[0] + shares * (ends[1] - ends[0]), math.hypot(radius, length / max(number - 1, 1) / 2)
 
 
 def unknown(reason: str, age: float = math.nan) -> Separation:

@@ -5,7 +5,7 @@ planners.
 """
 import threading
 import time
-from typing import Optional
+from typing import List, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -15,9 +15,10 @@ from std_msgs.msg import Header
 
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationSettings
+from openpose_ros_bridges.robot_links import read_links
 from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE
-from openpose_ros_bridges.separation import Links, Separation, SeparationEstimator, links_of, unknown
-from openpose_ros_pkg.errors import NoStampError, NoTransformError
+from openpose_ros_bridges.separation import Links, Separation, SeparationEstimator, spheres_of, unknown
+from openpose_ros_pkg.errors import NoStampError, NoTransformError, ParameterError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
@@ -40,12 +41,15 @@ class SeparationNode:
     """Takes people in one thread, and publishes in another one at a fixed rate.
 
     Raises:
-        ParameterError: `links` are none.
+        ParameterError: `robot_links` are none.
     """
 
     def __init__(self, settings: SeparationSettings) -> None:
         self._params = params = settings.separation
-        self._links = links_of(params.links)
+        self._links = read_links(params.robot_links, 'robot_links')
+        if not self._links:
+            raise ParameterError("parameter 'robot_links' names no link, expected FRAME:RADIUS, such as tool0:0.08",
+                                 'robot_links')
         self._health, self._transforms = Health(), Transforms(params.tf_timeout)
         self._lock = threading.Lock()
         self._estimator, self._frame_id = SeparationEstimator(params), params.fixed_frame
@@ -65,7 +69,7 @@ class SeparationNode:
             inputs[1].registerCallback(self._take_camera)
         self._health.show_lasting(lambda: self._reason)
         self._demand.read(*inputs)
-        introduce(self._demand.inputs, links=', '.join(name for name, _ in self._links))
+        introduce(self._demand.inputs, links=params.robot_links)
         repeat(self._tick, 'separation')
 
     def _take_camera(self, message: CameraInfo) -> None:
@@ -124,18 +128,24 @@ class SeparationNode:
 
     def _links_at(self, now: rospy.Time) -> Links:
         """Return where the links are; with `away` by how far they may have moved since."""
-        if not self._frame_id:
-            return Links([], np.zeros((0, 3)), np.zeros(0), np.zeros(0))  # no people came, whose frame it would be
-        centres, ages = [], []
-        for name, _ in self._links:
-            transform = self._transforms.newest(self._frame_id, name)
-            age = 0.0 if transform.header.stamp.is_zero() else (now - transform.header.stamp).to_sec()
-            if not -_AHEAD <= age <= self._params.tf_timeout:
-                raise NoTransformError(f'the transform of {name} is {age:.2f} s old')
-            centres.append(convert.rotation_and_translation(transform)[1])
-            ages.append(max(age, 0.0))
-        return Links([name for name, _ in self._links], np.array(centres),
-                     np.array([radius for _, radius in self._links]), self._params.link_speed * np.array(ages))
+        names: List[str] = []
+        centres, radii, away = [np.zeros((0, 3))], [np.zeros(0)], [np.zeros(0)]
+        for link in self._links if self._frame_id else ():  # before the first people, there is no frame
+            (first, age), (last, other) = (self._place(frame, now) for frame in (link.start, link.end))
+            spheres, radius = spheres_of(np.array([first, last]), link.radius)
+            centres.append(spheres)
+            radii.append(np.full(len(spheres), radius))
+            away.append(np.full(len(spheres), self._params.link_speed * max(age, other)))
+            names += len(spheres) * [link.start if link.start == link.end else f'{link.start}>{link.end}']
+        return Links(names, np.concatenate(centres), np.concatenate(radii), np.concatenate(away))
+
+    def _place(self, frame: str, now: rospy.Time) -> Tuple[np.ndarray, float]:
+        """Return where the origin of a frame is, (3,) [m], and how old that is [s]; raises NoTransformError."""
+        transform = self._transforms.newest(self._frame_id, frame)
+        age = 0.0 if transform.header.stamp.is_zero() else (now - transform.header.stamp).to_sec()
+        if not -_AHEAD <= age <= self._params.tf_timeout:
+            raise NoTransformError(f'the transform of {frame} is {age:.2f} s old')
+        return convert.rotation_and_translation(transform)[1], max(age, 0.0)
 
     def _tell(self, found: Separation, header: Header) -> None:
         if found.bound == 0 and found.reason:
