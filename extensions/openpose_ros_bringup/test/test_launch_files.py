@@ -22,7 +22,7 @@ ALL_ON = {'people.launch': {'floor': 'true', 'people_cloud': 'true', 'rviz': 'tr
           'cameras.launch': {'cameras': 'left right', 'rgb_cameras': 'door', 'rviz': 'true',
                               'web': 'true'},
           'bridges.launch': dict.fromkeys(('people_msgs', 'spencer', 'vision_msgs', 'hri', 'jsk', 'moveit',
-                                            'obstacles'), 'true'),
+                                            'obstacles', 'separation'), 'true'),
           'nodelets.launch': dict.fromkeys(('floor', 'people_cloud', 'cloud_to_depth'), 'true')}
 # Parameters that launch files set whatever the arguments say.
 SET = {'publish_2d': [True], 'publish_results': [False], 'colour_by_person': [True], 'label': [True],
