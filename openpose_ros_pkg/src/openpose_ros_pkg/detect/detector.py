@@ -18,12 +18,11 @@ from openpose_ros_pkg.detect.recipe_choice import (
     recipes_of,
     seconds_per_pixel,
 )
-from openpose_ros_pkg.detect.recipes import BEST, DetectorParams, DetectorSettings, Recipe
+from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, DetectorSettings, Recipe
 from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, stacked, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.by_name import proved_models
 from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
@@ -257,7 +256,7 @@ class Detector:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
-        if params.mode == BEST and not proved_models(params.model_folder):
+        if params.mode == BEST and recipes[0].models == MODES['balanced'].models:
             _log.info('mode best is balanced, as no network by name is installed: `rosrun openpose_ros_pkg '
                       'openpose_models get rtmpose_m` and `... get rtmo_s` (in a checkout: `./run model get ...`) '
                       'bring networks with a published AP of 0.75 and 0.69 on COCO; that of mobilenet_thin is 0.28')
