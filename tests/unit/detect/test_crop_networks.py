@@ -243,6 +243,17 @@ def test_followed_people_are_seen_by_the_crop_network_alone():
         assert sorted(found.ids) == ids
 
 
+def test_a_person_who_leaves_is_lost_where_the_crop_network_is_not_sure():
+    """SimCC networks place all joints where there is no person, too; then with scores below what the makers ask."""
+    networks = networks_of([LEFT])
+    following = FollowingParams(following='always', search_period=100)
+    unit = Detector(build(DetectorSettings, {'mode': 'fast', 'crop_model': 'mine'}), Together(**networks), following)
+    stream = NetworkDetection(unit, TrackingParams(), following, {'movenet_multipose': 1e-7, 'mine': 1e-7})
+    assert len(stream.detect(ImageFrame('camera', 10.0, chart(*SIZE)))) == 1
+    networks['movenet_multipose'].people, networks['mine'].confidence = [], 0.25
+    assert [len(stream.detect(ImageFrame('camera', 10.0 + 0.1 * i, chart(*SIZE)))) for i in range(1, 4)] == 3 * [0]
+
+
 # --- a file -----------------------------------------------------------------------------------------------------------
 
 # a joint of Halpe 26 is a dot of its colour, RGB, on grey

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.crops import CrowdImage, decode_crop, prepare_crops, quarter_turns
-from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.views import prepare_views
+from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, DetectorSettings, NetworkPass
+from openpose_ros_pkg.detect.views import Setup, prepare_views
 from openpose_ros_pkg.ensemble import most_alike, sigmas
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, chart, person_at
@@ -44,7 +46,8 @@ def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False)
     """Return the pose of the same person on a crop, None where none is."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
     prepared, = prepare_crops(CrowdImage(chart(*size), person[None], COCO_18), person[None], refinement)
-    found = decode_crop(prepared.compute(network), MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints
+    setup = Setup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams(), build(DetectorSettings, {}))
+    found = decode_crop(prepared.compute(network), MOVENET_MULTIPOSE, setup).keypoints
     return most_alike(found, person, person[None], SIGMAS)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.decode.boxes import decode_boxes
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import decode_direct
 from openpose_ros_pkg.detect.following import FOLLOWING, disagreement
 from openpose_ros_pkg.detect.joint_assignment import Tracked, share_out
 from openpose_ros_pkg.detect.occlusion_masks import (
@@ -147,7 +147,7 @@ def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: S
     in_box = replace(one, margin=one.margin / PERSON_BOX)
     crops = compute_crops(_cut_out(bgr, _regions(others, sizes, in_box, size, constants), sizes, one),
                           setup.networks[one.model.name])
-    seen = [decode_crop(crop, one.model, setup.direct, recipe.skeleton) for crop in crops]
+    seen = [decode_crop(crop, one.model, setup) for crop in crops]
     people = np.concatenate([known[[person for person, _ in pairs]], *(poses.keypoints[:1] for poses in seen)])
     scores = np.concatenate([np.full(len(pairs), np.inf), *(poses.scores[:1] for poses in seen)])
     kept = surest(scores, similarity(people[:, None], people, sigmas(recipe.skeleton)) > ENSEMBLE.duplicate)
@@ -177,11 +177,12 @@ def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[Compu
             for view, of_view in zip(views, outputs)]
 
 
-def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
-    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
+def decode_crop(crop: ComputedView, model: Model, setup: Setup) -> Poses:
+    """Find the people in a crop, in pixels of the image and the joints of the recipe; those beyond it are missing."""
     view = crop.view
-    poses = view.in_image(decode_direct(crop.outputs, model, params, view.net_size, view.valid), model.skeleton)
-    return in_joints(poses, model.skeleton, skeleton)
+    poses = view.in_image(decode_direct(crop.outputs, model, setup.of_crops(model), view.net_size, view.valid),
+                          model.skeleton)
+    return in_joints(poses, model.skeleton, setup.recipe.skeleton)
 
 
 def in_joints(poses: Poses, source: SkeletonModel, target: SkeletonModel) -> Poses:
@@ -256,7 +257,7 @@ def _crop_opinions(frame: PreparedImage, people: np.ndarray, in_front: Sequence[
     points = no_points(len(people))
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
         for i, crop in enumerate(views):
-            found = decode_crop(crop, one.model, setup.direct, skeleton)
+            found = decode_crop(crop, one.model, setup)
             pose = most_alike(found.keypoints, people[i], people, sigmas(skeleton))
             if pose is not None:
                 opinions[i][number] = pose

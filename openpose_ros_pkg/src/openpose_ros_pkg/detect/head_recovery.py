@@ -137,7 +137,7 @@ def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = H
         computed = compute_crops(crops, setup.networks[one.model.name])
         seconds = time.perf_counter() - begin
         candidates = [(head, pose) for head, crop in zip(free, computed)
-                 for pose in decode_crop(crop, one.model, setup.direct, skeleton).keypoints]
+                 for pose in decode_crop(crop, one.model, setup).keypoints]
         heads_of = [skeleton.index[joint] for joint in _HEAD if joint in skeleton.index]
         confirmed = [_confirmed(pose, heads_of, head, view, _in_depth(pose[:, :2], bgr, view), constants)
                      for head, pose in candidates]

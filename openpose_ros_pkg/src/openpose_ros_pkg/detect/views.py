@@ -29,6 +29,16 @@ class Setup:
     direct: DirectDecodeParams
     settings: DetectorSettings  # as the user gave them
 
+    def of_crops(self, model: Model) -> DirectDecodeParams:
+        """Return the thresholds for what a network sees on crops.
+
+        SimCC networks place all joints also where there is no person, with scores that are not near 0, and between
+        searches no other network tells that a person left: they have to be as sure as their makers ask.
+        """
+        if model.decoder != Decoder.SIMCC:
+            return self.direct
+        return replace(self.direct, direct_person_score=self.settings.direct.direct_person_score)
+
     @property
     def acceptance(self) -> Acceptance:
         """Which of the people that the networks find are reported."""

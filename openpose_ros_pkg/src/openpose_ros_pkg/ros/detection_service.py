@@ -164,7 +164,8 @@ class DetectionService:
     def description(self) -> Dict[str, str]:
         """What is at work, for `introduce`."""
         params = self._settings.detector.detector
-        return {'mode': f'{params.mode}, pose_model {params.pose_model}, joints {self.skeleton.name}',
+        crop_model = f', crop_model {params.crop_model}' if params.crop_model else ''
+        return {'mode': f'{params.mode}, pose_model {params.pose_model}{crop_model}, joints {self.skeleton.name}',
                 'networks': self._detector.recipe.description, 'runtime': self._detector.description,
                 'people': self._detection.description,
                 'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
