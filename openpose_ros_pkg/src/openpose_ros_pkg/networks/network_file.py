@@ -1,6 +1,7 @@
 """Networks recognized by names and shapes of inputs and outputs: the path of such a file is a `pose_model`."""
 import math
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import permutations
 from pathlib import Path
 from typing import Callable, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
@@ -76,7 +77,7 @@ def recognized(path: Path, graph: Graph) -> Model:
     kind, = kinds
     recipe = kind.input
     if graph.size:
-        recipe = replace(recipe, fixed_size=graph.size, multiple_of=math.gcd(recipe.multiple_of, *graph.size))
+        recipe = replace(recipe, fixed_size=graph.size, multiple_of=reduce(math.gcd, graph.size, recipe.multiple_of))
     files = [path.name, f'{path.stem}.bin'] if path.suffix == '.xml' else [path.name]
     return Model(name=path.name, skeleton=skeleton_of(kind.points),
                  files=tuple(WeightsFile(name) for name in files), licence='as its maker says',

@@ -18,6 +18,11 @@ from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model, Shape
 
+try:
+    from openvino import op
+except ImportError:  # before 2025
+    from openvino.runtime import op
+
 _log = logging.getLogger(__name__)
 
 # A network is compiled per input size; the last used ones stay in memory up to this sum, and two at least: one image
@@ -199,7 +204,7 @@ def _shapes(ports: Sequence[Any]) -> List[Shape]:
 def _with_image_alone(graph: ov.Model) -> ov.Model:
     """Return the graph without inputs beside the image: sizes, (N, 2), by which it multiplies places, are 1."""
     for parameter in graph.get_parameters()[1:]:
-        sizes = ov.opset8.constant(np.ones((1, 2)), parameter.get_element_type())
+        sizes = op.Constant(np.ones((1, 2), parameter.get_element_type().to_dtype()))
         parameter.output(0).replace(sizes.output(0))
         graph.remove_parameter(parameter)
     return graph
