@@ -147,7 +147,7 @@ class _Parts(NamedTuple):
 
 
 class _Margins(NamedTuple):
-    """Distances of L links from N parts at three points, and root mean square errors along a line: (L, N, 3) [m]."""
+    """Distances of L links from N parts at three points, and root mean square errors along a line: (3, L, N) [m]."""
 
     distances: np.ndarray
     sigmas: np.ndarray
@@ -235,10 +235,10 @@ class SeparationEstimator:
 
         def deviations(bound: float) -> np.ndarray:
             """Return by how many standard deviations each part (N) would have to be nearer to each link (L)."""
-            return np.asarray(np.max([((each.distances - bound) / each.sigmas).min(axis=2) for each in statements],
+            return np.asarray(np.max([((each.distances - bound) / each.sigmas).min(axis=0) for each in statements],
                                      axis=0))
 
-        highest = float(np.max([each.distances.min(axis=2) for each in statements], axis=0).min())
+        highest = float(np.max([each.distances.min(axis=0) for each in statements], axis=0).min())
         _, person = np.unique(known.persons, return_inverse=True)
 
         def probability(bound: float) -> float:
@@ -248,7 +248,7 @@ class SeparationEstimator:
 
         bound = _greatest(probability, 1 - self._params.probability, highest)
         # the pair that alone would have the least bound
-        alone = np.max([(each.distances - self._quantile * each.sigmas).min(axis=2) for each in statements], axis=0)
+        alone = np.max([(each.distances - self._quantile * each.sigmas).min(axis=0) for each in statements], axis=0)
         link, row = divmod(int(alone.argmin()), len(ages))
         return Separation(max(float(away.min()), 0.0), bound, links.names[link], int(known.persons[row]),
                           PARTS[known.parts[row]], int(known.status[row]), float(ages[row]))
@@ -340,7 +340,7 @@ def _paces(body: BodyConstants) -> np.ndarray:
 
 def _margins(known: _Parts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
              ) -> _Margins:
-    """Return how far links are from parts at their ends and at the nearest point between, (L, N, 3).
+    """Return how far links are from parts at their ends and at the nearest point between.
 
     Args:
         ends: (N, 2, 3) of the parts [m].
@@ -351,13 +351,13 @@ def _margins(known: _Parts, ends: np.ndarray, sigma: np.ndarray, links: Links, g
     squares = np.maximum((along ** 2).sum(axis=1), 1e-12)
     offsets = links.centres[:, np.newaxis] - begins
     shares = np.clip((offsets * along).sum(axis=2) / squares, 0.0, 1.0)
-    shares = np.stack([np.zeros_like(shares), shares, np.ones_like(shares)], axis=2)
-    distances = np.linalg.norm(offsets[:, :, np.newaxis] - shares[..., np.newaxis] * along[:, np.newaxis], axis=3)
+    shares = np.stack([np.zeros_like(shares), shares, np.ones_like(shares)])
+    distances = np.linalg.norm(offsets - shares[..., np.newaxis] * along, axis=3)
 
     def between(values: np.ndarray) -> np.ndarray:
-        return (1 - shares) * values[:, :1] + shares * values[:, 1:]
+        return (1 - shares) * values[:, 0] + shares * values[:, 1]
 
-    distances = distances - known.radii[:, np.newaxis] - (links.radii + links.away)[:, np.newaxis, np.newaxis]
+    distances = distances - known.radii - (links.radii + links.away)[:, np.newaxis]
     return _Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
 
 

@@ -110,6 +110,8 @@ class SeparationNode:
             with self._lock:
                 found, frame_id = self._at(now), self._frame_id
             self._tell(found, Header(stamp=now, frame_id=frame_id))
+        else:
+            self._reason = ''
         time.sleep(max(self._due - time.monotonic(), 0.0))
 
     def _at(self, now: rospy.Time) -> Separation:
