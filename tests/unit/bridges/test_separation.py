@@ -161,6 +161,28 @@ def test_several_people_lower_the_bound():
     assert found.bound < min(seen(one).bound, seen(two).bound)
 
 
+def test_an_id_that_comes_twice():
+    """The other one's measured joints say nothing of where a hidden hand is."""
+    people, other = without(person(0.05), ('left_wrist',)), person(0.05, place=(-1.0, 0.0))
+    guessed = replace(people, status=np.minimum(people.status * INFERRED, INFERRED))
+    both = People3D(COCO_18, *(np.concatenate([getattr(guessed, name), getattr(other, name)]) for name in (
+        'xyz', 'confidence', 'status', 'sigma', 'ids', 'velocity')))
+    assert seen(both).bound == pytest.approx(seen(guessed).bound)
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_any_values_give_a_bound(seed):
+    random = np.random.RandomState(seed)
+    status = random.choice([MISSING, MEASURED, INFERRED], (3, 18), p=[0.3, 0.4, 0.3])
+    scale = 10.0 ** random.randint(-3, 30, (3, 18, 1))
+    xyz = np.where(status[..., np.newaxis] == MISSING, np.nan, scale * random.normal(size=(3, 18, 3)))
+    values = np.array([np.nan, np.inf, -1.0, 0.0, 1e-30, 0.1, 1e30])
+    people = People3D(COCO_18, xyz, np.ones((3, 18)), status, random.choice(values, (3, 18)), random.randint(0, 3, 3),
+                      random.choice(values, (3, 18, 3)))
+    found = seen(people, at=random.uniform(0, 1))
+    assert 0 <= found.bound <= found.distance
+
+
 def test_the_nearest_link_decides():
     far, near = (-2.2, 0.0, 1.25), (AHEAD, 0.0, 1.25)
     alone, found = seen(person(0.05), links=link(near)), seen(person(0.05), links=link(far, near))

@@ -43,6 +43,8 @@ _MEASURED_ON = 'mode balanced on rendered sequences (wave, turn, cross, crowd, g
 _STEPS = 24
 # Spheres that stand for a link between two frames.
 _MOST_SPHERES = 20
+# More says nothing [m].
+_MOST_SIGMA = 1000.0
 # Points at the ends of limbs, and knees, (M,).
 _ENDS = np.array([name.endswith(('wrist', 'hand', 'knee', 'ankle', 'toe')) for name in POINTS])
 
@@ -62,6 +64,8 @@ class SeparationConstants:
                                                                                       'guessed joints')
     speed_error: float = constant(0.42, "Root mean square error of a trunk joint's velocity; of others as much more as "
                                        'they accelerate more.', unit='m/s', source=_MEASURED_ON)
+    greatest_speed: float = constant(10.0, 'Greater velocities are errors.', unit='m/s', source='chosen: hands that '
+                                                                                               'throw a ball')
     longest_motion: float = constant(0.5, 'Positions are extrapolated by the velocity for this long.', unit='s',
                                      source='chosen: half of a step')
     ahead: float = constant(0.1, 'Stamps that are ahead of the clock by more are of another clock.', unit='s',
@@ -250,7 +254,8 @@ class SeparationEstimator:
         # the pair that alone would have the least bound
         alone = np.max([(each.distances - self._quantile * each.sigmas).min(axis=0) for each in statements], axis=0)
         link, row = divmod(int(alone.argmin()), len(ages))
-        return Separation(max(float(away.min()), 0.0), bound, links.names[link], int(known.persons[row]),
+        distance = max(float(away.min()), 0.0)
+        return Separation(distance, min(bound, distance), links.names[link], int(known.persons[row]),
                           PARTS[known.parts[row]], int(known.status[row]), float(ages[row]))
 
     def _motion(self, known: _Parts, ages: np.ndarray, links: Links) -> _Margins:
@@ -268,25 +273,30 @@ class SeparationEstimator:
 
     def _of(self, people: People3D, stamp: float) -> Tuple[_Parts, _Parts]:
         """Return the parts of the people of a frame, and the spheres within reach of measured joints that hold them."""
+        # by their rows, as a message may have an id twice
+        rows = replace(people, ids=np.arange(len(people)))
         known, missing, reaches = (parts_of(each, self._capsules, self._body) for parts_of, each in (
-            (capsules_of, people), (reaches_of, people), (reaches_of, _measured(people))))
+            (capsules_of, rows), (reaches_of, rows), (reaches_of, _measured(rows))))
         parts = self._rows(known, np.where(known.measured, MEASURED, INFERRED), known.radii, stamp).and_of(
             self._rows(missing, np.full(len(missing), MISSING), np.zeros(len(missing)), stamp))
         around = self._rows(reaches, np.full(len(reaches), MEASURED), np.zeros(len(reaches)), stamp)
         by_part = {key: row for row, key in enumerate(zip(around.persons.tolist(), around.parts.tolist()))}
-        rows = np.array([by_part.get(key, -1) for key in zip(parts.persons.tolist(), parts.parts.tolist())], int)
+        own = np.array([by_part.get(key, -1) for key in zip(parts.persons.tolist(), parts.parts.tolist())], int)
         # what has no such sphere may be anywhere, by this statement
-        anywhere = parts._replace(radii=np.full(len(rows), np.inf))
-        return parts, _Parts(*(np.where(_as_wide(rows >= 0, other), value[rows], other) for value, other in zip(
-            around, anywhere))) if len(reaches) else anywhere
+        spheres = parts._replace(radii=np.full(len(own), np.inf))
+        if len(reaches):
+            spheres = _Parts(*(np.where(_as_wide(own >= 0, other), value[own], other) for value, other in zip(
+                around, spheres)))
+        ids = people.ids[parts.persons]
+        return parts._replace(persons=ids), spheres._replace(persons=ids)
 
     def _rows(self, capsules: Capsules, status: np.ndarray, skins: np.ndarray, stamp: float) -> _Parts:
         constants, paces = self._constants, self._paces[capsules.points]
         with np.errstate(invalid='ignore'):
-            sigma = np.where(capsules.sigma >= 0, capsules.sigma, constants.no_sigma)
+            sigma = np.where(capsules.sigma >= 0, np.minimum(capsules.sigma, _MOST_SIGMA), constants.no_sigma)
+            moves = np.linalg.norm(capsules.velocity, axis=2) <= constants.greatest_speed
         inferred = np.where(_ENDS[capsules.points], constants.inferred_end_error, constants.inferred_error)
         error = np.where((status == MEASURED)[:, np.newaxis], 1.0, inferred)
-        moves = np.isfinite(capsules.velocity).all(axis=2)
         # what moves at an unknown velocity stays within `walking` by the other statement
         speeds = np.where(moves, constants.speed_error * paces, constants.walking + constants.limbs)
         return _Parts(capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
