@@ -8,11 +8,11 @@ same order, on noise: what that takes, as a share of the measured time, is the c
 alone. Rounds take turns; a cell is the median of the rounds.
 
 Files with random weights (`make_random.py`) find no people. So that the chain has work, MoveNet's people are put into
-the outputs (`stand_ins.py`): MultiPose's for networks of the whole image, Thunder's for those of crops. MoveNet is not
-counted for this, and costs time only when it sees an input for the first time. Networks of crops run behind the
-searchers of the mode `balanced`; for boxes (YOLOX) Thunder is the crop network. With all threads the rest of the chain
-takes time from the networks where the machine has no other cores; --threads below the number of cores shows what the
-pipeline alone leaves open.
+the outputs (`stand_ins.py`): MultiPose's for networks of the whole image, Thunder's for those of crops; what MoveNet
+computes for this, of inputs that it has not seen yet, is recorded and computed again as well. Networks of crops run
+behind the searchers of the mode `balanced`; for boxes (YOLOX) Thunder is the crop network. With all threads the rest of
+the chain takes time from the networks where the machine has no other cores; --threads below the number of cores shows
+what the pipeline alone leaves open.
 
     ./run bench networks rate FOLDER/rtmo_s.onnx FOLDER/rtmpose_m.onnx
     ./run bench networks rate FOLDER/*.onnx --threads 1 --precision auto
@@ -69,6 +69,8 @@ def measure_round(session: Session, folder: Path, file: Path, threads: int, opti
     model, calls_file = find_model(str(file)), folder / 'calls.txt'
     name = 'crop_model' if model.decoder == Decoder.SIMCC else 'pose_model'
     os.environ['NETWORK_CALLS'] = str(calls_file)
+    if rospy.has_param(EXTRACTOR):
+        rospy.delete_param(EXTRACTOR)  # those of the row before
     camera = nodes.start_camera(session, folder / 'camera.bag', options.rate)
     watch = ResultWatch(nodes.PEOPLE_3D, PersonDetection_3dArray)
     seen = nodes.watch_nodes(session, [

@@ -51,7 +51,7 @@ def timed(name: str, model: Model, size: Tuple[int, int], options: argparse.Name
     calls: Dict[str, Tuple[Callable[[], object], int]] = {}
     for precision in options.precisions:
         backend: Backend = create_backend(model, weights_path(model), BackendParams(
-            threads=options.threads, precision=precision, compiled_cache='off'))
+            threads=options.threads, precision=precision, compiled_cache=options.cache))
         calls[precision] = (lambda network=backend: network.infer(image)), 1
         if model.decoder in CROP_DECODERS:
             calls[f'{precision}, {TOGETHER} crops'] = (
@@ -86,6 +86,7 @@ def measure(networks: List[Timed], rounds: int) -> Tuple[float, List[Dict[str, f
         in_round = [{title: seconds(call) / images for title, (call, images) in network.calls.items()}
                     for network in networks]
         t = float(np.median([seconds(unit) for _ in range(3)] + [in_round[0]['f32']]))
+        print(f'round {number}: T = {1e3 * t:.1f} ms', file=sys.stderr, flush=True)
         if number == 0:
             continue  # compiled only now
         whole.append(t)
@@ -104,6 +105,7 @@ def main() -> int:
     parser.add_argument('--rounds', type=int, default=15, help='rounds (default: %(default)s)')
     parser.add_argument('--precisions', nargs='+', choices=('f32', 'auto'), default=['f32', 'auto'],
                         help='f32, and auto: bf16 where the processor has it (default: both)')
+    parser.add_argument('--cache', default='off', help='folder of compiled networks (default: %(default)s)')
     parser.add_argument('--write', action='store_true', help='write plot and table of the docs')
     options = parser.parse_args()
     if 'f32' not in options.precisions:

@@ -2,8 +2,8 @@
 
 Random weights find no people, so the chain would have nothing to lift and to follow. A stand-in computes the network
 and then writes into its outputs what MoveNet finds in the same input, MultiPose in whole images and Thunder on crops.
-MoveNet computes each input once, as a camera that plays a sequence brings the same ones again. Passes of all networks
-but those of MoveNet for this purpose are recorded.
+MoveNet computes each input once, as a camera that plays a sequence brings the same ones again. All passes are recorded,
+also these.
 """
 import hashlib
 import json
@@ -14,7 +14,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
+from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.models import weights_path
@@ -59,7 +59,7 @@ class StandIn:
         answer: puts the people of the teacher's outputs into those of the network, for an input of a size (H, W).
     """
 
-    def __init__(self, network: Any, teacher: Backend, fit: Callable[[np.ndarray], np.ndarray],
+    def __init__(self, network: Any, teacher: Any, fit: Callable[[np.ndarray], np.ndarray],
                  answer: Callable[[Outputs, np.ndarray, Tuple[int, int]], Outputs]) -> None:
         self._network, self._teacher, self._fit, self._answer = network, teacher, fit, answer
         self._known: Dict[bytes, np.ndarray] = {}
@@ -86,7 +86,7 @@ def create_stand_in(model: Model, weights: Path, params: BackendParams, calls: L
         return network
     of_crops = model.decoder == Decoder.SIMCC
     taught_by = MOVENET_THUNDER if of_crops else MOVENET_MULTIPOSE
-    teacher = create_backend(taught_by, weights_path(taught_by), params)
+    teacher = Recorder(taught_by.name, create_backend(taught_by, weights_path(taught_by), params), calls)
     return StandIn(network, teacher, _square if of_crops else _smaller, _ANSWERS[model.decoder])
 
 
