@@ -23,7 +23,7 @@ class Published(NamedTuple):
 
 
 # By the name of the file that `make_random.py` writes, or of a default network. Those without an entry have no such AP:
-# MoveNet MultiPose, networks for 26 and 133 points (other sets), YOLOX (boxes).
+# MoveNet MultiPose, networks for 26 and 133 points (other sets), YOLOX (boxes). Not all of them are measured.
 PUBLISHED: Dict[str, Published] = {
     'mobilenet_thin': Published('mobilenet_thin (default)', 0.281, 'tf-pose-estimation, README, COCO val2014'),
     'rtmpose_t': Published('RTMPose-t', 0.659, _RTMPOSE), 'rtmpose_s': Published('RTMPose-s', 0.697, _RTMPOSE),
@@ -35,12 +35,20 @@ PUBLISHED: Dict[str, Published] = {
     'detrpose_n': Published('DETRPose-N', 0.572, _DETRPOSE), 'detrpose_s': Published('DETRPose-S', 0.670, _DETRPOSE),
     'detrpose_m': Published('DETRPose-M', 0.694, _DETRPOSE),
     'rf_detr_keypoint': Published('RF-DETR Keypoint', 0.718, 'PyPI rfdetr 1.11.2, README, Keypoint (Preview)'),
+    'lightweight_openpose': Published('Lightweight OpenPose', 0.400, 'Daniil-Osokin/lightweight-human-pose-estimation'
+                                      '.pytorch, README'),
+    'human-pose-estimation-0001': Published('human-pose-estimation-0001', 0.428, 'Open Model Zoo, its README'),
+    'rtmo_m': Published('RTMO-m', 0.726, _RTMO), 'rtmo_l': Published('RTMO-l', 0.748, _RTMO),
     'movenet_thunder': Published('MoveNet Thunder (default)', 0.720, 'tensorflow.org, Pose estimation: images of COCO '
                                  'cut to one person, another set than those of the others')}
 # Networks that see one person, on a crop.
 CROPS = ('rtmpose_', 'movenet_thunder')
 # Drawn hollow: their AP is of another set.
 OTHER_SET = ('mobilenet_thin', 'movenet_thunder')
+# Labels that would lie on others: offset from their point [pt].
+_BESIDE, _OFFSETS = (7, -3), {'rtmpose_m_384': (14, -13), 'rtmpose_l': (-12, 7), 'yolo26n_pose': (-30, 7)}
+# Where a network without a published AP is marked.
+_NO_AP = 0.22
 
 
 def draw_plot(shares: Mapping[str, Mapping[str, float]]) -> None:
@@ -56,8 +64,13 @@ def draw_plot(shares: Mapping[str, Mapping[str, float]]) -> None:
             axes.plot([share['auto'], share['f32']], 2 * [published.ap], color=colour, lw=1, alpha=0.5)
         axes.plot([share['f32']], [published.ap], 's' if is_crop else 'o', color=colour, ms=6,
                   mfc='white' if name in OTHER_SET else colour)
-        axes.annotate(published.label, (share['f32'], published.ap), (7, -3), textcoords='offset points',
-                      fontsize='small')
+        axes.annotate(published.label, (share['f32'], published.ap), _OFFSETS.get(name, _BESIDE),
+                      textcoords='offset points', fontsize='small')
+    multipose = shares.get('movenet_multipose', {})
+    if multipose:
+        axes.plot([multipose.get('auto', multipose['f32']), multipose['f32']], 2 * [_NO_AP], color=PALETTE[0], lw=1)
+        axes.annotate('MoveNet MultiPose (default): no such AP published', (multipose['f32'], _NO_AP), _BESIDE,
+                      textcoords='offset points', fontsize='small')
     for marker, colour, label in (('o', PALETTE[0], 'whole image'), ('s', PALETTE[1], 'crop of one person, its boxes '
                                   'from another network')):
         axes.plot([], [], marker, color=colour, label=label)
@@ -68,7 +81,7 @@ def draw_plot(shares: Mapping[str, Mapping[str, float]]) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
     axes.margins(x=0.2)
     tidy_axes(axes, 'time of a pass, measured with random weights [T]', 'AP on COCO, as published')
-    axes.legend(frameon=False, fontsize='small', loc='lower right')
+    axes.legend(frameon=False, fontsize='small', loc=(0.5, 0.22))
     PLOT.parent.mkdir(exist_ok=True)
     save_figure(drawing, PLOT)
 

@@ -113,6 +113,13 @@ def test_a_missed_person_is_found_by_depth(detector):
     assert person[[nose, hip]] == pytest.approx(BEHIND[[nose, hip]], abs=6)
 
 
+def test_heads_are_looked_for_before_the_networks_compute(detector):
+    """While they compute the image before; nothing is looked for without depth."""
+    view = DepthView(the_scene(), FOCAL)
+    assert detector.prepare(image(), view).heads == heads(view) != []
+    assert detector.prepare(image()).heads == []
+
+
 @pytest.mark.parametrize('change', [
     {'people': [SEEN]}, {'confidence': 0.2}, {'people': [SEEN, np.add(BEHIND, (0, 90))]}],
     ids=['no person there', 'unsure', 'a head elsewhere'])

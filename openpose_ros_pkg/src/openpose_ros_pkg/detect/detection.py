@@ -1,7 +1,7 @@
 """Detection: from an image to the people in it, with track ids. Networks implement it, and a client of the service."""
 import threading
 from dataclasses import dataclass
-from typing import Any, Callable, Hashable, Optional, Protocol, Tuple
+from typing import Any, Callable, Hashable, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
 
@@ -18,6 +18,14 @@ class DepthView:
     # (h, w) float32 [m], along the optical axis; NaN where missing. Of the same view as the image, at any size.
     depth: np.ndarray
     focal: float  # focal length, in pixels of `depth`
+
+
+class Head(NamedTuple):
+    """What looks like a head: its middle [px of the depth], and its depth [m]."""
+
+    x: float
+    y: float
+    depth: float
 
 
 @dataclass(frozen=True, eq=False)

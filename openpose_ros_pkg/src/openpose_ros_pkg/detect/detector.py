@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, found_by, prepare_crops, refine
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
-from openpose_ros_pkg.detect.head_recovery import recover
+from openpose_ros_pkg.detect.head_recovery import heads_for, recover
 from openpose_ros_pkg.detect.recipe_choice import (
     RATE,
     chosen_for_rate,
@@ -295,7 +295,9 @@ def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Opti
         views: False: only check it, as the networks may not see all of it.
     """
     _check_image(bgr)
-    return PreparedImage(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
+    if not views:
+        return PreparedImage(bgr, [], setup, depth)
+    return PreparedImage(bgr, _views(bgr, setup.recipe), setup, depth, heads_for(depth, setup.recipe))
 
 
 def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:

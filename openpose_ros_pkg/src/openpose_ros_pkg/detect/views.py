@@ -9,7 +9,7 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, Head
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
@@ -160,6 +160,7 @@ class PreparedImage:
     views: Sequence[Sequence[PreparedView]]
     setup: Setup
     depth: Optional[DepthView] = None  # of the image; None: it is not known
+    heads: Optional[Sequence[Head]] = None  # what looks like one in the depth; None: not looked for yet
 
 
 @dataclass(frozen=True)
