@@ -14,7 +14,7 @@ from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.track.feet import FEET
+from skeleton_extract_3d.track.feet import FEET, Feet
 
 SCENES = Path(__file__).resolve().parents[3] / 'development/benchmark_data/scenes'
 ROWS = [BODY_25.index[name] for name in FEET]
@@ -156,3 +156,11 @@ def test_a_keypoint_beside_the_foot_is_not_of_the_foot():
             for one in (given.keypoints, keypoints)]
     assert both[1].status[0, ROWS[toe]] == INFERRED
     assert np.linalg.norm(both[0].xyz[0, ROWS[toe]] - both[1].xyz[0, ROWS[toe]]) < 0.15
+
+
+def test_feet_turn_with_the_frame_of_a_moving_camera():
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    feet = Feet(np.array([3]), np.tile(np.eye(3), (1, 2, 1, 1)), np.tile(np.eye(3), (1, 2, 1, 1)), np.zeros((1, 3, 3)),
+                np.zeros(1))
+    np.testing.assert_array_equal(feet.rotated(turn).axes, np.tile(turn, (1, 2, 1, 1)))
+    assert len(Feet().rotated(turn)) == 0
