@@ -80,14 +80,14 @@ class StandIn:
 
 
 def create_stand_in(model: Model, weights: Path, params: BackendParams, calls: List[Call]) -> Any:
-    """Return a recorded network; one of a file of the user's, with MoveNet's people in its outputs."""
+    """Return a recorded network; one of a file, with MoveNet's people in its outputs (of RF-DETR: with its own)."""
     network = Recorder(model.name, create_backend(model, weights, params), calls)
-    if model.description is None:
+    if model.description is None or model.decoder not in ANSWERS:
         return network
     of_crops = model.decoder == Decoder.SIMCC
     taught_by = MOVENET_THUNDER if of_crops else MOVENET_MULTIPOSE
     teacher = Recorder(taught_by.name, create_backend(taught_by, weights_path(taught_by), params), calls)
-    return StandIn(network, teacher, _square if of_crops else _smaller, _ANSWERS[model.decoder])
+    return StandIn(network, teacher, _square if of_crops else _smaller, ANSWERS[model.decoder])
 
 
 def write_calls(calls: Sequence[Call], path: Path) -> None:
@@ -164,6 +164,6 @@ def _as_boxes(_outputs: Outputs, rows: np.ndarray, size: Tuple[int, int]) -> Out
     return np.concatenate([boxes, scores[:, None]], axis=1)[None], np.zeros((1, len(boxes)), np.float32)
 
 
-_ANSWERS: Dict[str, Callable[[Outputs, np.ndarray, Tuple[int, int]], Outputs]] = {
+ANSWERS: Dict[str, Callable[[Outputs, np.ndarray, Tuple[int, int]], Outputs]] = {
     Decoder.SIMCC: _as_simcc, Decoder.RTMO: _as_rtmo, Decoder.YOLO_POSE: _as_yolo, Decoder.DETR_POSE: _as_detr,
     Decoder.BOXES: _as_boxes}
