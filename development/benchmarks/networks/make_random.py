@@ -1,8 +1,8 @@
 """Build the makers' architectures of pose networks with random weights, by their public configurations, as ONNX files.
 
-The files serve to measure time: `./run bench networks time FOLDER` and `rate`. They find no people. Batch normalization
-is set by a pass over noise, so that the numbers in the network are of the size that they have in a trained one. It
-needs an environment of its own, of Python 3.11, about 5 GB:
+The files serve to measure time: `./run bench networks shares FOLDER` and `rate`. They find no people. Batch
+normalization is set by a pass over noise, so that the numbers in the network are of the size that they have in a
+trained one. It needs an environment of its own, of Python 3.11, about 5 GB:
 
     python3.11 -m venv makers
     makers/bin/pip install 'setuptools<80' torch==2.14.1 torchvision==0.29.1 'numpy<2' onnx onnxscript mmengine scipy \
