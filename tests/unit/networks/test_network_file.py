@@ -109,6 +109,12 @@ def test_simcc_is_told_by_its_bins(tmp_path, reader, points, skeleton, width, he
     assert 1 / np.array(model.input.scale) == pytest.approx([58.395, 57.12, 57.375])
 
 
+def test_a_file_that_fits_two_kinds_is_refused_with_both(tmp_path, reader):
+    x, y = bins().values()
+    with pytest.raises(ModelError, match=r'does not tell what network it is: it fits rtmo and simcc: inputs \(1, 3, 256'):
+        find_model(str(network_file(tmp_path, size=(256, 192), dets=x, keypoints=y)))
+
+
 def test_the_bins_of_rtmw_are_ten_times_as_high(tmp_path, reader):
     for first, scale in (('DepthToSpace', 0.1), ('Cast', 1.0)):
         model = find_model(str(network_file(tmp_path, size=(256, 192), first=first, **bins(133))))
