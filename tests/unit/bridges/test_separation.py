@@ -310,6 +310,13 @@ def test_people_may_come_from_where_the_camera_does_not_look():
         assert guarded(outside).bound == 0.0
 
 
+def test_links_that_may_have_moved_are_nearer_to_the_guard_volume():
+    estimator = SeparationEstimator(GUARD)
+    estimator.take(NONE, 10.0, View.of(CAMERA, (np.eye(3), np.zeros(3))))
+    bounds = [estimator.at(10.0, link((0.0, 0.0, 5.5), away=away)).bound for away in (0.0, 0.05)]
+    assert bounds[1] == pytest.approx(bounds[0] - 0.05)
+
+
 def test_the_guard_volume_moves_with_the_camera():
     turn = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])  # z of the camera is x
     view = View.of(CAMERA, (turn, np.array([1.0, 2.0, 3.0])))

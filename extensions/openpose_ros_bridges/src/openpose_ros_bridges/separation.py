@@ -222,7 +222,7 @@ class SeparationEstimator:
         if self._view is None:
             return found._replace(bound=0.0, reason='no camera info: what the camera sees is not known')
         params = self._params
-        free = self._view.depths_inside(links.centres, params.guard_range) - links.radii
+        free = self._view.depths_inside(links.centres, params.guard_range) - links.radii - links.away
         bound = max(float(free.min()) - params.guard_margin - self._constants.walking * age, 0.0)
         if bound >= found.bound:
             return found

@@ -124,8 +124,8 @@ class SeparationNode:
             return unknown('the clock stands still')
         try:
             return self._estimator.at(now.to_sec(), self._links_at(now))
-        except NoTransformError as error:
-            self._health.count('no transform')
+        except Exception as error:  # whatever happens, something is published
+            self._health.frame_failed(error)
             return unknown(str(error))
 
     def _links_at(self, now: rospy.Time) -> Links:
