@@ -160,7 +160,7 @@ def _prior(feet: Feet, people: People3D, ankles: List[int], view: FrameView, con
     mean = np.linalg.solve(information, (shin @ away[..., None]))[..., 0]
     position = people.xyz[:, ankles].reshape(-1, 3).astype(np.float64)
     sigma = people.sigma[:, ankles].ravel().astype(np.float64)
-    known = np.isfinite(position).all(axis=1)
+    known = np.isfinite(position).all(axis=1) & (sigma > 0)
     return _Prior(np.where(known[:, None], position, (0.0, 0.0, 1.0)), np.where(known, sigma, 1.0) ** 2 / 3, axes, mean,
                   information, (feet.shape[:, None] * _MIRROR).reshape(-1, 3, 3))
 
