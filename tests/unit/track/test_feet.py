@@ -164,3 +164,23 @@ def test_feet_turn_with_the_frame_of_a_moving_camera():
                 np.zeros(1))
     np.testing.assert_array_equal(feet.rotated(turn).axes, np.tile(turn, (1, 2, 1, 1)))
     assert len(Feet().rotated(turn)) == 0
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('seed', range(12))
+def test_any_keypoints_and_depths_give_feet_with_ankles_and_errors(seed):
+    random, size = np.random.default_rng(seed), (160, 120)
+    camera, estimator = CameraModel(*size, [120.0, 0, 79.5, 0, 120.0, 59.5, 0, 0, 1]), new_estimator()
+    for frame in range(4):
+        there = random.random((3, 25)) < random.choice([0.1, 0.5, 0.95], (3, 1))
+        there[:, 0] = True
+        places = random.uniform((0, 0), size, (3, 1, 2)) + random.normal(0, random.choice([5, 500]), (3, 25, 2))
+        keypoints = np.insert(np.clip(places, 0, np.subtract(size, 1)), 2, random.uniform(0.01, 1), axis=2)
+        people = People2D(BODY_25, np.where(there[..., np.newaxis], keypoints, (np.nan, np.nan, 0)), np.ones(3),
+                          np.full(3, -1))
+        depth = random.choice([0, 500, 1500, 8000], (6, 8)).astype(np.uint16).repeat(20, axis=0).repeat(20, axis=1)
+        floor = np.array([0, -1, 0, 1.0]) if random.random() < 0.5 else None
+        result = estimator.update(people, Frame('', START + frame / 15, None, DepthImage(depth, camera), floor=floor,
+                                                size=size)).people
+        np.testing.assert_array_equal(result.status[:, ROWS] == MISSING, result.status[:, ANKLES] == MISSING)
+        assert (result.sigma[result.status != MISSING] > 0).all()
