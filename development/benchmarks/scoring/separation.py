@@ -7,7 +7,7 @@ those of the true joints.
 """
 import zlib
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -22,11 +22,11 @@ from skeleton_extract_3d.points.transform import transform_people
 
 from .counts import Counts, tags_of
 from .figures import Quantile, Ratio
-from .people import VISIBLE
+from .people import VISIBLE, pair
 
 # One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
-# the nearest person is in view, and whether a person decides the bound.
-ROW = np.dtype([('time', 'f8'), ('true', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('by_person', '?')])
+# the nearest person is in view, and whether the person was found in a frame before.
+ROW = np.dtype([('time', 'f8'), ('true', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('known', '?')])
 ROBOTS, RATE = 3, 20.0
 # Of links: gap when it is drawn, and at least [m]; radius [m]; greatest speed [m/s].
 GAPS, LEAST_GAP, RADIUS, SPEED = (0.5, 2.5), 0.3, 0.1, 1.0
@@ -60,6 +60,12 @@ class _Truth(NamedTuple):
     times: np.ndarray
     people: List[People3D]
     seen: List[Dict[int, bool]]
+
+    def found_in(self, number: int, found: People3D) -> Set[int]:
+        """Return the ids of the people of a frame who were found."""
+        people = self.people[number]
+        visible = np.ones(people.xyz.shape[:2], bool)
+        return {int(people.ids[row]) for row in pair(people.xyz, visible, found)}
 
     def at(self, time: float) -> Tuple[People3D, Dict[int, bool]]:
         """Return the people at a time between the first and the last frame, who are there in the frames around it."""
@@ -97,19 +103,21 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
                 if delivery.comes(number, time - truth.times[0], number / len(truth.times))]
     rows = [np.zeros(0, ROW)]
     for robot in _robots(truth, folder.name):
-        estimator, waiting, newest = SeparationEstimator(params), arrivals.copy(), 0.0
+        estimator, waiting, newest, known = SeparationEstimator(params), arrivals.copy(), 0.0, set()
         for now in np.arange(arrivals[0][0], truth.times[-1] + 1e-9, 1 / RATE).tolist():
             while waiting and waiting[0][0] <= now:
                 number = waiting.pop(0)[1]
                 newest = float(truth.times[number])
                 pose = poses[number][:3, :3], poses[number][:3, 3]
                 estimator.take(found[number], newest, View.of(sequence.camera, pose))
+                known |= truth.found_in(number, found[number])
             links, (people, seen) = robot.at(now), truth.at(now)
             capsules = capsules_of(people)
             if not len(capsules):
                 continue
             told, (true, person) = estimator.at(now, links), true_distance(capsules, links)
-            rows.append(np.array([(now, true, told.bound, now - newest, seen[person], told.person > 0)], ROW))
+            rows.append(np.array([(now, true, told.bound, now - newest, seen[person], person in known)],
+                                 ROW))
     return Counts(folder.resolve().name, tags_of(folder), {'scenes': 1.0}, {'separation': np.concatenate(rows)})
 
 
@@ -192,6 +200,9 @@ STATISTICS = {
     'broken': Ratio('bounds above the true distance', lambda counts: float(
         (counts.rows['separation']['bound'] > counts.rows['separation']['true']).sum()),
         lambda counts: float(len(counts.rows['separation'])), digits=4),
+    'broken_known': Ratio('the same, where the nearest person was found before', lambda counts: float(
+        (counts.rows['separation']['known'] & (counts.rows['separation']['bound'] > counts.rows['separation']['true'])
+         ).sum()), lambda counts: float(counts.rows['separation']['known'].sum()), digits=4),
     'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
     'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
     'zero': Ratio('bounds of 0', lambda counts: float((counts.rows['separation']['bound'] == 0).sum()),
