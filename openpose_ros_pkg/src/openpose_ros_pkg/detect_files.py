@@ -26,7 +26,6 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, create_detector
-from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
@@ -230,12 +229,14 @@ def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detec
               ) -> Tuple[Any, Optional[LandmarkDetector]]:
     """Return the detectors of people, and of hands and faces if wanted; raise ModelError if a network is missing."""
     params = settings.detector
+    detector = create(params)
+    if not (settings.landmarks.hands or settings.landmarks.face):
+        return detector, None
     landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder,
-                                         recipe_of(params.detector).whole_body)
+                                         detector.recipe.whole_body)
     if landmarks.missing:
         raise ModelError(landmarks.faults)
-    wanted = settings.landmarks.hands or settings.landmarks.face
-    return create(params), landmarks if wanted else None
+    return detector, landmarks
 
 
 def _parser() -> argparse.ArgumentParser:

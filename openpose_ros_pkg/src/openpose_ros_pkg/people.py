@@ -131,6 +131,8 @@ class People2D:
                 if value.shape != shape:
                     raise ValueError(f'{name}: expected {shape}, got {value.shape}')
                 object.__setattr__(self, name, value)
+        if self.sigmas is not None and ((self.sigmas < 0) | np.isinf(self.sigmas)).any():
+            raise ValueError('sigmas: expected finite standard deviations from 0 on, or NaN')
         for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked)):
             object.__setattr__(self, name, value)
 

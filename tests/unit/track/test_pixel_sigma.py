@@ -76,8 +76,35 @@ def test_they_stay_with_their_people():
     both = plain.joined(one)
     assert plain.joined(plain).sigmas is None and np.isnan(both.sigmas[0]).all() and both.sigmas[1, WRIST, 0] == 3
     np.testing.assert_array_equal(both.select(np.array([1])).sigmas, one.sigmas)
+
+
+@pytest.mark.parametrize('sigmas', [np.zeros((2, 18, 2)), told(left_wrist=-1.0), told(left_wrist=np.inf)])
+def test_wrong_shapes_and_values_are_refused(sigmas):
     with pytest.raises(ValueError, match='sigmas: expected'):
-        People2D(COCO_18, SCENE.people.keypoints, [1.0], [7], sigmas=np.zeros((2, 18, 2)))
+        People2D(COCO_18, SCENE.people.keypoints, [1.0], [7], sigmas=sigmas)
+
+
+def test_no_place_in_the_image_is_further_off_than_its_size():
+    poses = Poses(SCENE.people.keypoints, np.ones(1, np.float32), None, told(left_wrist=np.inf))
+    assert accepted_people(poses, Acceptance(COCO_18, 0.1, 0.1, 3, False), SCENE.size)[0].sigmas[0, WRIST, 0] == 480
+
+
+def test_halves_of_a_person_keep_what_is_told_of_their_joints():
+    upper = np.isin(np.arange(18), [COCO_18.index[name] for name in (
+        'nose', 'neck', 'left_shoulder', 'right_shoulder', 'left_elbow', 'right_elbow', 'left_wrist', 'right_wrist')])
+    estimator, whole = new_estimator(), SCENE.people.keypoints
+    for i in range(4):
+        update(estimator, SCENE, i / 15)
+    halves = np.concatenate([np.where(part[:, np.newaxis], whole, np.float32((np.nan, np.nan, 0)))
+                             for part in (upper, ~upper)])
+    sigmas = np.where(halves[..., 2:] > 0, np.array([2.0, 5.0])[:, np.newaxis, np.newaxis], np.nan).repeat(2, axis=2)
+    points = np.full((2, 133, 3), (np.nan, np.nan, 0))
+    points[1, 91:112] = 7
+    people = People2D(COCO_18, halves, [1.0, 1.0], [-1, -1], sigmas=sigmas, points=points)
+    result = update(estimator, SCENE, 4 / 15, people).people_2d
+    assert len(result) == 1
+    np.testing.assert_array_equal(result.sigmas[0, :, 0], np.where(upper, 2, 5))
+    assert (result.points[0, 91:112] == 7).all()
 
 
 @pytest.mark.parametrize('voted', [False, True])

@@ -169,7 +169,7 @@ class LandmarkDetector:
                 tasks = [task for task in tasks if not memory.waits(task.target, stamp, constants)]
                 tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
                 count = _affordable(tasks, seconds)
-            else:  # first those of people who were seen in this image
+            else:  # first those of people seen in this image
                 there = bodies[..., 2].any(axis=1)
                 tasks.sort(key=lambda task: not there[task.target.person])
                 count = sum(bool(there[task.target.person]) for task in tasks)

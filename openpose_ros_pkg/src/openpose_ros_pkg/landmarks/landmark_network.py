@@ -31,6 +31,9 @@ class LandmarkConstants:
               'is less exact.')
     drift: float = constant(0.25, 'A second run follows where the region of the points found is shifted by more, in '
                                  'sides, turned by more [rad], or larger or smaller by more (logarithm).')
+    half_presence: float = constant(
+        0.3, 'Mean score of the points of a network for whole bodies that counts like 0.5 of the networks for hands '
+             'and faces: from here on its points are shown.', source='mmpose 1.3.2, kpt_thr of its inferencers')
     retry_time: float = constant(0.1, 'After a run without a result there is no other one for this long.', unit='s')
 
 

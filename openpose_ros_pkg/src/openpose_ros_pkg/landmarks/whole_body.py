@@ -21,8 +21,9 @@ _NOSE_TIP = 30
 class WholeBodyLandmarks:
     """What `LandmarkNetwork` does, without a network: the points are there, left and right as the network has them.
 
-    The score of a hand or a face is the mean of those of its points, missing ones being 0. It does not count where its
-    wrist or nose is far from that of the body, which other networks see as well.
+    The score of a hand or a face grows with the mean of those of its points, missing ones being 0, and is 0.5 at
+    `LandmarkConstants.half_presence`. It does not count where its wrist or nose is far from that of the body, which
+    other networks see as well.
 
     Args:
         points: (P, 133, 3) of the people of an image, see `People2D.points`.
@@ -48,5 +49,6 @@ class WholeBodyLandmarks:
             return None
         points = np.insert(keypoints[:, :2].astype(np.float64), 2, 0, axis=1) if self.kind is HAND else with_depth(
             keypoints)
-        return LandmarkObservation(points, float(np.minimum(keypoints[:, 2], 1).mean()), 0.5, target.anchor, stamp,
-                                   np.minimum(keypoints[:, 2], 1))
+        scores = np.minimum(keypoints[:, 2], 1)
+        score = float(np.interp(scores.mean(), [0, self._constants.half_presence, 1], [0, 0.5, 1]))
+        return LandmarkObservation(points, score, 0.5, target.anchor, stamp, scores)

@@ -58,10 +58,12 @@ class Feet(Rows):
 
 
 class _Prior(NamedTuple):
-    """What is known of F feet before their keypoints: ankles (F, 3) [m] and their variances per axis (F,), axes
-    (F, 3, 3), mean (F, 3) [rad] and information (F, 3, 3) of their turn, shapes (F, 3, 3) [m].
+    """What is known of F feet before their keypoints: whether there is an ankle (F,), ankles (F, 3) [m] and their
+    variances per axis (F,), axes (F, 3, 3), mean (F, 3) [rad] and information (F, 3, 3) of their turn, shapes
+    (F, 3, 3) [m].
     """
 
+    known: np.ndarray
     ankle: np.ndarray
     variance: np.ndarray
     axes: np.ndarray
@@ -131,9 +133,9 @@ def follow_feet(before: Feet, people: People3D, statures: np.ndarray, observed: 
 
 
 def _of_people(before: Feet, people: People3D, scale: np.ndarray, constants: FootConstants) -> Feet:
-    """Return the feet of people by their ids, an adult's of those who had none; `scale`: statures per an adult's."""
+    """Return the feet of people by their ids, an adult's of new ones; `scale`: statures per an adult's."""
     count = len(people)
-    new = Feet(people.ids, np.zeros((count, 2, 3, 3)), np.broadcast_to(np.eye(3) * np.inf, (count, 2, 3, 3)),
+    new = Feet(people.ids, np.zeros((count, 2, 3, 3)), np.full((count, 2, 3, 3), np.inf),
                constants.shape * scale[:, None, None], np.zeros(count))
     if not len(before):
         return new
@@ -161,8 +163,8 @@ def _prior(feet: Feet, people: People3D, ankles: List[int], view: FrameView, con
     position = people.xyz[:, ankles].reshape(-1, 3).astype(np.float64)
     sigma = people.sigma[:, ankles].ravel().astype(np.float64)
     known = np.isfinite(position).all(axis=1) & (sigma > 0)
-    return _Prior(np.where(known[:, None], position, (0.0, 0.0, 1.0)), np.where(known, sigma, 1.0) ** 2 / 3, axes, mean,
-                  information, (feet.shape[:, None] * _MIRROR).reshape(-1, 3, 3))
+    return _Prior(known, np.where(known[:, None], position, (0.0, 0.0, 1.0)), np.where(known, sigma, 1.0) ** 2 / 3,
+                  axes, mean, information, (feet.shape[:, None] * _MIRROR).reshape(-1, 3, 3))
 
 
 @np.errstate(invalid='ignore')
@@ -179,8 +181,10 @@ def _seen(observed: ObservedPeople, count: int, prior: _Prior, view: FrameView, 
     known = known.reshape(-1, 3) & np.isfinite(rays).all(axis=2)
     rays = np.where(known[..., None], rays, (0.0, 0.0, 1.0))
     off = np.linalg.norm(_across(rays, prior.ankle[:, None]), axis=2)
-    known &= off < constants.reach + 2 * np.sqrt(prior.variance)[:, None]
-    depth = prior.ankle.reshape(count, 2, 3)[..., 2].mean(axis=1)
+    known &= prior.known[:, None] & (off < constants.reach + 2 * np.sqrt(prior.variance)[:, None])
+    ankles = prior.known.reshape(count, 2)
+    depth = np.where(ankles, prior.ankle[:, 2].reshape(count, 2), 0).sum(axis=1) / np.maximum(ankles.sum(axis=1), 1)
+    depth = np.where(ankles.any(axis=1), depth, 1.0)
     focal = view.camera.focal_in((points.width, points.height))
     radius = np.clip(constants.window * focal / depth, *method.windows.limits)
     correction = method.track.correction
