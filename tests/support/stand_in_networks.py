@@ -123,7 +123,7 @@ class MovenetNetwork(StandIn):
 
 
 class ThunderNetwork(StandIn):
-    """Stands in for MoveNet Thunder: the one person who is nearest to the middle of the input."""
+    """Stands in for MoveNet Thunder: the one person nearest to the middle of the input."""
 
     def infer(self, images):
         pose = np.zeros((1, 1, 17, 3), np.float32)
@@ -137,7 +137,7 @@ class ThunderNetwork(StandIn):
 
 
 class SimccNetwork(StandIn):
-    """Stands in for RTMPose: the one person who is nearest to the middle of the input, joints in bins of half a pixel.
+    """Stands in for RTMPose: the one person nearest to the middle of the input, joints in bins of half a pixel.
 
     Args:
         skeleton: of the people.
@@ -183,6 +183,8 @@ class Together:
 
     def load(self, recipe):
         return recipe, {model.name: self.networks[model.name] for model in recipe.models}
+
+    load_any = load
 
 
 def _without_padding(image):

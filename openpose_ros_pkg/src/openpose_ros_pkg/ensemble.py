@@ -226,6 +226,11 @@ def person_scores(keypoints: np.ndarray, asked: np.ndarray) -> np.ndarray:
     return np.sqrt((keypoints[..., 2] ** 2 * asked).sum(axis=1) / count)
 
 
+def mean_scores(poses: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the mean scores, (...,), of the joints of poses, (..., K, 3), that their source can know, (K,) bool."""
+    return (poses[..., 2] * known).sum(axis=-1) / poses.dtype.type(known.sum())
+
+
 def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
     """Return the accepted people in an image of (width, height) [px], without ids, and their indices.
 

@@ -10,7 +10,7 @@ from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, PersonMemory, with_crops
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import MODES, DetectorParams, DetectorSettings, crop_of
@@ -243,6 +243,19 @@ def test_followed_people_are_seen_by_the_crop_network_alone():
         assert sorted(found.ids) == ids
 
 
+def test_a_crop_is_as_sure_as_the_mean_of_the_joints_that_its_network_can_know():
+    """MoveNet's crop of a followed person, doubtful, where another network knows feet."""
+    recipe = recipe_of(DetectorParams(mode='accurate', crop_model='feet'))
+    pose = np.insert(LEFT, 2, 0.24, axis=1).astype(np.float32)
+    crop = pose.copy()
+    crop[FEET] = np.nan, np.nan, 0
+    person = FollowedPerson(pose, 1, PersonMemory(pose[:, 2], 10.0, 0.0, {}, 10.0))
+    number = recipe.pass_opinions
+    assert recipe.refinements[0].model.name == 'movenet_multipose'
+    looked, = with_crops([person], number, [Poses(crop[None], np.ones(1))], recipe.sources.known[number])
+    assert looked.crop is not None
+
+
 def test_a_person_who_leaves_is_lost_where_the_crop_network_is_not_sure():
     """SimCC networks place all joints where there is no person, too; then with scores below what the makers ask."""
     networks = networks_of([LEFT])
@@ -355,6 +368,12 @@ def test_without_refinement_people_are_seen_once():
     assert len(networks['feet'].inputs) == 2
 
 
+def test_the_number_of_refined_people_is_not_that_of_found_ones():
+    people = [with_feet(person_at(60 + 115 * i, 130, 200)) for i in range(5)]
+    found = box_detector(people, crop_model='mine', look_closer=1)[0].detect(chart(*SIZE))
+    assert len(found) == 5
+
+
 def test_two_boxes_of_one_person_are_one_person():
     unit, networks = box_detector([LEFT, RIGHT], crop_model='feet')
     networks['boxes'].people = [LEFT, LEFT + 2.0, RIGHT]
@@ -404,7 +423,6 @@ def test_a_crop_network_takes_the_place_of_thunder():
 def test_behind_one_network_alone_the_crop_network_refines_without_look_closer():
     recipe = recipe_of(DetectorParams(pose_model='rtmo_s', crop_model='feet'))
     assert [model.name for model in recipe.models] == ['rtmo_s', 'feet'] and recipe.skeleton == BODY_25
-    assert recipe_of(DetectorParams(pose_model='rtmo_s', crop_model='feet', look_closer=0)).refinements == ()
     # a joint set of its own stays
     assert recipe_of(DetectorParams(pose_model='mpi', crop_model='feet')).skeleton.name == 'MPI_15'
 
@@ -423,6 +441,8 @@ def test_the_joint_set_stays_while_a_detector_runs():
     ({'crop_model': 'nothing'}, "'crop_model' = 'nothing' is not allowed: one of .*movenet_thunder"),
     ({'crop_model': 'rtmo_s'}, "'crop_model' = 'rtmo_s' is not allowed: its decoder is rtmo, expected .*simcc"),
     ({'crop_model': 'body_25'}, "'crop_model' = 'body_25' is not allowed"),
+    ({'pose_model': 'mine', 'look_closer': 0}, "'pose_model', 'look_closer' = 'mine', 0 are not allowed"),
+    ({'crop_model': 'mine', 'look_closer': 0}, "'crop_model', 'look_closer' = 'mine', 0 are not allowed"),
     ({'crop_model': 'mine', 'pose_model': 'feet'}, "'pose_model', 'crop_model' = 'feet', 'mine' are not allowed")])
 def test_wrong_names_are_refused(values, text):
     with pytest.raises(ParameterError, match=text):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from openpose_ros_pkg.detect import detector, recipe_choice
-from openpose_ros_pkg.detect.detector import Detector
+from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import (
     chosen_for_rate,
@@ -16,8 +16,10 @@ from openpose_ros_pkg.detect.recipe_choice import (
 )
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, DetectorSettings, crop_of
 from openpose_ros_pkg.detect.schedule import SCHEDULE
+from openpose_ros_pkg.errors import RefusedError
+from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MODELS
-from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
+from openpose_ros_pkg.networks.model_types import DETR_POSE_INPUT, SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together
@@ -56,7 +58,7 @@ def test_where_no_network_by_name_is_there_best_is_balanced_and_one_line_says_wh
                         movenet_thunder=ThunderNetwork())
     assert Detector(build(DetectorSettings, {'mode': 'best'}), networks).recipe == MODES['balanced']
     lines = [record.message for record in caplog.records if 'mode best' in record.message]
-    assert len(lines) == 1 and 'get rtmpose_m' in lines[0] and '0.75' in lines[0]
+    assert len(lines) == 1 and 'get NAME' in lines[0] and 'rtmpose_m 0.75 on COCO' in lines[0]
 
 
 def test_the_network_for_crops_counts_first_then_what_searches(installed):
@@ -77,6 +79,47 @@ def test_the_network_for_crops_counts_first_then_what_searches(installed):
 def test_what_is_there_is_used(installed, models, first):
     installed(*models)
     assert chosen()[0] == first
+
+
+class Failing(Networks):
+    """Networks of which some can not be loaded."""
+
+    def __init__(self, *fail):
+        super().__init__(BackendParams(threads=1))
+        self.fail = fail
+
+    def _network(self, model):
+        if model.name in self.fail:
+            raise RefusedError(f'{model.name} is refused')
+        return self._loaded.setdefault(model.name, MovenetNetwork())
+
+
+@pytest.mark.parametrize('rate', [0.0, 0.01])
+@pytest.mark.parametrize('fail, names', [
+    ((), ('rtmo_s', 'large')), (('rtmo_s',), ('boxes', 'large')), (('rtmo_s', 'large'), ('boxes', 'small')),
+    (('rtmo_s', 'large', 'boxes'), ('mobilenet_thin', 'small')),
+    (('rtmo_s', 'large', 'boxes', 'small'), ('mobilenet_thin', 'movenet_thunder'))], ids=str)
+def test_where_a_network_by_name_fails_the_next_best_takes_its_place(installed, monkeypatch, fail, names, rate):
+    monkeypatch.setattr(detector, 'seconds_per_pixel', lambda recipe, networks, threads: dict.fromkeys(networks, 1e-9))
+    installed(LARGE, SMALL, WHOLE, BOXES)
+    networks = Failing(*fail)
+    unit = Detector(build(DetectorSettings, {'mode': 'best', 'target_rate': rate}), networks, FollowingParams())
+    assert (unit.recipe.passes[0].model.name, unit.recipe.refinements[0].model.name) == names
+    assert set(networks.faults) == set(fail) and all(f'{name} is refused' in unit.faults for name in fail)
+
+
+def test_a_network_for_crops_that_fails_ends_it_where_the_user_names_it(installed):
+    installed(WHOLE)
+    with pytest.raises(RefusedError, match='movenet_thunder is refused'):
+        Detector(build(DetectorSettings, {'mode': 'best', 'crop_model': 'movenet_thunder'}), Failing('movenet_thunder'))
+
+
+def test_an_image_that_fills_the_input_has_one_size(installed, monkeypatch):
+    stretched = network('stretched', Decoder.DETR_POSE, DETR_POSE_INPUT, (640, 640))
+    monkeypatch.setattr(recipe_choice, 'find_model', lambda name, folder='': stretched)
+    for values in ({'num_scales': 2}, {'mode': 'accurate'}):
+        first, = recipe_of(DetectorParams(pose_model='stretched', **values)).passes
+        assert first.zooms == (1.0,) and first.opinions == 1
 
 
 def test_a_network_for_crops_that_the_user_names_stays(installed):

@@ -285,7 +285,10 @@ def test_proved_networks_come_best_first_and_no_others(tmp_path, monkeypatch):
         elif change:
             with pytest.raises(ModelError):
                 proof.prove(network, model, path)
+    tried, prove = [], by_name.prove_installed
+    monkeypatch.setattr(by_name, 'prove_installed', lambda model, path: tried.append(model) or prove(model, path))
     assert by_name.proved_models(str(tmp_path)) == (models[0], models[2])
+    assert tried == [models[3]], 'what was refused is not tried again'
     (tmp_path / models[0].name / 'end2end.onnx').write_bytes(b'changed')
     assert by_name.proved_models(str(tmp_path)) == (models[2],)
 

@@ -181,7 +181,8 @@ def look(frame: PreparedImage, people: Sequence[FollowedPerson], chosen: Sequenc
         views = compute_crops(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)
         found = [decode_crop(view, one.model, setup) for view in views]
-        for i, person in zip(chosen, with_crops([result[i] for i in chosen], number, found)):
+        for i, person in zip(chosen, with_crops([result[i] for i in chosen], number, found,
+                                               setup.recipe.sources.known[number])):
             result[i] = person
         if len(views) > 1:  # a single crop takes longer than each of several, which are computed side by side
             runs.append(_run(one.model.name, views, time.perf_counter() - begin))

@@ -25,6 +25,7 @@ from openpose_ros_pkg.ensemble import (
     ENSEMBLE,
     Opinions,
     Sources,
+    mean_scores,
     most_alike,
     person_scores,
     sigmas,
@@ -47,6 +48,9 @@ class CropConstants:
     most_area: float = constant(
         9.0, 'Greatest area of a crop per area of the image: a person close before the camera, or in a long thin '
              'image, shall not take gigabytes.')
+    most_boxes: int = constant(
+        20, 'Boxes of an image in which people are looked for, the surest first, beside those of known people; bounds '
+            'the time.')
     explained: float = constant(
         0.3, 'A box is of a person where both share more of their union.',
         source='rtmlib, pose_tracker.py, tracking_thr')
@@ -142,7 +146,7 @@ def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: S
     around = _enlarged(_boxes(known), PERSON_BOX) if len(known) else np.zeros((0, 4))
     shared = _overlaps(around, boxes)
     pairs = match(1 - shared, shared >= constants.explained)
-    others = np.delete(boxes, [box for _, box in pairs], axis=0)[:recipe.max_refined]
+    others = np.delete(boxes, [box for _, box in pairs], axis=0)[:constants.most_boxes]
     sizes = np.tile(one.size, (len(others), 1))
     in_box = replace(one, margin=one.margin / PERSON_BOX)
     crops = compute_crops(_cut_out(bgr, _regions(others, sizes, in_box, size, constants), sizes, one),
@@ -233,7 +237,8 @@ def refine(frame: PreparedImage, people: Candidates, expected: Optional[Expected
             continue
         track = shared.missing[row - len(refined)]
         on_crops = {number: pose for number, pose in on_crops.items()
-                    if _is_there(pose, tracked.poses[track], tracked.depths[track], frame)}
+                    if mean_scores(pose, recipe.sources.known[number]) >= COVER.sure_joint
+                    and _is_there(pose, tracked.poses[track], tracked.depths[track], frame)}
         if on_crops:
             opinions.append({**of_person, **on_crops})
             keypoints.append(vote_behind(opinions[-1], foreground, recipe))
@@ -267,8 +272,8 @@ def _crop_opinions(frame: PreparedImage, people: np.ndarray, in_front: Sequence[
 
 
 def _is_there(pose: np.ndarray, expected: np.ndarray, depth: float, frame: PreparedImage) -> bool:
-    """Return whether a pose on a crop, (K, 3), is of a person who is expected, and some joints are at the depth."""
-    if pose[:, 2].mean() < COVER.sure_joint or disagreement(pose, expected) > FOLLOWING.agreement:
+    """Return whether a pose on a crop, (K, 3), is where a person is expected, and some joints are at the depth."""
+    if disagreement(pose, expected) > FOLLOWING.agreement:
         return False
     sure = pose[:, 2] >= COVER.sure_joint
     if frame.depth is not None:

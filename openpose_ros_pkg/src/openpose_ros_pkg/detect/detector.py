@@ -23,6 +23,7 @@ from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, pr
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, stacked, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
+from openpose_ros_pkg.networks.by_name import published
 from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
@@ -72,6 +73,18 @@ class Networks:
         self._loaded: Dict[str, Backend] = {}
         self.faults: Dict[str, str] = {}
         self.not_installed: Dict[str, str] = {}
+
+    def load_any(self, recipe: Recipe) -> Optional[Tuple[Recipe, Dict[str, Backend]]]:
+        """Do `load` for a recipe that has others to take its place; None: a network that it needs is a fault."""
+        if any(model.name in self.faults and model.name not in self._loaded for model in recipe.needed):
+            return None
+        try:
+            return self.load(recipe)
+        except (ModelError, ParameterError) as error:
+            failed = next(model.name for model in recipe.needed if model.name not in self._loaded)
+            self.faults[failed] = f'{failed} is not used: {error}'
+            _log.warning('%s', self.faults[failed])
+            return None
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         """Load the networks of a recipe; without a network that is missing, unless it is needed, it computes less.
@@ -256,14 +269,18 @@ class Detector:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
-        if params.mode == BEST and recipes[0].models == MODES['balanced'].models:
-            _log.info('mode best is balanced, as no network by name is installed: `rosrun openpose_ros_pkg '
-                      'openpose_models get rtmpose_m` and `... get rtmo_s` (in a checkout: `./run model get ...`) '
-                      'bring networks with a published AP of 0.75 and 0.69 on COCO; that of mobilenet_thin is 0.28')
         if rate > 0 and len(recipes) > 1:
             recipe, loaded = self._chosen_for(rate, recipes, follows)
         else:
-            recipe, loaded = self._networks.load(recipes[0])
+            *better, last = recipes
+            recipe, loaded = next(filter(None, map(self._networks.load_any, better)), None) or self._networks.load(last)
+        if params.mode == BEST and recipes[0].models == MODES['balanced'].models:
+            _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
+                      'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published AP: '
+                      '%s', published())
+        elif params.mode == BEST:
+            _log.info('mode best is %s with the joint set %s: both depend on the networks that are installed by name',
+                      recipe.description, recipe.skeleton.name)
         if rate > 0 and not (recipe.refinements and follows):
             with self.lock:  # the same networks may be computing frames
                 recipe = fitted_to_rate(recipe, loaded, rate, self.threads)
@@ -278,8 +295,9 @@ class Detector:
                 return seconds_per_pixel(recipe, networks, self.threads)
 
         share = followed_share if follows else full_search_share
-        choice = chosen_for_rate(recipes, self._networks.load, measure, lambda recipe, pace: share(recipe, pace, rate))
-        return choice.recipe, choice.networks
+        choice = chosen_for_rate(recipes, self._networks.load_any, measure,
+                                 lambda recipe, pace: share(recipe, pace, rate))
+        return self._networks.load(recipes[-1]) if choice is None else (choice.recipe, choice.networks)
 
 
 def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:

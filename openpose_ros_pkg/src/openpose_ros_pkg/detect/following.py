@@ -12,6 +12,7 @@ from openpose_ros_pkg.ensemble import (
     ENSEMBLE,
     EnsembleConstants,
     extent,
+    mean_scores,
     medians,
     person_scores,
     similarity,
@@ -288,8 +289,13 @@ def _moved(poses: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     return np.concatenate([places, poses[..., 2:]], axis=2)
 
 
-def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[Poses]) -> List[FollowedPerson]:
-    """Return people after a source saw a crop of each, with the first of the poses there that is the person."""
+def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[Poses], known: np.ndarray
+               ) -> List[FollowedPerson]:
+    """Return people after a source saw a crop of each, with the first of the poses there that is the person.
+
+    Args:
+        known: (K,) bool, the joints that the source can tell of.
+    """
     poses = np.concatenate([of_person.keypoints for of_person in found]) if found else np.zeros((0, 0, 3))
     if not len(poses):
         return [replace(person, opinions={**person.opinions, number: None}) for person in people]
@@ -297,7 +303,7 @@ def with_crops(people: Sequence[FollowedPerson], number: int, found: Sequence[Po
     points = joined_points(*((of_person.points, len(of_person.keypoints)) for of_person in found))
     apart = disagreement(poses, np.stack([person.expected for person in people])[owners])
     new = np.array([person.memory is None for person in people])[owners]
-    sure = (poses[..., 2].mean(axis=1) >= COVER.sure_joint) & (
+    sure = (mean_scores(poses, known) >= COVER.sure_joint) & (
         apart <= np.array([person.agreed for person in people])[owners])
     first = {owners[i]: i for i in np.flatnonzero(new | sure)[::-1].tolist()}
     result = []

@@ -82,7 +82,10 @@ def _adjusted(recipe: Recipe, params: DetectorParams) -> Recipe:
     mirror = first.mirror
     if params.mirror != 'auto':
         mirror = params.mirror == 'always' and first.model.decoder == Decoder.PAF
-    first = replace(first, box=_wanted_box(params, first.box), zooms=wanted_zooms(params, first.zooms), mirror=mirror)
+    zooms = wanted_zooms(params, first.zooms)
+    if first.model.input.stretched and first.model.input.fixed_size:
+        zooms = (1.0,)  # the image fills the input
+    first = replace(first, box=_wanted_box(params, first.box), zooms=zooms, mirror=mirror)
     recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
     if params.look_closer == 0:
         return replace(recipe, refinements=())
@@ -93,6 +96,11 @@ def _networks_of(params: DetectorParams) -> Sequence[Recipe]:
     """Return the recipes of the networks that the parameters name, the most accurate first."""
     crop = crop_of(_model(params, 'crop_model')) if params.crop_model else None
     model = None if params.pose_model in (AUTO, 'COCO') else _model(params, 'pose_model')
+    unused = 'pose_model' if model and model.decoder == Decoder.SIMCC else 'crop_model' if crop else ''
+    if params.look_closer == 0 and unused and not (model and model.decoder == Decoder.BOXES):
+        raise ParameterError(f"parameters '{unused}', 'look_closer' = {getattr(params, unused)!r}, 0 are not allowed: "
+                             'a network for crops would see none; set look_closer to -1, or to a number of people',
+                             'look_closer')
     if model is None:
         return _of_mode(params, crop)
     if model.decoder != Decoder.SIMCC:
@@ -120,7 +128,8 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
 
     The published AP of networks for crops falls by 0.02 behind the smallest network of boxes (mmpose, projects/rtmpose,
     RTMPose-m: 0.753 and 0.732), and that of RTMPose-m and RTMPose-s differ by more: the network for crops counts first,
-    then what searches the image, those by name before the balanced mode's. Last come the faster ones of that mode.
+    then what searches the image, those by name before the balanced mode's. Last come the faster ones of that mode. The
+    networks have the order of `BY_NAME`, whose AP are of several sets of images.
 
     Args:
         named: the crop that the user wants; None: the best ones.
@@ -133,13 +142,11 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
     recipes = [recipe for crop in crops for recipe in (
         *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]
     if named is None:  # Thunder brings nothing to boxes and to people of better networks; there it only follows
-        recipes += [_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params) for one in searchers
-                    if one.decoder != Decoder.BOXES]
+        recipes += [replace(_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params), named=())
+                    for one in searchers if one.decoder != Decoder.BOXES]
         recipes.append(MODES['balanced'])
     recipes += [_refined_by(crop, faster) for faster in FASTER[1:] for crop in crops]
-    # a network that is there by chance and fails is a fault, not the end
-    return [replace(recipe, named=(), spare=(THUNDER_CROP,)) if recipe.named and named is None else recipe
-            for recipe in recipes] + [*FASTER[1:]] * (named is None)
+    return [*recipes, *FASTER[1:]] if named is None else recipes
 
 
 def _model(params: DetectorParams, name: str) -> Model:
@@ -200,26 +207,34 @@ class Choice(NamedTuple):
     share: float
 
 
-def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Tuple[Recipe, Dict[str, Backend]]],
+def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional[Tuple[Recipe, Dict[str, Backend]]]],
                     measure: Callable[[Recipe, Dict[str, Backend]], Dict[str, float]],
-                    taken: Callable[[Recipe, Dict[str, float]], float]) -> Choice:
+                    taken: Callable[[Recipe, Dict[str, float]], float]) -> Optional[Choice]:
     """Return the first recipe that is computed fast enough, else the fastest; each network is measured once.
 
     Args:
         recipes: the most accurate first.
-        load: the networks of a recipe, which may become another one, see `Networks.load`.
+        load: the networks of a recipe, which may become another one, see `Networks.load_any`.
         measure: what networks take for a pixel of their input [s].
         taken: the share of the allowed time that a recipe takes, with that time of its networks.
+
+    Returns:
+        None where no recipe can be loaded.
     """
     pace: Dict[str, float] = {}
     tried: List[Choice] = []
     for wanted in recipes:
-        recipe, networks = load(wanted)
+        loaded = load(wanted)
+        if loaded is None:
+            continue
+        recipe, networks = loaded
         unknown = {name: network for name, network in networks.items() if name not in pace}
         pace.update(measure(recipe, unknown) if unknown else {})
         tried.append(Choice(recipe, networks, taken(recipe, pace)))
         if tried[-1].share <= 1:
             break
+    if not tried:
+        return None
     chosen = min(tried, key=lambda choice: max(choice.share, 1.0))
     _log.info('of %d sets of networks %s is the most accurate that reaches the rate%s', len(recipes),
               chosen.recipe.description, '' if chosen.share <= 1 else

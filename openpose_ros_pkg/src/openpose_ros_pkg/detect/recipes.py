@@ -70,7 +70,8 @@ class DetectorParams(Parameters):
                 'the mode has it.', choices=('auto', 'always', 'never'))
     look_closer: int = parameter(
         -1, 'Crop refinement: maximum number of people that a network sees a second time, each on a crop of the '
-            "image, the surest first; -1: the mode's number, 0 with one network alone.", minimum=-1, maximum=100)
+            "image, the surest first; -1: the mode's number, and with one network alone 0 unless there is a "
+            'crop_model.', minimum=-1, maximum=100)
     target_rate: float = _target_rate(0.0)
 
     def __post_init__(self) -> None:
