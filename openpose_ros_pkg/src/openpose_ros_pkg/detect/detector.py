@@ -276,8 +276,8 @@ class Detector:
             recipe, loaded = next(filter(None, map(self._networks.load_any, better)), None) or self._networks.load(last)
         if params.mode == BEST and recipes[0].models == MODES['balanced'].models:
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
-                      'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published AP: '
-                      '%s', published())
+                      'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published '
+                      'AP: %s', published())
         elif params.mode == BEST:
             _log.info('mode best is %s with the joint set %s: both depend on the networks that are installed by name',
                       recipe.description, recipe.skeleton.name)
