@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+import contextlib
 import math
 from typing import NamedTuple
 
@@ -12,10 +13,11 @@ from openpose_ros_msgs.msg import PersonGesture, PersonSignalsArray
 from std_msgs.msg import Header
 from tf2_geometry_msgs import do_transform_point, do_transform_vector3
 
-LATE, LOST = 0.7, 1.5  # [s] without signals; without the person
+LATE, LOST = 0.7, 1.5  # [s] without signals; without the person, or its place
 MOVED, TURNED, PAUSE = 0.3, 0.5, 1.0  # [m], [rad] of the goal, and [s] between two goals
 SURE = 0.8  # [rad] greatest error of the facing
 RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
+TAKEN = (GoalStatus.PREEMPTED, GoalStatus.RECALLED)  # by another program or an operator
 
 
 class Place(NamedTuple):
@@ -32,6 +34,8 @@ class ApproachPerson:
     def __init__(self):
         self.distance = rospy.get_param('~distance', 1.2)  # [m] from the person
         self.wanted = rospy.get_param('~person', 'wave')  # 'wave', 'nearest' or a person_ID
+        if self.wanted not in ('wave', 'nearest') and not str(self.wanted).isdigit():
+            raise SystemExit(f"~person is '{self.wanted}', expected wave, nearest or a person_ID")
         self.frame = rospy.get_param('~frame', 'map')
         self.buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.buffer)
@@ -49,6 +53,7 @@ class ApproachPerson:
 
     def step(self):
         now, message = rospy.Time.now(), self.message
+        self.since = min(self.since, now)  # a simulation may begin again
         if self.goal is not None and self.has_ended(self.move_base.get_state()):
             return
         if message is None or abs((now - message.header.stamp).to_sec()) > LATE:
@@ -58,14 +63,12 @@ class ApproachPerson:
             places = self.places(message)
         except tf2_ros.TransformException as error:
             rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
-            self.lose('no transform')
-            return
+            places = {}
         if self.person is None:
             self.person = self.choice(message, places)
         chosen = [person for person in message.persons if person.person_ID == self.person]
         if any(makes(person, PersonGesture.STOP, rospy.Time()) for person in chosen):
-            self.lose(f'person {self.person} shows stop')
-            self.since = now
+            self.finish(f'person {self.person} shows stop')
         elif self.person in places:
             self.seen = message.header.stamp
             self.approach(places[self.person][0], now)
@@ -119,18 +122,24 @@ class ApproachPerson:
             return False
         self.goal = None
         if state == GoalStatus.SUCCEEDED:
-            rospy.loginfo(f'before person {self.person}')
-            self.person, self.since = None, rospy.Time.now()
-            if self.wanted != 'wave':
-                rospy.signal_shutdown('reached')
+            self.finish(f'before person {self.person}')
+        elif state in TAKEN:
+            self.finish('move_base was given another goal, or none')
         else:  # the place in front cannot be reached: next time from the robot's own side, and in turn
             self.in_front = not self.in_front
         return True
 
+    def finish(self, why):
+        """Wait for a new wave, or end."""
+        self.lose(why)
+        self.since = rospy.Time.now()
+        if self.wanted != 'wave':
+            rospy.signal_shutdown(why)
+
     def lose(self, why):
         """Cancel the goal and forget the person."""
         if self.person is not None:
-            rospy.logwarn(f'the approach ends: {why}')
+            rospy.loginfo(f'the approach ends: {why}')
         self.cancel()
         self.person, self.in_front = None, True
 
@@ -142,9 +151,7 @@ class ApproachPerson:
 
 rospy.init_node('approach_person')
 node = ApproachPerson()
-try:
-    while not rospy.is_shutdown():
+while not rospy.is_shutdown():
+    with contextlib.suppress(rospy.ROSInterruptException):  # the end, or a simulation that begins again
         node.step()
-        rospy.sleep(0.1)
-except rospy.ROSInterruptException:
-    pass
+    rospy.rostime.wallsleep(0.1)

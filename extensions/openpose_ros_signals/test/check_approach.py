@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[3]
 SIGNALS = 'openpose_ros/skeleton_3d/people_signals'
 ROBOT = (-1.0, 1.0)  # of base_link in the map [m]
 PROGRAMS = {'waves': (), 'ends': (), 'reached': ('_distance:=2.0',), 'nearest': ('_person:=nearest',),
-            'aborted': ('_person:=7',)}  # arguments of the programs, by namespace
+            'aborted': ('_person:=7',), 'taken': ()}  # arguments of the programs, by namespace
 
 
 class StandInMoveBase:
@@ -61,17 +61,21 @@ class StandInMoveBase:
 class Robot(threading.Thread):
     """Says in tf where base_link stands in the map."""
 
+    silent = False
+
     def run(self):
         broadcaster = tf2_ros.TransformBroadcaster()
         while not rospy.core.is_shutdown_requested():
+            rospy.rostime.wallsleep(0.05)
+            if self.silent:
+                continue
             broadcaster.sendTransform(TransformStamped(
                 Header(stamp=rospy.Time.now(), frame_id='map'), 'base_link',
                 Transform(Vector3(*ROBOT, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))))
-            rospy.rostime.wallsleep(0.05)
 
 
 def stands(number, x, y, facing=None, *gestures):
-    """Return the signals in odom of a person at a place of the map who faces a direction of it [rad]; None: hidden."""
+    """Return the signals in odom of a person at a place of the map; facing: direction in it [rad], None: hidden."""
     values = {} if facing is None else {
         'body_facing': Vector3(np.sin(facing), -np.cos(facing), 0.0), 'body_facing_sigma': 0.2}
     return does(number, y - 2.0, 1.0 - x, 1.1, *gestures, **values)  # odom is at (1, 2), turned by 90 degrees
@@ -81,7 +85,8 @@ class ApproachTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_approach')
-        Robot(daemon=True).start()
+        cls.robot = Robot(daemon=True)
+        cls.robot.start()
         cls.move_bases = {name: StandInMoveBase(f'/{name}') for name in PROGRAMS}
         cls.children = {name: subprocess.Popen([str(ROOT / 'examples/approach_person.py'), f'__ns:=/{name}', *each])
                         for name, each in PROGRAMS.items()}
@@ -101,7 +106,7 @@ class ApproachTest(unittest.TestCase):
     def test_the_page_names_the_program(self):
         self.assertIn('(../examples/approach_person.py)', (ROOT / 'docs/planners.md').read_text())
 
-    def test_a_person_who_waved_walks_turns_and_is_lost(self):
+    def test_after_a_wave_the_person_walks_turns_and_is_lost(self):
         _, move_base, feed = self.program('waves')
         wave, other = told(PersonGesture.WAVE), stands(1, 0.0, 1.0, 0.0)
         with feed:
@@ -124,6 +129,13 @@ class ApproachTest(unittest.TestCase):
             goals = len(move_base.goals)
             feed.send(signals(other, does(2)), frames=10)  # hidden for half a second
             self.assertEqual(move_base.cancelled, 0)
+            feed.send(signals(other, stands(2, 4.0, 3.3, np.pi / 2)), frames=5)
+            self.robot.silent = True  # and tf late by as much
+            feed.send(feed.make, frames=10)
+            self.robot.silent = False
+            feed.send(feed.make, frames=10)
+            self.assertEqual(move_base.cancelled, 0)
+            goals = len(move_base.goals)
             feed.send(signals(other))
             await_true(lambda: move_base.cancelled == 1, 'the goal is cancelled')
             feed.send(signals(other, stands(2, 4.0, 1.0, np.pi)), frames=10)  # is back, and did not wave
@@ -156,7 +168,7 @@ class ApproachTest(unittest.TestCase):
             child.terminate()  # a program that ends leaves no goal
             await_true(lambda: move_base.cancelled == 2, 'the goal is cancelled')
 
-    def test_the_nearest_person_whose_facing_is_hidden(self):
+    def test_the_nearest_person_with_hidden_facing(self):
         child, move_base, feed = self.program('nearest')
         with feed:
             feed.send(signals(stands(1, 6.0, 1.0, np.pi), stands(2, 2.0, 5.0), does(3)))
@@ -167,7 +179,7 @@ class ApproachTest(unittest.TestCase):
             self.assertEqual(child.wait(PATIENCE), 0)
 
     def test_where_move_base_gives_up_the_robots_own_side_is_next(self):
-        _, move_base, feed = self.program('aborted')
+        child, move_base, feed = self.program('aborted')
         with feed:
             feed.send(signals(stands(1, 1.0, 1.0, np.pi), stands(7, 4.0, 1.0, -np.pi / 2)))
             move_base.awaits(1, 4.0, -0.2, np.pi / 2)
@@ -175,6 +187,28 @@ class ApproachTest(unittest.TestCase):
             move_base.awaits(2, 2.8, 1.0, 0.0)
             move_base.server.set_aborted()
             move_base.awaits(3, 4.0, -0.2, np.pi / 2)
+            feed.send(signals(stands(7, 4.0, 1.0, -np.pi / 2, told(PersonGesture.STOP))))
+            self.assertEqual(child.wait(PATIENCE), 0)
+            await_true(lambda: move_base.cancelled == 1, 'the goal is cancelled')
+            self.assertEqual(len(move_base.goals), 3)
+
+    def test_another_goal_of_move_base_stays(self):
+        _, move_base, feed = self.program('taken')
+        waves = stands(2, 4.0, 1.0, np.pi, told(PersonGesture.WAVE))
+        with feed:
+            feed.send(signals(waves))
+            move_base.awaits(1, 2.8, 1.0, 0.0)
+            move_base.server.set_preempted()  # as where an operator gives another one
+            feed.send(signals(waves), frames=30)
+            move_base.awaits(1, 2.8, 1.0, 0.0)
+            feed.send(signals(stands(2, 4.0, 1.0, np.pi, told(PersonGesture.WAVE, since=rospy.Time.now()))))
+            move_base.awaits(2, 2.8, 1.0, 0.0)
+
+    def test_a_person_that_can_not_be_is_refused(self):
+        done = subprocess.run([str(ROOT / 'examples/approach_person.py'), '__ns:=/refused', '_person:=John'],
+                              stderr=subprocess.PIPE, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("'John', expected wave, nearest or a person_ID", done.stderr)
 
 
 if __name__ == '__main__':
