@@ -12,7 +12,8 @@ the outputs (`stand_ins.py`): MultiPose's for networks of the whole image, Thund
 computes for this, of inputs that it has not seen yet, is recorded and computed again as well. Networks of crops run
 behind the searchers of the mode `balanced`; for boxes (YOLOX) Thunder is the crop network. With all threads the rest of
 the chain takes time from the networks where the machine has no other cores; --threads below the number of cores shows
-what the pipeline alone leaves open.
+what the pipeline alone leaves open. `computing`: share of the time in which a network computes; what is missing to 1 is
+decoding and cutting between passes, and what the share is below it is cores and memory that others use meanwhile.
 
     ./run bench networks rate FOLDER/rtmo_s.onnx FOLDER/rtmpose_m.onnx
     ./run bench networks rate FOLDER/*.onnx --threads 1 --precision auto
@@ -42,11 +43,12 @@ NODE = ROOT / 'development/benchmarks/networks/node.py'
 
 
 class Row(NamedTuple):
-    """What was measured in a round: seconds, results and their people, seconds of the same passes alone."""
+    """What was measured in a round: seconds, results and their people, seconds of the passes in it and alone."""
 
     seconds: float
     results: int
     people: float
+    computing: float
     alone: float
     stages: Dict[str, float]
 
@@ -82,7 +84,7 @@ def measure_round(session: Session, folder: Path, file: Path, threads: int, opti
     begin, end = seen.arrivals[0], seen.arrivals[-1]
     calls = [call for call in read_calls(calls_file) if begin < call.end <= end]
     return Row(end - begin, len(seen.arrivals) - 1, float(np.mean(seen.people)),
-               seconds_alone(calls, file, threads, options.precision), seen.stages)
+               sum(call.seconds for call in calls), seconds_alone(calls, file, threads, options.precision), seen.stages)
 
 
 def seconds_alone(calls: List[Call], file: Path, threads: int, precision: str) -> float:
@@ -100,7 +102,7 @@ def seconds_alone(calls: List[Call], file: Path, threads: int, precision: str) -
         else:
             networks[call.network].infer(inputs[0])
 
-    for call in {repr(call[1:]): call for call in calls}.values():
+    for call in {repr(call[1:4]): call for call in calls}.values():
         compute(call)  # compiled now
     begin = time.perf_counter()
     for call in calls:
@@ -122,14 +124,17 @@ def measure(session: Session, folder: Path, options: argparse.Namespace) -> List
                 row = measure_round(session, folder, file, threads, options)
                 measured.setdefault((file.stem, threads), []).append(row)
                 print(f'round {number + 1}: {file.stem}, {threads} threads: {row.results / row.seconds:.1f} Hz, '
-                      f'{row.people:.1f} people, {row.alone / row.seconds:.3f} of the networks alone; stages [ms]: ',
+                      f'{row.people:.1f} people, {row.alone / row.seconds:.3f} of the networks alone, computing '
+                      f'{row.computing / row.seconds:.3f} of the time; stages [ms]: ',
                       ', '.join(f'{name} {value:.1f}' for name, value in row.stages.items()), flush=True)
-    rows: List[List[object]] = [['network', 'threads', 'chain [Hz]', 'networks alone [Hz]', 'share', 'least', 'people']]
+    rows: List[List[object]] = [['network', 'threads', 'chain [Hz]', 'networks alone [Hz]', 'share', 'least',
+                                 'computing', 'people']]
     for (name, threads), rounds in measured.items():
         shares = [row.alone / row.seconds for row in rounds]
         rows.append([name, threads, f'{np.median([row.results / row.seconds for row in rounds]):.1f}',
                      f'{np.median([row.results / row.alone for row in rounds]):.1f}', f'{np.median(shares):.3f}',
-                     f'{min(shares):.3f}', f'{np.mean([row.people for row in rounds]):.1f}'])
+                     f'{min(shares):.3f}', f'{np.median([row.computing / row.seconds for row in rounds]):.3f}',
+                     f'{np.mean([row.people for row in rounds]):.1f}'])
     print(f'\n{options.precision}, camera {options.rate:g} Hz, T = {min(units):.1f} - {max(units):.1f} ms, '
           f'{os.cpu_count()} cores\n\n{markdown(rows)}', flush=True)
     return []

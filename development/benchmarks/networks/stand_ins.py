@@ -31,6 +31,7 @@ class Call(NamedTuple):
     network: str
     shapes: List[Tuple[int, ...]]  # of each image
     together: bool  # by `infer_many`
+    seconds: float  # that it took [s]
 
 
 class Recorder:
@@ -41,13 +42,15 @@ class Recorder:
         self.name, self.description, self.fallback = network.name, network.description, network.fallback
 
     def infer(self, images: np.ndarray) -> Outputs:
-        outputs = self._network.infer(images)
-        self._calls.append(Call(time.monotonic(), self._title, [images.shape], False))
-        return outputs
+        return self._recorded(self._network.infer, images, [images.shape])
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Outputs]:
-        outputs = self._network.infer_many(images)
-        self._calls.append(Call(time.monotonic(), self._title, [image.shape for image in images], True))
+        return self._recorded(self._network.infer_many, images, [image.shape for image in images])
+
+    def _recorded(self, call: Callable[[Any], Any], images: Any, shapes: List[Tuple[int, ...]]) -> Any:
+        begin = time.monotonic()
+        outputs, end = call(images), time.monotonic()
+        self._calls.append(Call(end, self._title, shapes, call == self._network.infer_many, end - begin))
         return outputs
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from networks.stand_ins import ANSWERS, Call, StandIn, _smaller, _square, read_calls, write_calls
+from networks.stand_ins import ANSWERS, Call, Recorder, StandIn, _smaller, _square, read_calls, write_calls
 from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.networks.model_registry import MODELS
@@ -89,7 +89,19 @@ def test_each_input_is_computed_once_by_movenet_and_each_time_by_the_network():
     assert (len(network.images), len(teacher.images)) == (4, 2)
 
 
+def test_passes_are_recorded_with_their_images():
+    calls = []
+    network = Recorder('rtmo_s.onnx', Network(np.zeros((1, 0, 5))), calls)
+    image = np.zeros((1, 8, 16, 3), np.uint8)
+    network.infer(image)
+    network.infer_many([image, image])
+    assert [call[1:4] for call in calls] == [('rtmo_s.onnx', [(1, 8, 16, 3)], False),
+                                             ('rtmo_s.onnx', 2 * [(1, 8, 16, 3)], True)]
+    assert all(0 <= call.seconds < call.end for call in calls)
+
+
 def test_calls_are_read_as_they_were_written(tmp_path):
-    calls = [Call(1.5, 'rtmo_s.onnx', [[1, 640, 640, 3]], False), Call(2.5, 'a', [[1, 8, 8, 3], [1, 8, 8, 3]], True)]
+    calls = [Call(1.5, 'rtmo_s.onnx', [[1, 640, 640, 3]], False, 0.2),
+             Call(2.5, 'a', [[1, 8, 8, 3], [1, 8, 8, 3]], True, 0.1)]
     write_calls(calls, tmp_path / 'calls.txt')
     assert read_calls(tmp_path / 'calls.txt') == calls
