@@ -19,6 +19,7 @@ from openpose_ros_pkg.networks.backends.compiled_cache import CompiledCache
 from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.model_types import skeleton_of
 from openpose_ros_pkg.networks.network_file import Graph, recognized
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.networks.web_archive import DownloadLimits, zip_member
 from openpose_ros_pkg.people import People2D
@@ -92,6 +93,7 @@ NAMES = ('dets', 'keypoints', 'labels', 'scores', 'simcc_x', 'simcc_y', 'pred_lo
 IMAGES = st.one_of(SHAPES, st.tuples(st.sampled_from((None, 1)), st.just(3), SIZES, SIZES))
 
 
+@example((1, 3, 640, 640), [()], {'scores': (1, 60), 'labels': (1, 60), 'keypoints': (1, 60, 17, 2)})
 @given(IMAGES, st.lists(SHAPES, max_size=2), st.dictionaries(st.sampled_from(NAMES), SHAPES, max_size=4))
 def test_shapes_of_networks(image, others, outputs):
     model = survives(recognized, Path('/nets/mine.onnx'), Graph([image, *others], outputs), size=1000,
@@ -127,7 +129,8 @@ def test_numbers_that_networks_give(form, people, seed, scale, odd):
         return
     model = replace(MODELS['rtmo_m'], decoder=decoder, points=points, skeleton=skeleton_of(points))
     with np.errstate(all='ignore'):
-        poses = survives(decode_direct, outputs, model, DirectDecodeParams(), size, size=1 << 16)
+        poses = survives(decode_direct, outputs, model, DirectDecodeParams(), ImageToNet(size, size, size),
+                         size=1 << 16)
     found = People2D(model.skeleton, poses.keypoints, poses.scores, np.full(len(poses.scores), -1), points=poses.points)
     assert found.present.any(axis=1).all() and np.isfinite(found.scores).all()
     assert poses.sigmas is None or poses.sigmas.shape == (len(found), 18, 2)

@@ -9,6 +9,8 @@ import numpy as np
 SIMCC = {'body': (17, (192, 256)), 'feet': (26, (192, 256)), 'whole_body': (133, (192, 256)), 'large': (17, (288, 384))}
 DETR_QUERIES, DETR_SIZE = 60, (640, 640)
 RF_QUERIES, RF_CLASSES, RF_SIZE = 100, 91, (576, 576)
+# (width, height) of images that fill the input, whatever its aspect.
+IMAGES = ((640, 480), (1280, 720))
 YOLOX_SIZE, YOLOX_CELLS = (416, 416), 3549
 
 

@@ -34,7 +34,7 @@ def message(*fields):
 
 # --- ONNX -----------------------------------------------------------------------------------------------------------
 
-FLOAT, UINT8, INT64 = 1, 2, 7
+FLOAT, UINT8, INT32, INT64, FLOAT16 = 1, 2, 6, 7, 10
 
 
 def onnx_tensor(name, array):

@@ -50,7 +50,7 @@ def input_of_simcc() -> Arrays:
 
 
 def detr_pose(checkout: Path) -> Arrays:
-    """DETRPose's PostProcess as its exported files have it, for the size of the input and for shares of it."""
+    """DETRPose's PostProcess as its exported files have it, for sizes of images and for shares of them."""
     path = checkout / 'src/models/detrpose/postprocesses.py'
     spec: Any = importlib.util.spec_from_file_location('postprocesses', path)
     module = importlib.util.module_from_spec(spec)
@@ -58,7 +58,7 @@ def detr_pose(checkout: Path) -> Arrays:
     decode = module.PostProcess(num_select=makers_tensors.DETR_QUERIES, num_body_points=17).deploy()
     logits, joints = map(torch.from_numpy, makers_tensors.detr_pose())
     arrays = {}
-    for name, size in (('pixels', makers_tensors.DETR_SIZE), ('shares', (1, 1))):
+    for name, size in (*((str(size[0]), size) for size in makers_tensors.IMAGES), ('shares', (1, 1))):
         results = decode({'pred_logits': logits, 'pred_keypoints': joints}, torch.tensor([size]))
         arrays.update({f'detr_{name}_{part}': array.numpy()[0]
                        for part, array in zip(('scores', 'labels', 'joints'), results)})
@@ -66,19 +66,21 @@ def detr_pose(checkout: Path) -> Arrays:
 
 
 def rf_detr() -> Arrays:
-    """rfdetr 1.11.2, PostProcess of the keypoint preview, and its covariances in pixels of the input."""
+    """rfdetr 1.11.2, PostProcess of the keypoint preview, and its covariances in pixels of images."""
     from rfdetr.models.postprocess import PostProcess
     from rfdetr.utilities.keypoints import precision_cholesky_to_pixel_covariance
     boxes, logits, points = map(torch.from_numpy, makers_tensors.rf_detr())
-    width, height = makers_tensors.RF_SIZE
+    arrays = {}
     decode = PostProcess(num_select=makers_tensors.RF_QUERIES, num_keypoints_per_class=[17])
-    result, = decode({'pred_logits': logits, 'pred_boxes': boxes, 'pred_keypoints': points},
-                     torch.tensor([[height, width]]))
-    person = result['labels'] == 0
-    sizes = np.tile([float(height), float(width)], (int(person.sum()), 1))
-    return {'rf_scores': result['scores'][person].numpy(), 'rf_joints': result['keypoints'][person].numpy(),
-            'rf_covariances': precision_cholesky_to_pixel_covariance(
-                result['keypoint_precision_cholesky'][person].numpy(), sizes)}
+    for width, height in makers_tensors.IMAGES:
+        result, = decode({'pred_logits': logits, 'pred_boxes': boxes, 'pred_keypoints': points},
+                         torch.tensor([[height, width]]))
+        person = result['labels'] == 0
+        sizes = np.tile([float(height), float(width)], (int(person.sum()), 1))
+        arrays.update({'rf_scores': result['scores'][person].numpy(), f'rf_{width}_joints': result['keypoints'][
+            person].numpy(), f'rf_{width}_covariances': precision_cholesky_to_pixel_covariance(
+                result['keypoint_precision_cholesky'][person].numpy(), sizes)})
+    return arrays
 
 
 def yolox() -> Arrays:

@@ -4,7 +4,7 @@ from typing import Dict, Mapping, NamedTuple, cast
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 
 from common import ROOT
-from openpose_ros_pkg.networks.model_registry import MODELS
+from openpose_ros_pkg.networks.model_registry import MOBILENET_AP, MODELS
 from openpose_ros_pkg.networks.model_types import WebArchive
 from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, save_figure, tidy_axes
 from results.machine import made
@@ -32,7 +32,7 @@ def _ap(name: str) -> float:
 # By the name of the file that `make_random.py` writes, or of a default network. Those without an entry have no such AP:
 # MoveNet MultiPose, networks for 26 and 133 points (other sets), YOLOX (boxes). Not all of them are measured.
 PUBLISHED: Dict[str, Published] = {
-    'mobilenet_thin': Published('mobilenet_thin (default)', 0.281, 'tf-pose-estimation, README, COCO val2014'),
+    'mobilenet_thin': Published('mobilenet_thin (default)', MOBILENET_AP, 'tf-pose-estimation, README, COCO val2014'),
     'rtmpose_t': Published('RTMPose-t', 0.659, _RTMPOSE),
     'rtmpose_s': Published('RTMPose-s', _ap('rtmpose_s'), _RTMPOSE),
     'rtmpose_m': Published('RTMPose-m', _ap('rtmpose_m'), _RTMPOSE),

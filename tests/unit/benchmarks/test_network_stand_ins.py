@@ -9,6 +9,7 @@ from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.model_types import Decoder
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 
 SIZE = (640, 384)
@@ -38,7 +39,8 @@ def decoded(decoder, network, teacher, size, fit=_smaller):
     """Return joints of COCO's 17 that are found in an image of a size (width, height)."""
     stand_in = StandIn(network, teacher, fit, ANSWERS[decoder])
     outputs = stand_in.infer(np.zeros((1, size[1], size[0], 3), np.uint8))
-    people = decode_direct([output[0] for output in outputs], model_of(decoder), DirectDecodeParams(), size)
+    people = decode_direct([output[0] for output in outputs], model_of(decoder), DirectDecodeParams(),
+                           ImageToNet(size, size, size))
     common = [joint for joint in COCO_17.joints if joint in COCO_18.index]
     return people.keypoints[:, [COCO_18.index[joint] for joint in common]], [COCO_17.index[one] for one in common]
 

@@ -7,12 +7,14 @@ import pytest
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.networks.model_registry import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 
 RTMO = MODELS['rtmo_s']
 YOLO = replace(RTMO, decoder='yolo_pose', input=YOLO_INPUT, outputs=())
 SIZE = (256, 192)
+WHOLE = ImageToNet(SIZE, SIZE, SIZE)
 # Pixels of a standing person of 100 px, in COCO's order of the joints.
 STANDING = np.array([
     (50, 10), (53, 7), (47, 7), (57, 9), (43, 9), (62, 25), (38, 25), (68, 42), (32, 42), (70, 58), (30, 58), (58, 60),
@@ -114,8 +116,9 @@ def simcc_outputs(*people):
 
 def decoder(outputs, model):
     """Return what decodes people, as a network gives them."""
-    return lambda *people, params=None, valid=None: decode_direct(
-        outputs(*people), model, params or DirectDecodeParams(), SIZE, valid)
+    def decode(*people, params=None, valid=SIZE):
+        return decode_direct(outputs(*people), model, params or DirectDecodeParams(), ImageToNet(valid, valid, SIZE))
+    return decode
 
 
 DECODERS = {'MoveNet': decoder(movenet_rows, MOVENET_MULTIPOSE), 'RTMO': decoder(rtmo_outputs, RTMO),
@@ -165,7 +168,7 @@ def test_neck_is_between_the_shoulders_and_as_sure_as_the_less_sure(decode):
 def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
     pixels = STANDING.copy()
     pixels[9], pixels[10], pixels[15] = (120.6, 58), (-0.6, 58), (60, 104.4)  # wrists, left ankle
-    keypoints, *_ = decode((pixels, np.full(17, 0.9), 0.9), valid=(0, 0, 121, 105))
+    keypoints, *_ = decode((pixels, np.full(17, 0.9), 0.9), valid=(121, 105))
     assert np.isnan(place(keypoints[0], 'left_wrist')[0]) and np.isnan(place(keypoints[0], 'right_wrist')[0])
     np.testing.assert_allclose(place(keypoints[0], 'left_ankle'), [60, 104.4, 0.9], atol=1e-4)
 
@@ -210,7 +213,7 @@ def test_joints_of_detr_pose_are_as_sure_as_their_person(decode):
     np.testing.assert_allclose(scores, [0.9, 0.8], atol=1e-6)
     for joint, pixel in zip(COCO_17.joints, moved(120, 20)):
         np.testing.assert_allclose(place(keypoints[0], joint), [*pixel, 0.9], atol=1e-4)
-    shown = decode((moved(200, 20), None, 0.9), valid=(0, 0, 250, 192)).keypoints[0]
+    shown = decode((moved(200, 20), None, 0.9), valid=(250, 192)).keypoints[0]
     assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'right_wrist')[0] == pytest.approx(230)
 
 
@@ -227,7 +230,7 @@ def test_the_background_of_old_files_of_rf_detr_is_no_person():
     logits = np.roll(logits, 1, axis=1)
     logits[1] = np.roll(logits[1], -1)  # of the background
     points = np.concatenate([np.full_like(points, 0.5), points], axis=1)
-    poses = decode_direct((boxes, logits, points), replace(RTMO, decoder='rf_detr'), DirectDecodeParams(), SIZE)
+    poses = decode_direct((boxes, logits, points), replace(RTMO, decoder='rf_detr'), DirectDecodeParams(), WHOLE)
     np.testing.assert_allclose(poses.scores, [0.8], atol=1e-4)
     np.testing.assert_allclose(place(poses.keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
 
@@ -242,13 +245,13 @@ def test_simcc_finds_the_one_person_of_a_crop_to_half_a_pixel():
         np.testing.assert_allclose(place(keypoints[0], joint), [*(np.rint(2 * pixel) / 2), score], atol=1e-4)
     np.testing.assert_allclose(place(keypoints[0], 'neck'), [50.5, 25.5, confidence[5]], atol=1e-4)
     assert len(SIMCC((pixels, 0.29, None))[0]) == 0 and len(SIMCC((pixels, 0.31, None))[0]) == 1
-    shown = SIMCC((pixels, confidence, None), valid=(0, 0, 70, 192)).keypoints[0]
+    shown = SIMCC((pixels, confidence, None), valid=(70, 192)).keypoints[0]
     assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'left_elbow')[0] == pytest.approx(68.5)
 
 
 def test_outputs_are_scaled_before_they_are_decoded():
     outputs = [5 * output for output in simcc_outputs((STANDING, 0.9, None))]
-    poses = decode_direct(outputs, replace(RTMO, decoder='simcc', output_scale=0.1), DirectDecodeParams(), SIZE)
+    poses = decode_direct(outputs, replace(RTMO, decoder='simcc', output_scale=0.1), DirectDecodeParams(), WHOLE)
     assert poses.scores[0] == pytest.approx(0.45) and poses.keypoints[0, 0, 2] == pytest.approx(0.45)
 
 
@@ -256,6 +259,6 @@ def test_a_score_of_simcc_is_the_smaller_of_both_maxima_and_one_at_most():
     along_x, along_y = simcc_outputs((STANDING, 0.9, None))
     along_x[3], along_y[4], along_y[5] = along_x[3] * 2, along_y[4] / 3, -1.0
     along_x[3:5], along_y[3] = along_x[3:5] * 1.0, along_y[3] * 1.5
-    poses = decode_direct((along_x, along_y), replace(RTMO, decoder='simcc'), DirectDecodeParams(), SIZE)
+    poses = decode_direct((along_x, along_y), replace(RTMO, decoder='simcc'), DirectDecodeParams(), WHOLE)
     scores = poses.keypoints[0, [COCO_18.index[joint] for joint in COCO_17.joints[3:6]], 2]
     np.testing.assert_allclose(scores, [1.0, 0.3, 0.0], atol=1e-6)

@@ -11,10 +11,11 @@ import pytest
 import makers_tensors
 from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.decode.simcc import hands_and_face
+from openpose_ros_pkg.detect.views import View
 from openpose_ros_pkg.networks.backends.arrays import network_input
 from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, skeleton_of
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.skeletons import COCO_17, POINT_SETS
 
 MAKERS = dict(np.load(str(Path(__file__).parent / 'makers_outputs.npz')))
@@ -22,9 +23,12 @@ MAKERS = dict(np.load(str(Path(__file__).parent / 'makers_outputs.npz')))
 ALL, TOLERANCE = DirectDecodeParams(direct_joint_score=0.0, direct_person_score=1e-6), {'rtol': 1e-5, 'atol': 1e-5}
 
 
-def people(decoder, tensors, size, points=17, params=ALL):
+def people(decoder, tensors, size, points=17, image=None):
+    """People in pixels of an image of a size, None: that of the input, which it fills; and their joint set."""
     model = replace(MODELS['rtmo_s'], decoder=decoder, points=points, skeleton=skeleton_of(points))
-    return decode_direct([tensor[0] for tensor in tensors], model, params, size), model.skeleton
+    view = View(ImageToNet(image or size, size, size))
+    poses = decode_direct([tensor[0] for tensor in tensors], model, ALL, view.plan)
+    return view.in_image(poses, model.skeleton), model.skeleton
 
 
 def joints_in_order(poses, skeleton):
@@ -52,11 +56,6 @@ def test_simcc_as_mmpose(name):
     assert (poses.points is None) == (points != 133)
     if points == 133:
         np.testing.assert_allclose(poses.points[0], expected, **TOLERANCE)
-        parts = hands_and_face(poses.points[0])
-        np.testing.assert_allclose(np.concatenate([parts.face[:68], parts.left_hand, parts.right_hand]), expected[23:],
-                                   **TOLERANCE)
-        for pupil, eye in zip(parts.face[68:], (parts.face[36:42], parts.face[42:48])):
-            np.testing.assert_allclose(pupil, [*eye[:, :2].mean(axis=0), eye[:, 2].min()])
 
 
 def test_scores_of_simcc_are_mmpose_s_which_rtmlib_s_are_not():
@@ -72,36 +71,40 @@ def test_input_of_simcc_as_mmpose():
     np.testing.assert_allclose(ours, MAKERS['simcc_input'], atol=2e-6)
 
 
+@pytest.mark.parametrize('image', makers_tensors.IMAGES)
 @pytest.mark.parametrize('form', ['with its post-processor', 'without', 'not deployed'])
-def test_detr_pose_as_its_makers(form):
+def test_detr_pose_as_its_makers(form, image):
     logits, joints = makers_tensors.detr_pose()
     exported = [MAKERS[f'detr_shares_{part}'][None] for part in ('scores', 'labels', 'joints')]
     tensors = {'with its post-processor': exported, 'without': (logits, joints),
                'not deployed': (logits, joints.reshape(1, -1, 34))}
-    poses, skeleton = people('detr_pose', tensors[form], makers_tensors.DETR_SIZE)
+    poses, skeleton = people('detr_pose', tensors[form], makers_tensors.DETR_SIZE, image=image)
+    theirs = MAKERS[f'detr_{image[0]}_joints']
     # A query comes once for each class there; the second time is the same person.
-    _, first = np.unique(MAKERS['detr_pixels_joints'][:, 0, 0], return_index=True)
+    _, first = np.unique(theirs[:, 0, 0], return_index=True)
     first = np.sort(first)
     found = joints_in_order(poses, skeleton)
     count = len(first)
     assert count > 40 and len(found) >= count  # its 60 pairs of query and class leave queries out, ours takes them all
-    np.testing.assert_allclose(poses.scores[:count], MAKERS['detr_pixels_scores'][first], **TOLERANCE)
-    np.testing.assert_allclose(found[:count, :, :2], MAKERS['detr_pixels_joints'][first], rtol=1e-5, atol=1e-3)
+    np.testing.assert_allclose(poses.scores[:count], MAKERS[f'detr_{image[0]}_scores'][first], **TOLERANCE)
+    np.testing.assert_allclose(found[:count, :, :2], theirs[first], rtol=1e-5, atol=1e-3)
     np.testing.assert_allclose(found[:count, :, 2], np.repeat(poses.scores[:count, None], 17, axis=1))
 
 
-def test_rf_detr_as_its_makers():
-    poses, skeleton = people('rf_detr', makers_tensors.rf_detr(), makers_tensors.RF_SIZE)
+@pytest.mark.parametrize('image', makers_tensors.IMAGES)
+def test_rf_detr_as_its_makers(image):
+    poses, skeleton = people('rf_detr', makers_tensors.rf_detr(), makers_tensors.RF_SIZE, image=image)
     order = np.argsort(-MAKERS['rf_scores'], kind='stable')
     assert len(order) > 50
     np.testing.assert_allclose(poses.scores, MAKERS['rf_scores'][order], **TOLERANCE)
-    np.testing.assert_allclose(joints_in_order(poses, skeleton), MAKERS['rf_joints'][order], rtol=1e-5, atol=1e-3)
-    variances = np.moveaxis(MAKERS['rf_covariances'][order], (2, 3), (0, 1))[[0, 1], [0, 1]]
+    found = joints_in_order(poses, skeleton)
+    np.testing.assert_allclose(found, MAKERS[f'rf_{image[0]}_joints'][order], rtol=1e-5, atol=1e-3)
+    variances = np.moveaxis(MAKERS[f'rf_{image[0]}_covariances'][order], (2, 3), (0, 1))[[0, 1], [0, 1]]
     sigmas = poses.sigmas[:, [skeleton.index[joint] for joint in COCO_17.joints]]
     np.testing.assert_allclose(sigmas, np.sqrt(np.moveaxis(variances, 0, 2)), rtol=1e-4)
 
 
-def test_yolox_as_rtmlib():
+def test_large_boxes_of_yolox_as_rtmlib():
     """Places of rtmlib are from the corner of the first pixel, ours from its middle."""
     found = decode_boxes([tensor[0] for tensor in makers_tensors.yolox_end_to_end()], 0.0, makers_tensors.YOLOX_SIZE)
     expected = MAKERS['yolox_end_to_end']

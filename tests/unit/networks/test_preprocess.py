@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.networks.model_types import InputRecipe
+from openpose_ros_pkg.networks.preprocess import cut, fit_image, fit_recipe
 
 STRIDE = 8
 
@@ -86,3 +87,21 @@ def test_whole_box_gives_inputs_of_one_size(image_size, scaled):
     assert net.shape == (640, 640, 3)
     assert (net[:scaled[1], :scaled[0]] == 0).all()
     assert (net[scaled[1]:] == 200).all() and (net[:, scaled[0]:] == 200).all()
+
+
+@pytest.mark.parametrize('zoom, scaled', [(1.0, (640, 640)), (0.5, (320, 320))])
+def test_an_image_fills_the_input_of_a_network_that_was_trained_so(zoom, scaled):
+    recipe = InputRecipe(fixed_size=(640, 640), stretched=True)
+    plan = fit_recipe((800, 450), recipe, (656, 368), zoom)
+    assert (plan.scaled_size, plan.net_size, plan.offset) == (scaled, (640, 640), (0, 0))
+    np.testing.assert_allclose(plan.to_image(plan.to_net([(0, 0), (799, 449)])), [(0, 0), (799, 449)])
+    free = fit_recipe((800, 450), InputRecipe(stretched=True), (640, 640), zoom)
+    assert free == fit_image((800, 450), 640, 640, 8, zoom)
+
+
+def test_a_part_reaches_beyond_the_image():
+    image = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+    part = cut(image, (-1, -2, 5, 7), 7)
+    assert part.shape == (7, 5, 3) and (part[2:4, 1:4] == image).all() and (part[[0, 1, 4, 5, 6]] == 7).all()
+    assert (cut(image, (1, 0, 2, 1), 7) == image[:1, 1:]).all()
+    assert (cut(image, (-1, 0, 4, 2), None)[:, 0] == image[:, 0]).all()

@@ -2,7 +2,7 @@
 import pytest
 
 from development import set_up, workspace
-from openpose_ros_pkg.networks.model_registry import BY_NAME
+from openpose_ros_pkg.networks.model_registry import BY_NAME, MOBILENET_AP
 from openpose_ros_pkg.networks.models import find_model
 
 
@@ -51,3 +51,4 @@ def test_one_line_says_what_a_network_by_name_would_gain(monkeypatch, capsys, in
     assert installed or ('./run model get rtmpose-m' in lines[1] and '0.75 as published' in lines[1])
     best = find_model(set_up.BETTER_MODEL)
     assert best is BY_NAME[0] and f'{best.source.published_ap:.2f}' == f'{set_up.BETTER_AP:.2f}'
+    assert f'{MOBILENET_AP:.2f}' == f'{set_up.MOBILENET_AP:.2f}'

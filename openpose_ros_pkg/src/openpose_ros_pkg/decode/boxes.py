@@ -87,3 +87,11 @@ def without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np
     sides = boxes[:, 2:] - boxes[:, :2]
     kept = cv2.dnn.NMSBoxes(np.hstack([boxes[:, :2], sides]).tolist(), scores.tolist(), 0.0, overlap)
     return np.asarray(kept, np.int64).ravel()
+
+
+def overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the shares of their union that boxes, (N, 4) and (M, 4) x1, y1, x2, y2, have in common, (N, M)."""
+    low = np.maximum(one[:, None, :2], other[:, :2])
+    common = np.maximum(np.minimum(one[:, None, 2:], other[:, 2:]) - low, 0).prod(axis=2)
+    areas = [np.maximum(boxes[:, 2:] - boxes[:, :2], 0).prod(axis=1) for boxes in (one, other)]
+    return common / np.maximum(areas[0][:, None] + areas[1] - common, 1e-9)

@@ -4,7 +4,7 @@ All give COCO's 17 joints, SimCC also more. Those of other joint sets that are n
 neck, which is the middle between the shoulders and as sure as the less sure of them.
 """
 from dataclasses import dataclass
-from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, NamedTuple, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from openpose_ros_pkg.decode.simcc import decode_simcc
 from openpose_ros_pkg.ensemble import sigmas as joint_sigmas
 from openpose_ros_pkg.ensemble import similarity, surest
 from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import WHOLE_BODY_POINTS, Poses, keypoints_in
@@ -68,11 +69,13 @@ DIRECT = DirectConstants()
 
 
 class _Kind(NamedTuple):
-    """A decoder, and the names of its constants."""
+    """A decoder, the names of its constants, and what its places are."""
 
     decode: Callable[..., Decoded]
     person: str  # least score
     overlap: str = ''  # greatest overlap of boxes, of decoders that compare them
+    # whether places are shares of the image's size in its pixels, not of the input's
+    of_image: bool = False
 
 
 _KINDS: Dict[str, _Kind] = {
@@ -81,20 +84,18 @@ _KINDS: Dict[str, _Kind] = {
     Decoder.RTMO: _Kind(decode_rtmo, 'rtmo_person', 'rtmo_overlap'),
     Decoder.YOLO_POSE: _Kind(decode_yolo, 'yolo_person', 'yolo_overlap'),
     Decoder.SIMCC: _Kind(decode_simcc, 'simcc_person'),
-    Decoder.DETR_POSE: _Kind(decode_detr_pose, 'detr_pose_person'),
-    Decoder.RF_DETR: _Kind(decode_rf_detr, 'rf_detr_person')}
+    Decoder.DETR_POSE: _Kind(decode_detr_pose, 'detr_pose_person', of_image=True),
+    Decoder.RF_DETR: _Kind(decode_rf_detr, 'rf_detr_person', of_image=True)}
 
 
-def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, net_size: Tuple[int, int],
-                  valid: Optional[Tuple[int, int, int, int]] = None, constants: DirectConstants = DIRECT) -> Poses:
+def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, seen: ImageToNet,
+                  constants: DirectConstants = DIRECT) -> Poses:
     """Turn the outputs for one image into people.
 
     Args:
         outputs: float32, as `Backend.infer` gives them, without the first axis (the image).
         model: tells the decoder and the joints that are wanted.
-        net_size: (width, height) of the network's input [px].
-        valid: left, top, width and height of the image within it [px]; joints in the padding beyond are missing.
-            None: all of it.
+        seen: how the image lies in the network's input; joints in the padding beyond are missing.
 
     Returns:
         People in pixels of the network's input, the surest first. Each has a joint. With all points that the network
@@ -104,9 +105,12 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     if model.output_scale != 1:
         outputs = [output * np.float32(model.output_scale) for output in outputs]
     overlap = (getattr(constants, kind.overlap),) if kind.overlap else ()
-    decoded = kind.decode(outputs, params.direct_person_score or getattr(constants, kind.person), net_size, *overlap)
+    decoded = kind.decode(outputs, params.direct_person_score or getattr(constants, kind.person), seen.net_size,
+                          *overlap)
     source, target = POINT_SETS[model.points], model.skeleton
-    points = only_seen(decoded.points, valid or (0, 0, *net_size), params.direct_joint_score)
+    # Pixel i of the image is (i + 0.5) scale - 0.5 in the input; its share of the image is i scale there.
+    moved = np.array([*((seen.scale - 1) / 2 if kind.of_image else (0, 0)), 0])
+    points = only_seen(decoded.points + moved, (*seen.offset, *seen.scaled_size), params.direct_joint_score)
     # before people are compared: the place of a joint out of sight is chance
     people = keypoints_in(points, source, target)
     sigmas = None

@@ -26,7 +26,7 @@ def decode_detr_pose(outputs: Sequence[np.ndarray], least: float, net_size: Tupl
     order = np.argsort(-scores, kind='stable')
     order = order[scores[order] >= least]
     joints, scores = joints[order], scores[order]
-    # Places are those of pixels' centres: it mirrors images by w - x - 1 (src/data/transforms.py, hflip).
+    # Of pixels' centres of the image, in shares of its size: it mirrors images by w - x - 1 (src/data/transforms.py).
     return Decoded(np.concatenate([joints * net_size, np.broadcast_to(scores[:, None, None], (*joints.shape[:2], 1))],
                                   axis=2), scores)
 

@@ -1,22 +1,9 @@
-"""From the outputs of SimCC networks (RTMPose), which see one person on a crop, to body, feet, face and hands."""
-from typing import NamedTuple, Sequence, Tuple
+"""From the outputs of SimCC networks (RTMPose), which see one person on a crop, to the person."""
+from typing import Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.points import Decoded
-
-# First points of COCO-WholeBody's face, left and right hand; see `skeletons.WHOLE_BODY_133`.
-_FACE, _LEFT_HAND, _RIGHT_HAND = 23, 91, 112
-# Points of a face around each eye, whose middle is the pupil.
-_EYES = (range(36, 42), range(42, 48))
-
-
-class HandsAndFace(NamedTuple):
-    """Points of one person in OpenPose's order, x, y [px], score; (NaN, NaN, 0) where missing."""
-
-    left_hand: np.ndarray  # (21, 3)
-    right_hand: np.ndarray  # (21, 3)
-    face: np.ndarray  # (70, 3)
 
 
 def simcc_points(outputs: Sequence[np.ndarray], net_size: Tuple[int, int]) -> np.ndarray:
@@ -44,12 +31,3 @@ def decode_simcc(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[in
     scores = points[:, :17, 2].mean(axis=1)
     sure = scores >= least
     return Decoded(points[sure], scores[sure])
-
-
-def hands_and_face(points: np.ndarray) -> HandsAndFace:
-    """Return hands and face of COCO-WholeBody's points, (133, 3); the pupils are the middles of the eyes."""
-    face = points[_FACE:_LEFT_HAND]
-    pupils = [np.append(face[list(eye), :2].mean(axis=0), face[list(eye), 2].min()) for eye in _EYES]
-    pupils = [pupil if pupil[2] > 0 else np.array([np.nan, np.nan, 0]) for pupil in pupils]
-    return HandsAndFace(points[_LEFT_HAND:_RIGHT_HAND].copy(), points[_RIGHT_HAND:].copy(),
-                        np.concatenate([face, pupils]).astype(points.dtype))

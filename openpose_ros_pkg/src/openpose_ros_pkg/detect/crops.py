@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.assignment import match
-from openpose_ros_pkg.decode.boxes import decode_boxes
+from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import decode_direct
 from openpose_ros_pkg.detect.following import FOLLOWING, disagreement
 from openpose_ros_pkg.detect.joint_assignment import Tracked, share_out
@@ -144,7 +144,7 @@ def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: S
     corners = view.view.plan.to_image(found.boxes.reshape(-1, 2, 2)) + view.view.origin
     boxes = np.clip(corners, 0, np.subtract(size, 1)).reshape(-1, 4)
     around = _enlarged(_boxes(known), PERSON_BOX) if len(known) else np.zeros((0, 4))
-    shared = _overlaps(around, boxes)
+    shared = overlaps(around, boxes)
     pairs = match(1 - shared, shared >= constants.explained)
     others = np.delete(boxes, [box for _, box in pairs], axis=0)[:constants.most_boxes]
     sizes = np.tile(one.size, (len(others), 1))
@@ -164,14 +164,6 @@ def _enlarged(boxes: np.ndarray, factor: float) -> np.ndarray:
     return np.concatenate([boxes[:, :2] - more, boxes[:, 2:] + more], axis=1)
 
 
-def _overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the shares of their union that boxes, (N, 4) and (M, 4), have in common, (N, M)."""
-    low = np.maximum(one[:, None, :2], other[:, :2])
-    common = np.maximum(np.minimum(one[:, None, 2:], other[:, 2:]) - low, 0).prod(axis=2)
-    areas = [np.maximum(boxes[:, 2:] - boxes[:, :2], 0).prod(axis=1) for boxes in (one, other)]
-    return common / np.maximum(areas[0][:, None] + areas[1] - common, 1e-9)
-
-
 def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
     """Let the network compute crops, side by side where it can; see `Backend.infer_many`."""
     begin = time.perf_counter()
@@ -184,8 +176,7 @@ def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[Compu
 def decode_crop(crop: ComputedView, model: Model, setup: Setup) -> Poses:
     """Find the people in a crop, in pixels of the image and the joints of the recipe; those beyond it are missing."""
     view = crop.view
-    poses = view.in_image(decode_direct(crop.outputs, model, setup.of_crops(model), view.net_size, view.valid),
-                          model.skeleton)
+    poses = view.in_image(decode_direct(crop.outputs, model, setup.of_crops(model), view.seen), model.skeleton)
     return in_joints(poses, model.skeleton, setup.recipe.skeleton)
 
 

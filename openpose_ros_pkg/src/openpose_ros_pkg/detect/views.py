@@ -3,7 +3,6 @@ import time
 from dataclasses import dataclass, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
-import cv2
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
@@ -14,7 +13,7 @@ from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recip
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import Decoder, Model
-from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
+from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import WHOLE_BODY_133, SkeletonModel
 
@@ -62,20 +61,17 @@ class View:
     @property
     def net_size(self) -> Tuple[int, int]:
         """(width, height) of what the network sees [px]."""
-        return self._turned(self.plan.net_size)
+        return self.seen.net_size
 
     @property
-    def valid(self) -> Tuple[int, int, int, int]:
-        """Left, top, width and height of the part of the image within it [px]; an input that is turned has no padding.
-        """
-        return (*self.plan.offset, *self._turned(self.plan.scaled_size))
-
-    def _turned(self, size: Tuple[int, int]) -> Tuple[int, int]:
-        return size if self.turns % 2 == 0 else (size[1], size[0])
+    def seen(self) -> ImageToNet:
+        """How what the network sees lies in its input; an input that is turned has no padding."""
+        return self.plan if self.turns % 2 == 0 else ImageToNet(
+            *(size[::-1] for size in (self.plan.image_size, self.plan.scaled_size, self.plan.net_size)))
 
     def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
         """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
-        part = _cut(bgr, (*self.origin, *self.plan.image_size), padding)
+        part = cut(bgr, (*self.origin, *self.plan.image_size), padding)
         if self.mirror:
             # the padding stays at the right, where the plan has it
             part = np.ascontiguousarray(part[:, ::-1])
@@ -111,24 +107,6 @@ class View:
         sigmas = (poses.sigmas[..., ::-1] if self.turns % 2 else poses.sigmas) / self.plan.scale
         sigmas = sigmas[:, list(skeleton.swap)] if self.mirror else sigmas
         return np.where(keypoints[..., 2:] > 0, sigmas, np.nan).astype(np.float32)
-
-
-def _cut(bgr: np.ndarray, part: Tuple[int, int, int, int], padding: Optional[int]) -> np.ndarray:
-    """Return a part of an image, (height, width, 3) uint8; it shares pixels with the image.
-
-    Args:
-        part: left, top, width and height [px].
-        padding: value of the pixels beyond the image, 0..255; None repeats its border.
-    """
-    left, top, width, height = part
-    bottom, right = top + height, left + width
-    beyond = [max(pixels, 0) for pixels in (-top, bottom - bgr.shape[0], -left, right - bgr.shape[1])]
-    inside = bgr[max(top, 0):bottom, max(left, 0):right]
-    if not any(beyond):
-        return inside
-    if padding is None:
-        return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_REPLICATE)
-    return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_CONSTANT, value=(padding,) * 3)
 
 
 @dataclass(frozen=True)
@@ -178,13 +156,7 @@ def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[I
     Raises:
         BadInputError: it is too long and thin.
     """
-    recipe = network_pass.model.input
-    width, height = recipe.fixed_size or network_pass.box
-    if recipe.stretched and recipe.fixed_size:
-        return [ImageToNet(size, recipe.fixed_size, recipe.fixed_size)]
-    plans = [fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
-             for zoom in network_pass.zooms]
-    return [plan.centred() if recipe.centred else plan for plan in plans]
+    return [fit_recipe(size, network_pass.model.input, network_pass.box, zoom) for zoom in network_pass.zooms]
 
 
 def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
@@ -221,8 +193,8 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup
         first, fields = views[0].view, averaged_fields(views, model)
         poses = decode_fields(fields, model, setup.decode, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]
-    return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, view.view.net_size, view.view.valid),
-                               model.skeleton) for view in views]
+    return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, view.view.seen), model.skeleton)
+            for view in views]
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:

@@ -2,6 +2,7 @@
 import numpy as np
 
 from openpose_ros_pkg.landmarks.face_mesh import PUPILS
+from openpose_ros_pkg.skeletons import WHOLE_BODY_133
 
 # Right half and middle of the 68 points of iBUG: to the person's left, up, ahead [cm], from the middle of the head.
 # Means of vertices, as in `face_mesh`, of MediaPipe's canonical face model: google-ai-edge/mediapipe,
@@ -18,9 +19,7 @@ _RIGHT = {
     58: (-0.700, -5.292, 5.448), 59: (-1.325, -5.107, 5.205), 60: (-2.153, -4.276, 4.038), 61: (-0.533, -3.993, 5.138),
     62: (0.0, -3.994, 5.219), 66: (0.0, -4.542, 5.405), 67: (-0.583, -4.518, 5.340)}
 # The point of the other side of each point, the pupils at the end.
-MIRRORED = np.array([
-    *range(16, -1, -1), *range(26, 16, -1), *range(27, 31), *range(35, 30, -1), 45, 44, 43, 42, 47, 46, 39, 38, 37, 36,
-    41, 40, *range(54, 47, -1), *range(59, 54, -1), *range(64, 59, -1), *range(67, 64, -1), 69, 68])
+MIRRORED = np.array([*np.subtract(WHOLE_BODY_133.swap[23:91], 23), 69, 68])
 # Greatest condition number of the spread of points that tell a direction: no plane of them alone.
 _MOST_CONDITION = 1e4
 

@@ -1,9 +1,9 @@
 """Hands and faces by the points that a network for whole bodies found with the body."""
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.decode.simcc import hands_and_face
+from openpose_ros_pkg.landmarks.face_mesh import PUPILS
 from openpose_ros_pkg.landmarks.face_shape import with_depth
 from openpose_ros_pkg.landmarks.landmark_network import (
     HAND,
@@ -16,6 +16,27 @@ from openpose_ros_pkg.landmarks.landmark_network import (
 
 # Of the 70 points of a face, the tip of the nose.
 _NOSE_TIP = 30
+
+
+# First points of the face, the left and the right hand; see `skeletons.WHOLE_BODY_133`.
+_FACE, _LEFT_HAND, _RIGHT_HAND = 23, 91, 112
+
+
+class HandsAndFace(NamedTuple):
+    """Points of one person in OpenPose's order, x, y [px], score; (NaN, NaN, 0) where missing."""
+
+    left_hand: np.ndarray  # (21, 3)
+    right_hand: np.ndarray  # (21, 3)
+    face: np.ndarray  # (70, 3)
+
+
+def hands_and_face(points: np.ndarray) -> HandsAndFace:
+    """Return hands and face of COCO-WholeBody's points, (133, 3); the pupils are the middles of the eyes."""
+    face = points[_FACE:_LEFT_HAND]
+    pupils = [np.append(face[eye, :2].mean(axis=0), face[eye, 2].min()) for eye in PUPILS]
+    pupils = [pupil if pupil[2] > 0 else np.array([np.nan, np.nan, 0]) for pupil in pupils]
+    return HandsAndFace(points[_LEFT_HAND:_RIGHT_HAND].copy(), points[_RIGHT_HAND:].copy(),
+                        np.concatenate([face, pupils]).astype(points.dtype))
 
 
 class WholeBodyLandmarks:

@@ -128,9 +128,9 @@ def _detr_pose(graph: Graph) -> Optional[Kind]:
     Without its post-processor: pred_logits (1, N, classes) and pred_keypoints (1, N, 17, 2) or (1, N, 34).
     """
     shapes = graph.outputs
-    for names, sizes, joints in ((('scores', 'labels', 'keypoints'), [2], ((17, 2),)),
+    for names, sizes, joints in ((('scores', 'labels', 'keypoints'), [(2,)], ((17, 2),)),
                                  (('pred_logits', 'pred_keypoints'), [], ((17, 2), (34,)))):
-        if set(shapes) == set(names) and [shape[-1] for shape in graph.inputs[1:]] == sizes and (
+        if set(shapes) == set(names) and [shape[-1:] for shape in graph.inputs[1:]] == sizes and (
                 len(shapes[names[0]]) == (2 if sizes else 3) and shapes[names[-1]][2:] in joints):
             return Kind(Decoder.DETR_POSE, DETR_POSE_INPUT, names)
     return None

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.networks.model_types import InputRecipe
 
 # Longest side of the network's input that is still computed; beyond it, memory grows to gigabytes.
 MAX_NET_SIDE = 4096
@@ -107,3 +108,35 @@ def fit_image(image_size: Tuple[int, int], net_width: int, net_height: int, stri
     net = (net_width, net_height) if whole_box else scaled
     return ImageToNet(image_size=(width, height), scaled_size=scaled,
                       net_size=(-(-net[0] // stride) * stride, -(-net[1] // stride) * stride))
+
+
+def fit_recipe(image_size: Tuple[int, int], recipe: InputRecipe, box: Tuple[int, int], zoom: float = 1.0
+               ) -> ImageToNet:
+    """Fit an image into the input of a network, or into a box where that is free; see `fit_image`."""
+    if recipe.fixed_size is None:
+        plan = fit_image(image_size, *box, recipe.multiple_of, zoom)
+    elif recipe.stretched:
+        width, height = recipe.fixed_size
+        scaled = (max(1, round(zoom * width)), max(1, round(zoom * height)))
+        plan = ImageToNet(image_size, scaled, recipe.fixed_size)
+    else:
+        plan = fit_image(image_size, *recipe.fixed_size, recipe.multiple_of, zoom, whole_box=True)
+    return plan.centred() if recipe.centred else plan
+
+
+def cut(bgr: np.ndarray, part: Tuple[int, int, int, int], padding: Optional[int]) -> np.ndarray:
+    """Return a part of an image, (height, width, 3) uint8; it shares pixels with the image.
+
+    Args:
+        part: left, top, width and height [px].
+        padding: value of the pixels beyond the image, 0..255; None repeats its border.
+    """
+    left, top, width, height = part
+    bottom, right = top + height, left + width
+    beyond = [max(pixels, 0) for pixels in (-top, bottom - bgr.shape[0], -left, right - bgr.shape[1])]
+    inside = bgr[max(top, 0):bottom, max(left, 0):right]
+    if not any(beyond):
+        return inside
+    if padding is None:
+        return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_REPLICATE)
+    return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_CONSTANT, value=(padding,) * 3)

@@ -21,13 +21,13 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg import decode
-from openpose_ros_pkg.decode.boxes import decode_boxes
+from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError, RefusedError
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.models import file_digest
-from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
+from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
 from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
@@ -38,9 +38,11 @@ if TYPE_CHECKING:
 
 _NETWORKS = Path(__file__).resolve().parent
 PICTURE = _NETWORKS / 'data' / 'two_people.jpg'
-# What turns outputs into people, and what these are compared with: who changes it lets each network prove itself again.
+# What turns outputs into people, with the orders of joints, and what these are compared with: after a change of it each
+# network proves itself again.
 _SOURCES = (*Path(decode.__file__).parent.glob('*.py'), _NETWORKS / 'preprocess.py', _NETWORKS / 'backends/arrays.py',
-            Path(__file__), PICTURE, PICTURE.with_suffix('.json'))
+            *(_NETWORKS.parent / name for name in ('skeletons.py', 'people.py', 'ensemble.py')), Path(__file__),
+            PICTURE, PICTURE.with_suffix('.json'))
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class ProofConstants:
     wanted: float = constant(
         0.8, 'Least mean similarity of the people: OKS of joints, or IoU of the boxes of a network for boxes.',
         source='the default networks reach .96, exchanged or shifted joints .21 at most (test_proof.py)')
-    same_person: float = constant(0.5, 'Least similarity of a person who counts as found.', source="COCO's lowest")
+    same_person: float = constant(0.5, 'Least similarity of a found person.', source="COCO's lowest")
     crop_margin: float = constant(1.25, 'Sides of a crop, in units of the box of the person.',
                                   source='rtmlib, rtmpose.py')
     least_score: float = constant(0.01, 'Score that a person needs: the surest ones count, whatever their scores.')
@@ -63,7 +65,7 @@ class Proof(NamedTuple):
     """What a network found in the picture."""
 
     found: float  # mean over the people of the greatest similarity that a detection has to them
-    people: int  # number of people who were found
+    people: int  # number of found people
     expected: int  # number of people in the picture
     measure: str  # what the similarity is of
 
@@ -116,7 +118,7 @@ def measure(backend: 'Backend', model: Model, constants: ProofConstants = PROOF)
     """Return what a network finds in the picture."""
     truth = _truth()
     if model.decoder == Decoder.BOXES:
-        alike = _overlaps(_boxes(backend, model, truth, constants), truth.boxes)
+        alike = overlaps(_boxes(backend, model, truth, constants), truth.boxes)
         what = 'a mean overlap of boxes (IoU) of'
     else:
         find = _on_crops if model.decoder in (Decoder.SIMCC, Decoder.MOVENET_SINGLEPOSE) else _in_whole
@@ -131,7 +133,7 @@ def measure(backend: 'Backend', model: Model, constants: ProofConstants = PROOF)
 def _in_whole(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> Poses:
     """Return the people that a network finds in the whole picture."""
     outputs, plan = _whole(backend, model, truth)
-    poses = decode_direct(outputs, model, _params(constants), plan.net_size)
+    poses = decode_direct(outputs, model, _params(constants), plan)
     return _moved(poses, plan.to_image(poses.keypoints[..., :2]))
 
 
@@ -145,9 +147,7 @@ def _boxes(backend: 'Backend', model: Model, truth: _Truth, constants: ProofCons
 def _whole(backend: 'Backend', model: Model, truth: _Truth) -> Tuple[List[np.ndarray], ImageToNet]:
     """Return the outputs for the whole picture, and how it lay in the input."""
     size = truth.bgr.shape[1], truth.bgr.shape[0]
-    width, height = model.input.fixed_size or size
-    plan = fit_image(size, width, height, model.input.multiple_of, whole_box=True)
-    plan = plan.centred() if model.input.centred else plan
+    plan = fit_recipe(size, model.input, size)
     return _computed(backend, model, truth.bgr, plan), plan
 
 
@@ -161,9 +161,9 @@ def _on_crops(backend: 'Backend', model: Model, truth: _Truth, constants: ProofC
         middle, half = (box[:2] + box[2:]) / 2, side * np.array([net_width, net_height])
         left, top = np.rint(middle - half).astype(int).tolist()
         right, bottom = np.rint(middle + half).astype(int).tolist()
-        crop = _cut(truth.bgr, (left, top, right, bottom), model.input.padding)
+        crop = cut(truth.bgr, (left, top, right - left, bottom - top), model.input.padding)
         plan = fit_image((right - left, bottom - top), net_width, net_height, model.input.multiple_of, whole_box=True)
-        poses = decode_direct(_computed(backend, model, crop, plan), model, _params(constants), plan.net_size)
+        poses = decode_direct(_computed(backend, model, crop, plan), model, _params(constants), plan)
         found.append(_moved(poses, plan.to_image(poses.keypoints[..., :2]) + np.array([left, top])))
     return functools.reduce(Poses.joined, found)
 
@@ -181,16 +181,6 @@ def _moved(poses: Poses, xy: np.ndarray) -> Poses:
     return Poses(np.concatenate([xy.astype(np.float32), poses.keypoints[..., 2:]], axis=2), poses.scores)
 
 
-def _cut(bgr: np.ndarray, box: Tuple[int, int, int, int], padding: Optional[int]) -> np.ndarray:
-    """Return a part of an image, left, top, right, bottom [px], padded where it reaches beyond."""
-    (height, width), (left, top, right, bottom) = bgr.shape[:2], box
-    beyond = max(-top, 0), max(bottom - height, 0), max(-left, 0), max(right - width, 0)
-    kind = cv2.BORDER_REPLICATE if padding is None else cv2.BORDER_CONSTANT
-    padded = cv2.copyMakeBorder(bgr, *beyond, kind, value=(padding or 0,) * 3)
-    left, top = left + beyond[2], top + beyond[0]
-    return padded[top:top + box[3] - box[1], left:left + box[2] - box[0]]
-
-
 def _similarities(found: np.ndarray, skeleton: SkeletonModel, truth: _Truth) -> np.ndarray:
     """Return the OKS of people (P, K, 3) and the T true ones, (P, T), over the joints that both have.
 
@@ -201,14 +191,6 @@ def _similarities(found: np.ndarray, skeleton: SkeletonModel, truth: _Truth) -> 
     apart = ((found[:, None, columns, :2].astype(np.float64) - truth.joints[:, known]) ** 2).sum(axis=-1)
     spread = 2 * area(truth.joints)[:, None] * sigmas(skeleton)[columns] ** 2
     return np.nan_to_num(np.exp(-apart / spread)).mean(axis=-1)
-
-
-def _overlaps(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the share of the union that boxes (P, 4) have in common with true ones (T, 4), (P, T)."""
-    sides = np.minimum(found[:, None, 2:], truth[:, 2:]) - np.maximum(found[:, None, :2], truth[:, :2])
-    common = np.maximum(sides, 0).prod(axis=-1)
-    areas = [(boxes[:, 2:] - boxes[:, :2]).prod(axis=-1) for boxes in (found, truth)]
-    return common / np.maximum(areas[0][:, None] + areas[1] - common, 1e-9)
 
 
 def _truth() -> _Truth:

@@ -44,8 +44,11 @@ class OnnxruntimeBackend(Backend):
                                      'of the GPU installed in the versions that it needs?')
         first, *others = self._session.get_inputs()
         self._input = first.name
-        # sizes, (N, 2), by which it multiplies places
-        self._others = {other.name: _one(other) for other in others}
+        for other in others:
+            if len(other.shape) != 2 or other.shape[1] != 2:
+                raise ModelError(f'onnxruntime can not load {weights} as {model.name}: its input {other.name} '
+                                 f'{other.shape} is no image and no sizes (N, 2)')
+        self._others = {other.name: _one(other) for other in others}  # sizes, by which it multiplies places, are 1
         self._outputs = _output_names(self._session, weights, model)
         self.description = f'onnxruntime {ort.__version__} (device {device}, precision {precision})'
 
@@ -88,14 +91,17 @@ def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
     if any(None in shape[1:] for shape in outputs) and not any(None in shape[1:] for shape in inputs):
         # The file does not tell all that is known.
         given = {port.name: _one(port) for port in session.get_inputs()}
-        outputs = [output.shape for output in session.run(None, given)]
+        try:
+            outputs = [output.shape for output in session.run(None, given)]
+        except Exception as error:
+            raise ModelError(f'onnxruntime can not compute {path}: {error}') from error
     return inputs, {port.name: shape for port, shape in zip(session.get_outputs(), outputs)}
 
 
 def _one(port: Any) -> np.ndarray:
     """Return ones for an input whose shape is known but for the first axis, as one image."""
-    kinds = {'tensor(int64)': np.int64, 'tensor(uint8)': np.uint8}
-    return np.ones((1, *port.shape[1:]), kinds.get(port.type, np.float32))
+    kind = {'tensor(float)': 'float32', 'tensor(double)': 'float64'}.get(port.type, port.type[len('tensor('):-1])
+    return np.ones((1, *port.shape[1:]), kind)
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:

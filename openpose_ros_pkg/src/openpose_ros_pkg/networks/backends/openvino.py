@@ -204,6 +204,9 @@ def _shapes(ports: Sequence[Any]) -> List[Shape]:
 def _with_image_alone(graph: ov.Model) -> ov.Model:
     """Return the graph without inputs beside the image: sizes, (N, 2), by which it multiplies places, are 1."""
     for parameter in graph.get_parameters()[1:]:
+        shape = parameter.get_partial_shape()
+        if shape.rank.is_dynamic or len(shape) != 2 or shape[1] != 2:
+            raise ValueError(f'its input {parameter.get_friendly_name()} {shape} is no image and no sizes (N, 2)')
         sizes = op.Constant(np.ones((1, 2), parameter.get_element_type().to_dtype()))
         parameter.output(0).replace(sizes.output(0))
         graph.remove_parameter(parameter)

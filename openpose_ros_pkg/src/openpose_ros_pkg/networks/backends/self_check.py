@@ -22,6 +22,7 @@ from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.people import Poses
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ def _people(outputs: Sequence[np.ndarray], model: Model, image: np.ndarray) -> P
     size = image.shape[1], image.shape[0]
     if model.decoder == Decoder.PAF:
         return decode_fields(np.concatenate([output[0] for output in outputs]), model, DecodeParams(), size)
-    return decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), size)
+    return decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), ImageToNet(size, size, size))
 
 
 def _people_fault(found: Poses, known: Poses) -> str:
