@@ -124,11 +124,10 @@ def test_a_file_that_onnxruntime_can_not_compute_is_an_error(tmp_path, monkeypat
         raise RuntimeError('not implemented')
     monkeypatch.setattr(ort.InferenceSession, 'run', fail)
     path = tmp_path / 'mine.onnx'
-    shapes = [tiny_networks.onnx_value('x', tiny_networks.FLOAT, (1, 'K', 384))]
     path.write_bytes(tiny_networks.onnx_model(
-        [tiny_networks.onnx_node('ReduceMean', ['image'], ['mean'], keepdims=0),
-         tiny_networks.onnx_node('Mul', ['bins', 'mean'], ['x'])], {'bins': zeros(1, 17, 384)},
-        [tiny_networks.onnx_value('image', tiny_networks.FLOAT, (1, 3, 256, 192))], shapes))
+        [tiny_networks.onnx_node('NonZero', ['image'], ['places'])], {},
+        [tiny_networks.onnx_value('image', tiny_networks.FLOAT, (1, 3, 256, 192))],
+        [tiny_networks.onnx_value('places', tiny_networks.INT64, (4, 'N'))]))
     with pytest.raises(ModelError, match=r'onnxruntime can not compute .*mine\.onnx: not implemented'):
         onnxruntime.graph_shapes(path)
 

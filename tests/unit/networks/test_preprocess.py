@@ -89,14 +89,12 @@ def test_whole_box_gives_inputs_of_one_size(image_size, scaled):
     assert (net[scaled[1]:] == 200).all() and (net[:, scaled[0]:] == 200).all()
 
 
-@pytest.mark.parametrize('zoom, scaled', [(1.0, (640, 640)), (0.5, (320, 320))])
-def test_an_image_fills_the_input_of_a_network_that_was_trained_so(zoom, scaled):
-    recipe = InputRecipe(fixed_size=(640, 640), stretched=True)
-    plan = fit_recipe((800, 450), recipe, (656, 368), zoom)
-    assert (plan.scaled_size, plan.net_size, plan.offset) == (scaled, (640, 640), (0, 0))
-    np.testing.assert_allclose(plan.to_image(plan.to_net([(0, 0), (799, 449)])), [(0, 0), (799, 449)])
-    free = fit_recipe((800, 450), InputRecipe(stretched=True), (640, 640), zoom)
-    assert free == fit_image((800, 450), 640, 640, 8, zoom)
+def test_an_image_fills_the_input_of_a_network_that_was_trained_so():
+    plan = fit_recipe((800, 450), InputRecipe(fixed_size=(640, 640), stretched=True), (656, 368))
+    assert (plan.scaled_size, plan.net_size, plan.offset) == ((640, 640), (640, 640), (0, 0))
+    np.testing.assert_allclose(plan.to_image([(-0.5, -0.5), (639.5, 639.5)]), [(-0.5, -0.5), (799.5, 449.5)])
+    free = fit_recipe((800, 450), InputRecipe(stretched=True), (640, 640), 0.5)
+    assert free == fit_image((800, 450), 640, 640, 8, 0.5)
 
 
 def test_a_part_reaches_beyond_the_image():

@@ -112,13 +112,14 @@ def fit_image(image_size: Tuple[int, int], net_width: int, net_height: int, stri
 
 def fit_recipe(image_size: Tuple[int, int], recipe: InputRecipe, box: Tuple[int, int], zoom: float = 1.0
                ) -> ImageToNet:
-    """Fit an image into the input of a network, or into a box where that is free; see `fit_image`."""
+    """Fit an image into the input of a network, or into a box where that is free; see `fit_image`.
+
+    One that is stretched to its size has no zoom.
+    """
     if recipe.fixed_size is None:
         plan = fit_image(image_size, *box, recipe.multiple_of, zoom)
     elif recipe.stretched:
-        width, height = recipe.fixed_size
-        scaled = (max(1, round(zoom * width)), max(1, round(zoom * height)))
-        plan = ImageToNet(image_size, scaled, recipe.fixed_size)
+        plan = ImageToNet(image_size, recipe.fixed_size, recipe.fixed_size)
     else:
         plan = fit_image(image_size, *recipe.fixed_size, recipe.multiple_of, zoom, whole_box=True)
     return plan.centred() if recipe.centred else plan
