@@ -13,12 +13,13 @@ from openpose_ros_bridges.capsules import PARTS
 from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
 from openpose_ros_bridges.ros import bridge
 from openpose_ros_bridges.ros.bridge import Output, _Publisher
-from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
+from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages, saver
 from openpose_ros_bridges.ros.obstacles_node import CostmapMessages, Footprints, ObstacleMessages
 from openpose_ros_pkg.errors import ForeignPackageError, ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
+from session import await_true
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros import convert
 
@@ -122,9 +123,24 @@ def test_objects_that_a_killed_node_left(packages):
     assert (told.id, told.operation) == ('person_1_head', told.REMOVE)
 
 
+def test_people_leave_also_without_a_master(packages, monkeypatch):
+    asked, warned = [], []
+
+    def refuse(key, names):
+        asked.append((key, names))
+        raise ConnectionRefusedError(key)
+    monkeypatch.setattr(rospy, 'set_param', refuse)
+    monkeypatch.setattr(rospy, 'logwarn_throttle', lambda _period, text: warned.append(text))
+    messages = PlanningSceneMessages(MoveitParams(), save=saver('/saved'))
+    messages.convert(people(5))
+    assert {told.operation for told in messages.convert(people()).world.collision_objects} == {1}
+    await_true(lambda: asked[-1:] == [('/saved', [])] and warned, 'names saved, and a warning')
+
+
 def test_markers_show_the_parts(packages):
     messages = PlanningSceneMessages(MoveitParams())
-    assert [marker.action for marker in messages.markers(people()).markers] == [Marker.DELETEALL]
+    for none in (messages.markers(people()), messages.no_markers(ROOM)):
+        assert [(marker.action, marker.header) for marker in none.markers] == [(Marker.DELETEALL, ROOM)]
     first, *markers = checked(messages.markers(people(5))).markers
     assert first.action == Marker.DELETEALL
     assert len(markers) == 3 * 17
@@ -191,10 +207,13 @@ def test_the_scan_that_clears_meets_nothing(packages):
 class Topic(list):
     """Takes what is published, in place of a topic and of the node's health."""
 
-    publish = list.append
+    publish, connections = list.append, 1
 
     def frame_done(self, stamp):
         pass
+
+    def get_num_connections(self):
+        return self.connections
 
 
 @pytest.mark.parametrize(('rate', 'expected'), [(0.0, 30), (10.0, 10), (30.0, 30)])
@@ -207,6 +226,26 @@ def test_a_rate_is_kept(monkeypatch, rate, expected):
     assert abs(len(topic) - expected) <= 1
     assert topic[0].header.seq == 0
     assert np.diff([message.header.seq for message in topic]).max() <= 3
+
+
+def test_people_end_with_the_node_and_stay_known_while_no_planner_reads(packages, monkeypatch):
+    monkeypatch.setattr(rospy, 'get_rostime', lambda: ROOM.stamp)
+    messages, topic = PlanningSceneMessages(MoveitParams()), Topic()
+    publisher = _Publisher(Output('scene', messages.kind, (), messages.convert, messages.end), topic, topic)
+    publisher._end()
+    assert topic == []  # there were no people
+    publisher.publish((people(5),))
+    topic.connections = 0
+    publisher._end()
+    topic.connections = 1
+    publisher.publish((people(),))  # after the planner has come back
+    added, removed = topic
+    assert {told.operation for told in removed.world.collision_objects} == {1}
+    assert len(removed.world.collision_objects) == len(added.world.collision_objects)
+    publisher.publish((people(5),))
+    publisher._shut_down()
+    publisher.publish((people(5),))
+    assert [scene.world.collision_objects[0].operation for scene in topic] == [0, 1, 0, 1]
 
 
 @pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [

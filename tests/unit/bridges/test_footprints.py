@@ -24,7 +24,7 @@ def footprints(signals=WALKS, shape=BODY, sigmas=1.0, hidden=()):
     return circles_of(located(people, [signals]), capsules_of(people), shape, sigmas)
 
 
-def test_nobody_has_no_footprint():
+def test_no_people_no_footprints():
     none = people_of([], [], np.random.RandomState(1))
     assert circles_of([], capsules_of(none), BODY, 1.0) == []
     assert points_in([], 0.05, **FAR).shape == (0, 2)
@@ -53,10 +53,10 @@ def test_legs_have_a_circle_each():
         assert 0.08 < circle.radius < 0.2
         np.testing.assert_array_equal(circle.velocity, [0.0, 1.5])
     (body,) = footprints(shape=LEGS, hidden=['left_ankle'])  # one leg alone would leave the other out
-    assert body.id == 7
+    assert body.id == 14
 
 
-def test_people_who_walk_go_on_and_their_places_grow_unsure():
+def test_walking_people_go_on_and_their_places_grow_unsure():
     (circle,) = footprints()
     ahead = predicted(circle, 2.0, 0.25, 1.0)
     assert len(ahead) == 9
@@ -71,7 +71,7 @@ def test_people_who_walk_go_on_and_their_places_grow_unsure():
 
 
 @pytest.mark.parametrize('signals', [STANDS, replace(WALKS, walk=None)], ids=['stands', 'not known'])
-def test_people_who_do_not_walk_stay(signals):
+def test_standing_people_stay(signals):
     (circle,) = footprints(signals)
     assert len(predicted(circle, 2.0, 0.25, 1.0)) == 1
     assert np.isnan(circle.velocity_sigma) == (signals.walk is None)

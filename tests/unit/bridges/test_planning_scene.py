@@ -46,7 +46,7 @@ def operations(changes):
     return {change.name: change.operation for change in changes}
 
 
-def test_nobody_is_nothing():
+def test_no_people_no_objects():
     none = capsules_of(People3D.empty(COCO_18))
     assert solids_of(none, 'person', 1.0) == {}
     assert SceneObjects().update({}, 1.0) == []
@@ -62,6 +62,14 @@ def test_parts_lie_along_the_limbs_and_are_wider_by_sigma():
     assert wide['person_5_left_shin'].radius == pytest.approx(shin.radius + 2 * SIGMA)
 
 
+@pytest.mark.parametrize('sigma', [np.nan, np.inf, 1e30])
+def test_parts_whose_sigma_is_not_known_are_wide(sigma):
+    people = people_of([STANDING], [5], np.random.RandomState(0))
+    solids = [solids_of(capsules_of(each), 'person', 1.0)['person_5_spine'] for each in (
+        people, replace(people, sigma=np.full((1, 18), sigma)))]
+    assert 0.2 < solids[1].radius - solids[0].radius < 1001.0
+
+
 @pytest.mark.parametrize('way', [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-1, 2, -3), (0, 0, 0)])
 def test_any_direction(way):
     xyz = np.full((1, 18, 3), np.nan)
@@ -72,7 +80,7 @@ def test_any_direction(way):
     np.testing.assert_allclose(axis(shin), [(1, 1, 1), np.add((1, 1, 1), way)], atol=1e-6)
 
 
-def test_what_the_planner_knows_holds_a_person_who_walks_and_mostly_moves():
+def test_known_objects_hold_a_walking_person_and_mostly_move():
     walk = held((0.0, replace(STANDING, place=(0.0, -1.0))), (2.0, replace(STANDING, place=(0.0, 1.0), facing=90.0)))
     scene, planner, counts = SceneObjects(), Planner(), dict.fromkeys((ADD, MOVE, REMOVE), 0)
     for stamp, people in frames(walk, 2.0, 10):

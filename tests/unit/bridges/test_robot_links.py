@@ -50,6 +50,6 @@ def test_a_part_that_only_touches_a_link_stays():
     assert left_out([beside], [0.1]) == set()
 
 
-def test_a_link_whose_place_is_not_known_hides_no_one():
+def test_a_link_whose_place_is_not_known_hides_no_people():
     assert left_out([[[np.nan] * 3, [0.0] * 3]], [10.0]) == set()
     assert left_out([[[0.0] * 3] * 2], [10.0]) == {PARTS[part] for part in set(capsules_of(PEOPLE).parts)}

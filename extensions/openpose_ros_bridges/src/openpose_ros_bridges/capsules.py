@@ -46,11 +46,15 @@ class CapsuleConstants:
     hand_length: float = constant(0.184, 'Wrist to fingertips, along the forearm.', unit='m',
                                   source=_WINTER + ': 0.108 of the stature')
     hand_bend: float = constant(0.5, 'Root mean square angle between forearm and hand.', unit='rad', source='chosen')
+    no_sigma: float = constant(0.25, 'Sigma of a joint without one.', unit='m',
+                               source='chosen: the error of most guessed joints')
     part_of_head: float = constant(0.08, 'Sigma of the middle of the head without both ears.', unit='m',
                                    source='middle of the ears to eyes and nose, BodyConstants.head_points')
 
 
 CAPSULES = CapsuleConstants()
+# More says nothing [m].
+_MOST_SIGMA = 1000.0
 
 
 def _parts() -> Tuple[Tuple[str, str, str, str], ...]:
@@ -111,6 +115,12 @@ class Capsules:
 
     def __len__(self) -> int:
         return len(self.persons)
+
+    @property
+    def known_sigma(self) -> np.ndarray:
+        """Sigma of the ends (N, 2) [m], that of `CapsuleConstants.no_sigma` where there is none."""
+        with np.errstate(invalid='ignore'):
+            return np.asarray(np.where(self.sigma >= 0, np.minimum(self.sigma, _MOST_SIGMA), CAPSULES.no_sigma))
 
     def __iter__(self) -> Iterator[Capsule]:
         """Yield the capsules one by one."""

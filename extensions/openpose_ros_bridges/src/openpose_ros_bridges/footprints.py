@@ -19,10 +19,10 @@ class Circle(NamedTuple):
     """A circle on the floor that moves.
 
     Attributes:
-        id: of the person; of one leg of two, 2 * id (left) or 2 * id + 1 (right).
+        id: of the person; with `LEGS` 2 * id of the left leg or of the body, 2 * id + 1 of the right leg.
         centre: (2,) [m].
         radius: [m].
-        velocity: (2,) [m/s]; zeros for a person who stands still, or whose velocity is not known.
+        velocity: (2,) [m/s]; zeros: standing still, or not known.
         velocity_sigma: root mean square length of its error [m/s]; NaN: not known.
     """
 
@@ -39,16 +39,16 @@ def circles_of(persons: Sequence[Located], capsules: Capsules, shape: str, sigma
     Args:
         shape: `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each
             shin, where both are known, else as `BODY`.
-        sigmas: the errors of the joints are added so many times.
+        sigmas: multiple of the sigma of the joints by which radii grow.
     """
-    radii = capsules.radii[:, np.newaxis] + sigmas * np.nan_to_num(capsules.sigma)
+    radii = capsules.radii[:, np.newaxis] + sigmas * capsules.known_sigma
     return [circle for person in persons for circle in _circles(person, capsules, radii, shape)]
 
 
 def _circles(person: Located, capsules: Capsules, radii: np.ndarray, shape: str) -> List[Circle]:
     velocity = np.zeros(2) if person.velocity is None else np.asarray(person.velocity[:2])
     own = np.flatnonzero(capsules.persons == person.id)
-    ids, centres, rows = [person.id], [np.asarray(person.position[:2])], [own]
+    ids, centres, rows = [person.id if shape == BODY else 2 * person.id], [np.asarray(person.position[:2])], [own]
     legs = [own[capsules.parts[own] == shin] for shin in _SHINS]
     if shape == LEGS and all(len(leg) for leg in legs):
         rows, ids = legs, [2 * person.id, 2 * person.id + 1]

@@ -123,8 +123,8 @@ class MoveitParams(Parameters):
                                   minimum=0.0, maximum=10.0)
     prefix: str = parameter('person', 'Objects are named by this, the number of the person and the part of the body, '
                                       'such as person_5_left_hand.')
-    sigmas: float = parameter(1.0, 'Parts of people are wider, on each side, by so many times the sigma of their '
-                                   'joints.', minimum=0.0, maximum=5.0)
+    sigmas: float = parameter(1.0, 'The radius of a part grows by this multiple of the sigma of its joints.',
+                              minimum=0.0, maximum=5.0)
     robot_links: str = parameter(
         '', "The robot's own links, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame of tf, "
             'FRAME>FRAME:RADIUS a capsule from one to another, such as elbow_link>wrist_link:0.1. Parts of people '
@@ -155,18 +155,18 @@ class ObstacleParams(Parameters):
     tf_timeout: float = parameter(0.1, 'Wait this long for a transform; a frame without one is dropped.', unit='s',
                                   minimum=0.0, maximum=10.0)
     footprint: str = parameter(BODY, 'Obstacles of a person: body, a circle that holds all of the body; legs, one for '
-                                     'each leg, where both are known.', choices=(BODY, LEGS))
-    sigmas: float = parameter(1.0, 'Radii are larger by so many times the sigma of the joints, and grow by so many '
-                                   'times that of the velocity.', minimum=0.0, maximum=5.0)
-    horizon: float = parameter(2.0, 'Footprints of people who walk are predicted so far ahead.', unit='s', minimum=0.0,
-                               maximum=10.0)
+                                     'each leg, where both are known, with the ids 2 ID and 2 ID + 1, else the body '
+                                     'with 2 ID.', choices=(BODY, LEGS))
+    sigmas: float = parameter(1.0, 'Radii grow by this multiple of the sigma of the joints and, of predicted '
+                                   'footprints, of the velocity.', minimum=0.0, maximum=5.0)
+    horizon: float = parameter(2.0, 'Prediction horizon of people that walk.', unit='s', minimum=0.0, maximum=10.0)
     step: float = parameter(0.25, 'Time from one predicted footprint to the next.', unit='s', minimum=0.05,
                             maximum=10.0)
-    spacing: float = parameter(0.05, 'Points in a footprint are so far apart; at most the resolution of the costmap.',
+    spacing: float = parameter(0.05, 'Distance of the points in a footprint, at most the resolution of the costmap.',
                                unit='m', minimum=0.02, maximum=1.0)
     height: float = parameter(0.5, 'Height of these points in robot_frame, within the limits of the layer that reads '
                                    'them.', unit='m', minimum=-10.0, maximum=10.0)
-    robot_radius: float = parameter(0.5, 'Points nearer to the origin of robot_frame are left out: a person who walks '
+    robot_radius: float = parameter(0.5, 'Points nearer to the origin of robot_frame are left out: people that walk '
                                          'towards the robot would else put an obstacle into it.', unit='m', minimum=0.0,
                                     maximum=10.0)
     footprint_range: float = parameter(5.0, 'Points farther from the robot are left out. The scan that clears reaches '

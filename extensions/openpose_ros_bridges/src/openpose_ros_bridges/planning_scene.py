@@ -56,11 +56,11 @@ def solids_of(capsules: Capsules, prefix: str, sigmas: float) -> Dict[str, Solid
     """Return the parts of people by their names, such as person_5_left_hand.
 
     Args:
-        sigmas: the radius is wider by so many times the greater sigma of the two ends.
+        sigmas: multiple of the greater sigma of the two ends by which the radius grows.
     """
     ways = capsules.ends[:, 1] - capsules.ends[:, 0]
     lengths = np.linalg.norm(ways, axis=1)
-    radii = capsules.radii + sigmas * np.nan_to_num(capsules.sigma).max(axis=1, initial=0.0)
+    radii = capsules.radii + sigmas * capsules.known_sigma.max(axis=1, initial=0.0)
     names = (f'{prefix}_{person}_{PARTS[part]}' for person, part in zip(capsules.persons, capsules.parts))
     return {name: Solid(centre, orientation, float(length), float(radius)) for name, centre, orientation, length, radius
             in zip(names, capsules.ends.mean(axis=1), _turns(ways, lengths), lengths, radii)}

@@ -73,33 +73,39 @@ class _Publisher:
 
     def publish(self, messages: Tuple[genpy.Message, ...]) -> None:
         """Convert and publish messages of the inputs."""
-        now = time.monotonic()
-        is_due = now >= self._due
-        result = self._output.convert(*messages) if is_due else None
+        with self._lock:
+            if time.monotonic() >= self._due and not self._is_shut_down:
+                self._convert(messages)
         if self._input is not None:
             self._input.heard()
-        if not is_due:
-            return
+
+    def _convert(self, messages: Tuple[genpy.Message, ...]) -> None:
+        result = self._output.convert(*messages)
         if self._output.rate:
-            self._due = max(self._due + 1 / self._output.rate, now)
+            self._due = max(self._due + 1 / self._output.rate, time.monotonic())
         header = getattr(result, 'header', messages[-1].header)
         self._frame_id = header.frame_id
-        with self._lock:
-            if result is not None and not self._is_shut_down:
-                self._topic.publish(result)
+        if result is not None:
+            self._topic.publish(result)
         self._health.frame_done(header.stamp)
 
     def _end(self) -> None:
-        result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
-        if result is not None:
-            self._topic.publish(result)
+        with self._lock:
+            self._publish_end()
 
     def _shut_down(self) -> None:
         with self._lock:
+            self._publish_end()
             self._is_shut_down = True
-        if self._frame_id:
-            self._end()
-            time.sleep(_LAST_WORDS)
+        time.sleep(_LAST_WORDS)
+
+    def _publish_end(self) -> None:
+        # a reader that comes back has people from before, which the next message then has to remove
+        if not (self._frame_id and self._topic.get_num_connections()) or self._is_shut_down:
+            return
+        result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
+        if result is not None:
+            self._topic.publish(result)
 
 
 class Bridge:

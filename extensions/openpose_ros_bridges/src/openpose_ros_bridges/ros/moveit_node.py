@@ -1,5 +1,5 @@
 """People as objects of MoveIt's planning scene, moveit_msgs/PlanningScene, and as markers."""
-import threading
+from functools import partial
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import genpy
@@ -19,6 +19,7 @@ from openpose_ros_bridges.ros.bridge import PEOPLE, Bridge, Output
 from openpose_ros_bridges.ros.planning_frames import PlanningFrames
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros.convert import people_from_array
 
@@ -58,7 +59,7 @@ class PlanningSceneMessages:
         self._primitive = SHAPES.message('SolidPrimitive', {'type': 'uint8', 'dimensions': 'float64[]'})
         self._operations = {ADD: self._object.ADD, MOVE: self._object.MOVE, REMOVE: self._object.REMOVE}
         self._frames = PlanningFrames(params.tf_timeout, params.planning_frame, params.robot_links)
-        self._lock, self._save = threading.Lock(), save
+        self._save = save
         self._objects = SceneObjects(left)
 
     def convert(self, message: PersonDetection_3dArray) -> Optional[genpy.Message]:
@@ -68,24 +69,22 @@ class PlanningSceneMessages:
             NoTransformError: tf does not know the frame of the people.
         """
         solids, header = self._solids(message)
-        with self._lock:
-            before = self._objects.names
-            changes = self._objects.update(solids, header.stamp.to_sec())
-            if self._objects.names != before:
-                self._save(self._objects.names)
-            return self._diff(changes, header)
+        before = self._objects.names
+        changes = self._objects.update(solids, header.stamp.to_sec())
+        if self._objects.names != before:
+            self._save(self._objects.names)
+        return self._diff(changes, header)
 
     def end(self, header: Header) -> Optional[genpy.Message]:
         """Return the message that removes all people."""
-        with self._lock:
-            changes = self._objects.clear()
-            self._save(())
-            return self._diff(changes, header)
+        changes = self._objects.clear()
+        self._save(())
+        return self._diff(changes, header)
 
     def markers(self, message: PersonDetection_3dArray) -> MarkerArray:
         """Return the parts of people as markers, in the place of all earlier ones."""
         solids, header = self._solids(message)
-        markers = [Marker(header=header, action=Marker.DELETEALL)]
+        markers = self.no_markers(header).markers
         for number, solid in enumerate(solids.values()):
             width = 2 * solid.radius
             for sort, (pose, kind, height) in enumerate(((_pose(solid), Marker.CYLINDER, solid.length),
@@ -93,6 +92,11 @@ class PlanningSceneMessages:
                 markers.append(Marker(header=header, ns='people', id=3 * number + sort, type=kind, pose=pose,
                                       scale=Vector3(width, width, height), color=_COLOUR))
         return MarkerArray(markers)
+
+    @staticmethod
+    def no_markers(header: Header) -> MarkerArray:
+        """Return the message that deletes all markers."""
+        return MarkerArray([Marker(header=header, action=Marker.DELETEALL)])
 
     def _solids(self, message: PersonDetection_3dArray) -> Tuple[Dict[str, Solid], Header]:
         """Return the parts of people, without those that are the robot's, and the header of their frame."""
@@ -144,15 +148,24 @@ def _ends(solid: Solid) -> List[Pose]:
     return [Pose(Point(*(solid.centre + side * along).tolist()), _NO_TURN) for side in (-1, 1)]
 
 
+def saver(key: str) -> Callable[[Sequence[str]], None]:
+    """Return what saves names as a parameter, and does not wait for it: the master may be gone."""
+    def failed(error: Exception) -> None:
+        rospy.logwarn_throttle(60.0, f'the names of the objects are not saved: {error}')
+
+    worker = NewestWinsWorker(partial(rospy.set_param, key), failed, 'names of objects')
+    return lambda names: worker.submit(list(names))
+
+
 def main() -> None:
     """Run the bridge to MoveIt."""
     def make(settings: MoveitSettings) -> Bridge:
         saved = _OBJECTS + rospy.get_name()
-        messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []),
-                                         lambda names: rospy.set_param(saved, list(names)))
+        messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []), saver(saved))
         return Bridge(settings.demand,
                       Output('planning_scene', messages.kind, (PEOPLE,), messages.convert, messages.end,
                              settings.moveit.max_rate),
-                      Output('~markers', MarkerArray, (PEOPLE,), messages.markers, rate=settings.moveit.max_rate))
+                      Output('~markers', MarkerArray, (PEOPLE,), messages.markers, messages.no_markers,
+                             settings.moveit.max_rate))
 
     run_node('moveit_node', MoveitSettings, make)
