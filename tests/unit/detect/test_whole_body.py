@@ -57,7 +57,7 @@ def check(people, truth):
 
 def test_recipes_of_other_networks_have_no_points():
     for values, expected in (({}, False), ({'crop_model': 'movenet_thunder'}, False), ({'crop_model': 'whole'}, True),
-                             ({'crop_model': 'whole', 'look_closer': 0}, False), ({'pose_model': 'whole'}, True)):
+                             ({'look_closer': 0}, False), ({'pose_model': 'whole'}, True)):
         assert recipe_of(build(DetectorParams, values)).whole_body is expected
     plain = Detector(build(DetectorSettings, {}), Together(**networks_of([LEFT], SIZE)))
     assert plain.detect(chart(*SIZE)).points is None
