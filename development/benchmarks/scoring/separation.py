@@ -97,7 +97,7 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
     """Count how the bounds hold in a scene where the people of these frames, with the stamps of the truth, come."""
     sequence = open_sequence(folder)
     poses, truth = camera_poses(folder, sequence), _truth(folder)
-    params = params or SeparationParams(guard=delivery.guard)
+    params = params or SeparationParams(guard=delivery.guard, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
     arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times.tolist())
                 if delivery.comes(number, time - truth.times[0], number / len(truth.times))]
@@ -189,6 +189,11 @@ def slack(counts: Counts) -> np.ndarray:
     return np.asarray((rows['true'] - rows['bound'])[np.isfinite(rows['bound']) & rows['in_view']])
 
 
+def above_zero(counts: Counts) -> np.ndarray:
+    """Return where bounds are above 0, and the nearest person was found before, (N,) bool."""
+    return np.asarray(counts.rows['separation']['known'] & (counts.rows['separation']['bound'] > 0))
+
+
 def until_zero(counts: Counts) -> np.ndarray:
     """Return the greatest ages of people at which a bound of each scene was above 0 [s]."""
     rows = counts.rows['separation']
@@ -200,9 +205,9 @@ STATISTICS = {
     'broken': Ratio('bounds above the true distance', lambda counts: float(
         (counts.rows['separation']['bound'] > counts.rows['separation']['true']).sum()),
         lambda counts: float(len(counts.rows['separation'])), digits=4),
-    'broken_known': Ratio('the same, where the nearest person was found before', lambda counts: float(
-        (counts.rows['separation']['known'] & (counts.rows['separation']['bound'] > counts.rows['separation']['true'])
-         ).sum()), lambda counts: float(counts.rows['separation']['known'].sum()), digits=4),
+    'broken_known': Ratio('the same, of bounds above 0 where the nearest person was found before', lambda counts: float(
+        (above_zero(counts) & (counts.rows['separation']['bound'] > counts.rows['separation']['true'])).sum()),
+        lambda counts: float(above_zero(counts).sum()), digits=4),
     'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
     'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
     'zero': Ratio('bounds of 0', lambda counts: float((counts.rows['separation']['bound'] == 0).sum()),

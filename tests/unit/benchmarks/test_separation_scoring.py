@@ -7,7 +7,7 @@ import pytest
 from chain_runs import read_truth
 from development import ROOT
 from openpose_ros_bridges.capsules import Capsules
-from openpose_ros_bridges.separation import Links
+from openpose_ros_bridges.moving_parts import Links
 from openpose_ros_pkg.skeletons import COCO_18
 from scoring import separation
 from scoring.figures import figures

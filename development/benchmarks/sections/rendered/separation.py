@@ -15,7 +15,7 @@ CASES = {'as_they_come': ('all frames, 100 ms late', Delivery()),
          'late': ('200 ms late', Delivery(late=0.2)),
          'off': ('camera off from the middle on', Delivery(end=0.5)),
          'guarded': ('with a guard volume', Delivery(guard=True))}
-COLUMNS = {'broken': 'bound broken', 'broken_known': 'by people who were found', 'slack': 'slack, median [m]',
+COLUMNS = {'broken': 'bound broken', 'broken_known': 'of bounds above 0, person found', 'slack': 'slack, median [m]',
            'slack_95': 'slack, 95 % [m]', 'zero': 'bound 0', 'until_zero': 'bound above 0 until [s]'}
 
 
@@ -35,6 +35,7 @@ def measure(options: Options) -> Section:
         f'{len(counts["off"])} scenes, mode balanced; in each {ROBOTS} robots of three links, two that stand and one '
         f'that swings, drawn {GAPS[0]:g} to {GAPS[1]:g} m from people. A bound of probability 0.99 counts at {RATE:g} '
         'Hz, against the distance of the true capsules at that time. Broken: it is greater; the next column leaves out '
-        'people whom the chain had not found before. Slack: true distance less bound, where the nearest person has a '
-        'visible joint. Last column: greatest age of people with a bound above '
+        'bounds of 0, and people whom the chain had not found before. Feet, which the truth has not, do not count. '
+        'Slack: true distance less bound, where the nearest person has a visible joint. Last column: greatest age of '
+        'people with a bound above '
         '0.', named, [Table('', table)])

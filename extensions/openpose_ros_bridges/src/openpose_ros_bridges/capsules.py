@@ -152,16 +152,19 @@ def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: 
                     (points.status[rows] == MEASURED).all(axis=1))
 
 
-def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
+def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY,
+               feet: bool = False) -> Capsules:
     """Return for each part that `capsules_of` leaves out a sphere that contains it, round a joint that is known.
 
-    Both ends are that joint, from which the part is a chain of bones away. People without any known joint have none,
-    and there are no feet where the network has none.
+    Both ends are that joint, from which the part is a chain of bones away. People without any known joint have none.
+
+    Args:
+        feet: also of a network without toes.
     """
     points, scale = _body_points(people, constants, body)
     known = points.status != MISSING
     missing = ~known[:, _ENDS].all(axis=2) & known.any(axis=1, keepdims=True)
-    if not set(_TOES) <= set(people.skeleton.joints):
+    if not feet and not set(_TOES) <= set(people.skeleton.joints):
         missing &= ~_FEET
     persons, parts = np.nonzero(missing)
     # the stature of a person is not known well where joints are missing

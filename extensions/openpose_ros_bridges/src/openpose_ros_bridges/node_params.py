@@ -78,6 +78,11 @@ class SeparationParams(Parameters):
                             maximum=200.0)
     fixed_frame: str = parameter(
         '', 'Frame in which the room stands still, for a camera that moves. Empty: the frame of the people.')
+    room_velocities: bool = parameter(
+        False, 'Velocities of people are those in the room: the extractor has tracking_frame, or the camera stands '
+               'still. false: with fixed_frame, they are not used.')
+    feet: bool = parameter(
+        True, 'Feet are within reach of the ankles where the network has no toes. false: there are no feet then.')
     data_timeout: float = parameter(
         1.0, 'The bound is 0 when the newest people are older.', unit='s', minimum=0.05, maximum=10.0)
     lost_timeout: float = parameter(
@@ -90,10 +95,12 @@ class SeparationParams(Parameters):
         1.0, 'Links move at most this fast: the bound is less by that, times the age of the transform.', unit='m/s',
         minimum=0.0, maximum=20.0)
     guard: bool = parameter(
-        False, 'People may come from where the camera does not look: outside of the image, and beyond guard_range.')
+        False, 'People may come from where the camera does not look: outside of the image, and beyond guard_range. '
+               'Places that furniture, people or the robot hide count as seen.')
     guard_range: float = parameter(5.0, 'Depth up to which people are found.', unit='m', minimum=0.1, maximum=100.0)
     guard_margin: float = parameter(
-        0.3, 'People are found when they are that far in the image.', unit='m', minimum=0.0, maximum=5.0)
+        1.0, 'People are found when they are that far in the image: an arm may be in it before (0.7 m), and a person '
+             'is published some frames later (walking for 0.2 s).', unit='m', minimum=0.0, maximum=5.0)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ body depend on each other, as those of one depth, one size and one identity.
 """
 import math
 from dataclasses import dataclass, replace
-from typing import Callable, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -33,16 +33,13 @@ from openpose_ros_bridges.capsules import (
     reaches_of,
 )
 from openpose_ros_bridges.guard import View
+from openpose_ros_bridges.moving_parts import Links, Margins, MovingParts, as_wide, farther, greatest, margins_of, tail
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_pkg.params.constants import constant
 from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 _MEASURED_ON = 'mode balanced on rendered sequences (wave, turn, cross, crowd, group, close, floor, furniture)'
-# Steps of the search for the bound: to a hundredth of a millimetre in 100 m.
-_STEPS = 24
-# Spheres that stand for a link between two frames.
-_MOST_SPHERES = 20
 # More says nothing [m].
 _MOST_SIGMA = 1000.0
 # Points at the ends of limbs, and knees, (M,).
@@ -75,18 +72,6 @@ class SeparationConstants:
 CONSTANTS = SeparationConstants()
 
 
-class Links(NamedTuple):
-    """Parts of the robot as spheres: names, centres (L, 3) [m] in the frame of the people, radii (L,) [m].
-
-    `away` (L,) is how far each may have moved since [m].
-    """
-
-    names: Sequence[str]
-    centres: np.ndarray
-    radii: np.ndarray
-    away: np.ndarray
-
-
 class Separation(NamedTuple):
     """How near people are.
 
@@ -112,51 +97,6 @@ class Separation(NamedTuple):
     reason: str = ''
 
 
-class _Parts(NamedTuple):
-    """Parts of bodies where they were last known, in arrays with a row for each.
-
-    Attributes:
-        persons, parts, status, stamps: (N,) ids, places in `PARTS`, status, and when [s].
-        ends: (N, 2, 3) [m].
-        radii: (N,) that contain the part [m].
-        skins: (N,) radii by which distances are told [m].
-        sigma, speeds: (N, 2) root mean square errors of both ends [m], and of their velocities [m/s].
-        velocity: (N, 2, 3) [m/s].
-        swings: (N, 2) how far both ends may move about the root of their limb [m].
-    """
-
-    persons: np.ndarray
-    parts: np.ndarray
-    status: np.ndarray
-    stamps: np.ndarray
-    ends: np.ndarray
-    radii: np.ndarray
-    skins: np.ndarray
-    sigma: np.ndarray
-    speeds: np.ndarray
-    velocity: np.ndarray
-    swings: np.ndarray
-
-    @classmethod
-    def none(cls) -> '_Parts':
-        ids, values = np.zeros(0, np.int64), np.zeros(0)
-        ends, points = np.zeros((0, 2)), np.zeros((0, 2, 3))
-        return cls(ids, ids, ids, values, points, values, values, ends, ends, points, ends)
-
-    def where(self, chosen: np.ndarray) -> '_Parts':
-        return _Parts(*(value[chosen] for value in self))
-
-    def and_of(self, other: '_Parts') -> '_Parts':
-        return _Parts(*(np.concatenate(values) for values in zip(self, other)))
-
-
-class _Margins(NamedTuple):
-    """Distances of L links from N parts at three points, and root mean square errors along a line: (3, L, N) [m]."""
-
-    distances: np.ndarray
-    sigmas: np.ndarray
-
-
 class SeparationEstimator:
     """Remembers where people are, and tells how near they may be at any time.
 
@@ -172,13 +112,14 @@ class SeparationEstimator:
         self._swings = 2 * paths[np.arange(len(POINTS)), roots]
         self._paces = _paces(body)
         self._quantile = float(stdtrit(3, params.probability)) / math.sqrt(3)
+        self._tracks = 0  # numbers that were given
         self.clear()
 
     def clear(self) -> None:
         """Forget all people."""
-        self._parts = self._reaches = _Parts.none()
+        self._parts = self._reaches = MovingParts.none()
         self._newest: Optional[float] = None
-        self._unplaced: Set[int] = set()
+        self._unplaced: Sequence[int] = ()
         self._view: Optional[View] = None
 
     def take(self, people: People3D, stamp: float, view: Optional[View] = None) -> None:
@@ -191,12 +132,37 @@ class SeparationEstimator:
         if self._newest is not None and stamp < self._newest:
             return
         parts, reaches = self._of(people, stamp)
-        kept = ~np.isin(self._parts.persons, parts.persons) & (
-            stamp - self._parts.stamps <= self._params.lost_timeout)
+        lost = ~np.isin(self._parts.tracks, self._seen_again(parts, stamp))
+        kept = lost & (stamp - self._parts.stamps <= self._params.lost_timeout)
         self._parts, self._reaches = self._parts.where(kept).and_of(parts), self._reaches.where(kept).and_of(reaches)
-        # a person who is there without a position may be anywhere, unless it is known from before
-        self._unplaced = set(people.ids.tolist()) - set(self._parts.persons.tolist())
+        # a person without a position may be anywhere, unless it is known from before
+        placed, known = set(parts.tracks - self._tracks), set(self._parts.persons.tolist()) - {0}
+        self._unplaced = [name for row, name in enumerate(people.ids.tolist())
+                          if row not in placed and name not in known]
+        self._tracks += len(people)
         self._newest, self._view = stamp, view
+
+    def _seen_again(self, parts: MovingParts, stamp: float) -> Sequence[int]:
+        """Return the tracks that parts of a new frame go on.
+
+        A track goes on with the person of the same id, or, if it is of the frame before, with the nearest one, where
+        the person may have got there. It is lost else.
+        """
+        speed = self._constants.walking + self._constants.limbs
+        tracks, first = np.unique(self._parts.tracks, return_index=True)
+        other = np.unique(parts.tracks, return_index=True)[1]
+        ids, stamps, new_ids = self._parts.persons[first], self._parts.stamps[first], parts.persons[other]
+        beyond = farther(self._parts, parts, speed * (stamp - stamps))
+        has_id = (ids[:, np.newaxis] == new_ids) & (new_ids > 0)  # 0: a person without an id
+        may_be = (beyond <= 0) & (has_id | (stamps == self._newest)[:, np.newaxis])
+        again: Set[int] = set()
+        taken: Set[int] = set()
+        for row, column in sorted(np.argwhere(may_be).tolist(), key=lambda pair: (not has_id[tuple(pair)],
+                                                                                  beyond[tuple(pair)])):
+            if row not in again and column not in taken:
+                again.add(row)
+                taken.add(column)
+        return tracks[sorted(again)].tolist()
 
     def at(self, now: float, links: Links) -> Separation:
         """Return how near people are to links at a time [s]."""
@@ -211,10 +177,10 @@ class SeparationEstimator:
         kept = (self._parts.stamps == newest) | (now - self._parts.stamps <= params.lost_timeout)
         known = self._parts.where(kept)
         found = self._nearest(known, self._reaches.where(kept), np.maximum(now - known.stamps, 0.0), links)
-        found = found._replace(people=len(set(known.persons.tolist()) | self._unplaced),
+        found = found._replace(people=len(set(known.tracks.tolist())) + len(self._unplaced),
                                age=age if math.isnan(found.age) else found.age)
         if self._unplaced:
-            return found._replace(bound=0.0, reason=f'person {min(self._unplaced)} has no position')
+            return found._replace(distance=math.nan, bound=0.0, reason=f'person {self._unplaced[0]} has no position')
         return found if not params.guard else self._guarded(found, max(age, 0.0), links)
 
     def _guarded(self, found: Separation, age: float, links: Links) -> Separation:
@@ -223,13 +189,15 @@ class SeparationEstimator:
             return found._replace(bound=0.0, reason='no camera info: what the camera sees is not known')
         params = self._params
         free = self._view.depths_inside(links.centres, params.guard_range) - links.radii - links.away
-        bound = max(float(free.min()) - params.guard_margin - self._constants.walking * age, 0.0)
+        # a person, and an arm before it
+        came = self._constants.walking * age + min(self._constants.limbs * age, float(self._swings.max()))
+        bound = max(float(free.min()) - params.guard_margin - came, 0.0)
         if bound >= found.bound:
             return found
         return Separation(found.distance, bound, links.names[int(free.argmin())], age=age, people=found.people,
                           reason='guard volume')
 
-    def _nearest(self, known: _Parts, reaches: _Parts, ages: np.ndarray, links: Links) -> Separation:
+    def _nearest(self, known: MovingParts, reaches: MovingParts, ages: np.ndarray, links: Links) -> Separation:
         if not len(ages):
             return Separation(math.inf, math.inf)
         statements = [margins(parts, ages, links) for parts in (known, reaches)
@@ -243,14 +211,14 @@ class SeparationEstimator:
                                      axis=0))
 
         highest = float(np.max([each.distances.min(axis=0) for each in statements], axis=0).min())
-        _, person = np.unique(known.persons, return_inverse=True)
+        _, person = np.unique(known.tracks, return_inverse=True)
 
         def probability(bound: float) -> float:
             nearest = np.full(person.max() + 1, np.inf)
             np.minimum.at(nearest, person, deviations(bound).min(axis=0))
             return float(tail(nearest).sum())
 
-        bound = _greatest(probability, 1 - self._params.probability, highest)
+        bound = greatest(probability, 1 - self._params.probability, highest)
         # the pair that alone would have the least bound
         alone = np.max([(each.distances - self._quantile * each.sigmas).min(axis=0) for each in statements], axis=0)
         link, row = divmod(int(alone.argmin()), len(ages))
@@ -258,25 +226,25 @@ class SeparationEstimator:
         return Separation(distance, min(bound, distance), links.names[link], int(known.persons[row]),
                           PARTS[known.parts[row]], int(known.status[row]), float(ages[row]))
 
-    def _motion(self, known: _Parts, ages: np.ndarray, links: Links) -> _Margins:
+    def _motion(self, known: MovingParts, ages: np.ndarray, links: Links) -> Margins:
         moved = np.minimum(ages, self._constants.longest_motion)[:, np.newaxis]
         sigma = np.hypot(known.sigma, known.speeds * moved)
         ends = known.ends + known.velocity * moved[..., np.newaxis]
-        return _margins(known, ends, sigma, links, self._walked(known, ages[:, np.newaxis] - moved))
+        return margins_of(known, ends, sigma, links, self._walked(known, ages[:, np.newaxis] - moved))
 
-    def _walking(self, known: _Parts, ages: np.ndarray, links: Links) -> _Margins:
-        return _margins(known, known.ends, known.sigma, links, self._walked(known, ages[:, np.newaxis]))
+    def _walking(self, known: MovingParts, ages: np.ndarray, links: Links) -> Margins:
+        return margins_of(known, known.ends, known.sigma, links, self._walked(known, ages[:, np.newaxis]))
 
-    def _walked(self, known: _Parts, ages: np.ndarray) -> np.ndarray:
+    def _walked(self, known: MovingParts, ages: np.ndarray) -> np.ndarray:
         """Return how far both ends may have got in times (N, 1) [s], (N, 2) [m]."""
         return self._constants.walking * ages + np.minimum(self._constants.limbs * ages, known.swings)
 
-    def _of(self, people: People3D, stamp: float) -> Tuple[_Parts, _Parts]:
+    def _of(self, people: People3D, stamp: float) -> Tuple[MovingParts, MovingParts]:
         """Return the parts of the people of a frame, and the spheres within reach of measured joints that hold them."""
         # by their rows, as a message may have an id twice
         rows = replace(people, ids=np.arange(len(people)))
         known, missing, reaches = (parts_of(each, self._capsules, self._body) for parts_of, each in (
-            (capsules_of, rows), (reaches_of, rows), (reaches_of, _measured(rows))))
+            (capsules_of, rows), (self._reaches_of, rows), (self._reaches_of, _measured(rows))))
         parts = self._rows(known, np.where(known.measured, MEASURED, INFERRED), known.radii, stamp).and_of(
             self._rows(missing, np.full(len(missing), MISSING), np.zeros(len(missing)), stamp))
         around = self._rows(reaches, np.full(len(reaches), MEASURED), np.zeros(len(reaches)), stamp)
@@ -285,12 +253,15 @@ class SeparationEstimator:
         # what has no such sphere may be anywhere, by this statement
         spheres = parts._replace(radii=np.full(len(own), np.inf))
         if len(reaches):
-            spheres = _Parts(*(np.where(_as_wide(own >= 0, other), value[own], other) for value, other in zip(
+            spheres = MovingParts(*(np.where(as_wide(own >= 0, other), value[own], other) for value, other in zip(
                 around, spheres)))
-        ids = people.ids[parts.persons]
-        return parts._replace(persons=ids), spheres._replace(persons=ids)
+        tracks, ids = self._tracks + parts.persons, people.ids[parts.persons]
+        return parts._replace(tracks=tracks, persons=ids), spheres._replace(tracks=tracks, persons=ids)
 
-    def _rows(self, capsules: Capsules, status: np.ndarray, skins: np.ndarray, stamp: float) -> _Parts:
+    def _reaches_of(self, people: People3D, capsules: CapsuleConstants, body: BodyConstants) -> Capsules:
+        return reaches_of(people, capsules, body, self._params.feet)
+
+    def _rows(self, capsules: Capsules, status: np.ndarray, skins: np.ndarray, stamp: float) -> MovingParts:
         constants, paces = self._constants, self._paces[capsules.points]
         with np.errstate(invalid='ignore'):
             sigma = np.where(capsules.sigma >= 0, np.minimum(capsules.sigma, _MOST_SIGMA), constants.no_sigma)
@@ -299,9 +270,10 @@ class SeparationEstimator:
         error = np.where((status == MEASURED)[:, np.newaxis], 1.0, inferred)
         # what moves at an unknown velocity stays within `walking` by the other statement
         speeds = np.where(moves, constants.speed_error * paces, constants.walking + constants.limbs)
-        return _Parts(capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
-                      capsules.radii, skins, sigma * error, speeds,
-                      np.where(moves[..., np.newaxis], capsules.velocity, 0.0), self._swings[capsules.points])
+        return MovingParts(
+            capsules.persons, capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
+            capsules.radii, skins, sigma * error, speeds, np.where(moves[..., np.newaxis], capsules.velocity, 0.0),
+            self._swings[capsules.points])
 
 
 def _measured(people: People3D) -> People3D:
@@ -309,19 +281,6 @@ def _measured(people: People3D) -> People3D:
     other = people.status != MEASURED
     return replace(people, xyz=np.where(other[..., np.newaxis], np.nan, people.xyz),
                    status=np.where(other, MISSING, people.status), sigma=np.where(other, np.nan, people.sigma))
-
-
-def _as_wide(mask: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return a mask (N,) for values (N, ...)."""
-    return mask.reshape(-1, *(1,) * (values.ndim - 1))
-
-
-def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
-    """Return centres (M, 3) and a radius of spheres that hold the capsule between ends (2, 3) [m]; one, of a sphere."""
-    length = float(np.linalg.norm(ends[1] - ends[0]))
-    number = min(math.ceil(length / max(radius, 0.01)), _MOST_SPHERES - 1) + 1
-    shares = np.linspace(0.0, 1.0, number)[:, np.newaxis]
-    return ends[0] + shares * (ends[1] - ends[0]), math.hypot(radius, length / max(number - 1, 1) / 2)
 
 
 def unknown(reason: str, age: float = math.nan) -> Separation:
@@ -348,40 +307,3 @@ def _paces(body: BodyConstants) -> np.ndarray:
     return np.array([paces[name if name in paces else name.partition('_')[2]] for name in POINTS])
 
 
-def _margins(known: _Parts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
-             ) -> _Margins:
-    """Return how far links are from parts at their ends and at the nearest point between.
-
-    Args:
-        ends: (N, 2, 3) of the parts [m].
-        sigma: (N, 2) of these [m].
-        grown: (N, 2) by how much the ends may be nearer [m].
-    """
-    begins, along = ends[:, 0], ends[:, 1] - ends[:, 0]
-    squares = np.maximum((along ** 2).sum(axis=1), 1e-12)
-    offsets = links.centres[:, np.newaxis] - begins
-    shares = np.clip((offsets * along).sum(axis=2) / squares, 0.0, 1.0)
-    shares = np.stack([np.zeros_like(shares), shares, np.ones_like(shares)])
-    distances = np.linalg.norm(offsets - shares[..., np.newaxis] * along, axis=3)
-
-    def between(values: np.ndarray) -> np.ndarray:
-        return (1 - shares) * values[:, 0] + shares * values[:, 1]
-
-    distances = distances - known.radii - (links.radii + links.away)[:, np.newaxis]
-    return _Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
-
-
-def tail(deviations: np.ndarray) -> np.ndarray:
-    """Return the probability that Student's t with three degrees of freedom is greater, by its standard deviations."""
-    return 0.5 - (np.arctan(deviations) + deviations / (1 + deviations ** 2)) / math.pi
-
-
-def _greatest(probability: Callable[[float], float], most: float, highest: float) -> float:
-    """Return the greatest bound from 0 to `highest` with at most that probability, which grows with it; else 0."""
-    low, high = 0.0, max(highest, 0.0)
-    if probability(low) > most:
-        return 0.0
-    for _ in range(_STEPS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if probability(middle) <= most else (low, middle)
-    return low

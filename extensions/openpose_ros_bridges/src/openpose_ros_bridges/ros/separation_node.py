@@ -5,6 +5,7 @@ planners.
 """
 import threading
 import time
+from dataclasses import replace
 from typing import List, Optional, Tuple
 
 import numpy as np
@@ -14,10 +15,11 @@ from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
 from openpose_ros_bridges.guard import View
+from openpose_ros_bridges.moving_parts import Links, spheres_of
 from openpose_ros_bridges.node_params import SeparationSettings
 from openpose_ros_bridges.robot_links import read_links
 from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE
-from openpose_ros_bridges.separation import Links, Separation, SeparationEstimator, spheres_of, unknown
+from openpose_ros_bridges.separation import Separation, SeparationEstimator, unknown
 from openpose_ros_pkg.errors import NoStampError, NoTransformError, ParameterError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
@@ -27,14 +29,13 @@ from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PAIRING
-from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
 
 _STILL = np.eye(3), np.zeros(3)
-# Transforms are dated ahead by up to about this, as by amcl [s].
-_AHEAD = 1.0
+# Transforms that are dated further ahead are of another clock [s].
+_AHEAD = 0.1
 
 
 class SeparationNode:
@@ -54,8 +55,7 @@ class SeparationNode:
         self._lock = threading.Lock()
         self._estimator, self._frame_id = SeparationEstimator(params), params.fixed_frame
         self._stamp = rospy.Time()
-        self._camera: Optional[CameraModel] = None
-        self._camera_frame = ''
+        self._info: Optional[CameraInfo] = None
         self._clock = rospy.Time(), time.monotonic()
         self._due, self._reason = time.monotonic(), ''
         self._demand = Demand(settings.demand.lazy, self._health)
@@ -73,18 +73,20 @@ class SeparationNode:
         repeat(self._tick, 'separation')
 
     def _take_camera(self, message: CameraInfo) -> None:
-        if self._camera_frame != message.header.frame_id or self._camera is None:
-            self._camera, self._camera_frame = convert.camera_from_message(message), message.header.frame_id
+        self._info = message
 
     def _take(self, message: PersonDetection_3dArray) -> None:
         header = message.header
         if header.stamp.is_zero():
             raise NoStampError('people have no stamp, and how old they are is not known')
         frame_id = self._params.fixed_frame or header.frame_id
-        people = transform_people(convert.people_from_array(message), *self._pose(frame_id, header))
-        view = None
-        if self._camera is not None:
-            view = View.of(self._camera, self._pose(frame_id, Header(stamp=header.stamp, frame_id=self._camera_frame)))
+        people, info, view = convert.people_from_array(message), self._info, None
+        if self._params.fixed_frame and not self._params.room_velocities:
+            people = replace(people, velocity=None)
+        people = transform_people(people, *self._pose(frame_id, header))
+        if info is not None:
+            place = Header(stamp=header.stamp, frame_id=info.header.frame_id)
+            view = View.of(convert.camera_from_message(info), self._pose(frame_id, place))
         with self._lock:
             if frame_id != self._frame_id or (self._stamp - header.stamp).to_nsec() > PAIRING.reset_backstep:
                 self._forget(frame_id)
@@ -147,7 +149,7 @@ class SeparationNode:
         age = 0.0 if transform.header.stamp.is_zero() else (now - transform.header.stamp).to_sec()
         if not -_AHEAD <= age <= self._params.tf_timeout:
             raise NoTransformError(f'the transform of {frame} is {age:.2f} s old')
-        return convert.rotation_and_translation(transform)[1], max(age, 0.0)
+        return convert.rotation_and_translation(transform)[1], abs(age)
 
     def _tell(self, found: Separation, header: Header) -> None:
         if found.bound == 0 and found.reason:

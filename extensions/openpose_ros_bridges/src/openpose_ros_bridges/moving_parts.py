@@ -1,0 +1,150 @@
+"""Parts of bodies where they were last known, and how far links of a robot are from them."""
+import math
+from typing import Callable, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_bridges.capsules import PARTS
+from skeleton_extract_3d.people import MISSING
+
+# Steps of the search for a bound: to a hundredth of a millimetre in 100 m.
+_STEPS = 24
+# Spheres that stand for a link between two frames.
+_MOST_SPHERES = 20
+
+
+class Links(NamedTuple):
+    """Parts of the robot as spheres: names, centres (L, 3) [m] in the frame of the people, radii (L,) [m].
+
+    `away` (L,) is how far each may have moved since [m].
+    """
+
+    names: Sequence[str]
+    centres: np.ndarray
+    radii: np.ndarray
+    away: np.ndarray
+
+
+class MovingParts(NamedTuple):
+    """Parts of bodies where they were last known, in arrays with a row for each.
+
+    Attributes:
+        tracks, persons, parts, status, stamps: (N,) numbers of people in this memory, their ids, places in `PARTS`,
+            status, and when [s].
+        ends: (N, 2, 3) [m].
+        radii: (N,) that contain the part [m].
+        skins: (N,) radii by which distances are told [m].
+        sigma, speeds: (N, 2) root mean square errors of both ends [m], and of their velocities [m/s].
+        velocity: (N, 2, 3) [m/s].
+        swings: (N, 2) how far both ends may move about the root of their limb [m].
+    """
+
+    tracks: np.ndarray
+    persons: np.ndarray
+    parts: np.ndarray
+    status: np.ndarray
+    stamps: np.ndarray
+    ends: np.ndarray
+    radii: np.ndarray
+    skins: np.ndarray
+    sigma: np.ndarray
+    speeds: np.ndarray
+    velocity: np.ndarray
+    swings: np.ndarray
+
+    @classmethod
+    def none(cls) -> 'MovingParts':
+        ids, values = np.zeros(0, np.int64), np.zeros(0)
+        ends, points = np.zeros((0, 2)), np.zeros((0, 2, 3))
+        return cls(ids, ids, ids, ids, values, points, values, values, ends, ends, points, ends)
+
+    def where(self, chosen: np.ndarray) -> 'MovingParts':
+        return MovingParts(*(value[chosen] for value in self))
+
+    def and_of(self, other: 'MovingParts') -> 'MovingParts':
+        return MovingParts(*(np.concatenate(values) for values in zip(self, other)))
+
+
+class Margins(NamedTuple):
+    """Distances of L links from N parts at three points, and root mean square errors along a line: (3, L, N) [m]."""
+
+    distances: np.ndarray
+    sigmas: np.ndarray
+
+
+def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
+    """Return centres (M, 3) and a radius of spheres that hold the capsule between ends (2, 3) [m]; one, of a sphere."""
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    number = min(math.ceil(length / max(radius, 0.01)), _MOST_SPHERES - 1) + 1
+    shares = np.linspace(0.0, 1.0, number)[:, np.newaxis]
+    return ends[0] + shares * (ends[1] - ends[0]), math.hypot(radius, length / max(number - 1, 1) / 2)
+
+
+def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
+             ) -> Margins:
+    """Return how far links are from parts at their ends and at the nearest point between.
+
+    Where errors are the same along a part, the nearest point decides; where they differ, one of these nearly does.
+
+    Args:
+        ends: (N, 2, 3) of the parts [m].
+        sigma: (N, 2) of these [m].
+        grown: (N, 2) by how much the ends may be nearer [m].
+    """
+    begins, along = ends[:, 0], ends[:, 1] - ends[:, 0]
+    squares = np.maximum((along ** 2).sum(axis=1), 1e-12)
+    offsets = links.centres[:, np.newaxis] - begins
+    shares = np.clip((offsets * along).sum(axis=2) / squares, 0.0, 1.0)
+    shares = np.stack([np.zeros_like(shares), shares, np.ones_like(shares)])
+    distances = np.linalg.norm(offsets - shares[..., np.newaxis] * along, axis=3)
+
+    def between(values: np.ndarray) -> np.ndarray:
+        return (1 - shares) * values[:, 0] + shares * values[:, 1]
+
+    distances = distances - known.radii - (links.radii + links.away)[:, np.newaxis]
+    return Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
+
+
+def farther(parts: MovingParts, others: MovingParts, way: np.ndarray) -> np.ndarray:
+    """Return by how much people (T) are farther from those of another frame (U) than a way (T,) and errors, (T, U) [m].
+
+    The same parts are compared by their middles, and the median counts; inf: there are none that both know.
+    """
+    (middles, sigmas), (other_middles, other_sigmas) = _by_track(parts), _by_track(others)
+    apart = np.full((len(middles), len(other_middles)), np.inf)
+    for row in range(len(middles) if len(other_middles) else 0):
+        distances = np.linalg.norm(other_middles - middles[row], axis=2) - 2 * np.hypot(other_sigmas, sigmas[row])
+        both = np.isfinite(distances).any(axis=1)
+        apart[row, both] = np.nanmedian(distances[both], axis=1) - way[row]
+    return apart
+
+
+def _by_track(parts: MovingParts) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the middles (T, P, 3) and sigma (T, P) of all parts of each track, NaN where they are not known [m]."""
+    tracks, rows = np.unique(parts.tracks, return_inverse=True)
+    middles, sigmas = np.full((len(tracks), len(PARTS), 3), np.nan), np.full((len(tracks), len(PARTS)), np.nan)
+    known = parts.status != MISSING
+    middles[rows[known], parts.parts[known]] = parts.ends[known].mean(axis=1)
+    sigmas[rows[known], parts.parts[known]] = parts.sigma[known].max(axis=1)
+    return middles, sigmas
+
+
+def as_wide(mask: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return a mask (N,) for values (N, ...)."""
+    return mask.reshape(-1, *(1,) * (values.ndim - 1))
+
+
+def tail(deviations: np.ndarray) -> np.ndarray:
+    """Return the probability that Student's t with three degrees of freedom is greater, by its standard deviations."""
+    return 0.5 - (np.arctan(deviations) + deviations / (1 + deviations ** 2)) / math.pi
+
+
+def greatest(probability: Callable[[float], float], most: float, highest: float) -> float:
+    """Return the greatest bound from 0 to `highest` with at most that probability, which grows with it; else 0."""
+    low, high = 0.0, max(highest, 0.0)
+    if probability(low) > most:
+        return 0.0
+    for _ in range(_STEPS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if probability(middle) <= most else (low, middle)
+    return low
