@@ -40,8 +40,6 @@ from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 _MEASURED_ON = 'mode balanced on rendered sequences (wave, turn, cross, crowd, group, close, floor, furniture)'
-# More says nothing [m].
-_MOST_SIGMA = 1000.0
 # Points at the ends of limbs, and knees, (M,).
 _ENDS = np.array([name.endswith(('wrist', 'hand', 'knee', 'ankle', 'toe')) for name in POINTS])
 
@@ -57,8 +55,6 @@ class SeparationConstants:
                                      unit='share', source=_MEASURED_ON + ': 99 % of the errors along a line')
     inferred_end_error: float = constant(1.4, 'The same of the end of a limb, and of a knee.', unit='share',
                                          source='as `inferred_error`')
-    no_sigma: float = constant(0.25, 'Sigma of a joint without one.', unit='m', source='chosen: the error of most '
-                                                                                      'guessed joints')
     speed_error: float = constant(0.42, "Root mean square error of a trunk joint's velocity; of others as much more as "
                                        'they accelerate more.', unit='m/s', source=_MEASURED_ON)
     greatest_speed: float = constant(10.0, 'Greater velocities are errors.', unit='m/s', source='chosen: hands that '
@@ -264,7 +260,6 @@ class SeparationEstimator:
     def _rows(self, capsules: Capsules, status: np.ndarray, skins: np.ndarray, stamp: float) -> MovingParts:
         constants, paces = self._constants, self._paces[capsules.points]
         with np.errstate(invalid='ignore'):
-            sigma = np.where(capsules.sigma >= 0, np.minimum(capsules.sigma, _MOST_SIGMA), constants.no_sigma)
             moves = np.linalg.norm(capsules.velocity, axis=2) <= constants.greatest_speed
         inferred = np.where(_ENDS[capsules.points], constants.inferred_end_error, constants.inferred_error)
         error = np.where((status == MEASURED)[:, np.newaxis], 1.0, inferred)
@@ -272,7 +267,7 @@ class SeparationEstimator:
         speeds = np.where(moves, constants.speed_error * paces, constants.walking + constants.limbs)
         return MovingParts(
             capsules.persons, capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
-            capsules.radii, skins, sigma * error, speeds, np.where(moves[..., np.newaxis], capsules.velocity, 0.0),
+            capsules.radii, skins, capsules.known_sigma * error, speeds, np.where(moves[..., np.newaxis], capsules.velocity, 0.0),
             self._swings[capsules.points])
 
 
