@@ -267,8 +267,8 @@ class SeparationEstimator:
         speeds = np.where(moves, constants.speed_error * paces, constants.walking + constants.limbs)
         return MovingParts(
             capsules.persons, capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
-            capsules.radii, skins, capsules.known_sigma * error, speeds, np.where(moves[..., np.newaxis], capsules.velocity, 0.0),
-            self._swings[capsules.points])
+            capsules.radii, skins, capsules.known_sigma * error, speeds,
+            np.where(moves[..., np.newaxis], capsules.velocity, 0.0), self._swings[capsules.points])
 
 
 def _measured(people: People3D) -> People3D:
