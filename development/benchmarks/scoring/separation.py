@@ -55,20 +55,20 @@ class Delivery(NamedTuple):
 
 
 class _Truth(NamedTuple):
-    """True people in the world: stamps (F,) [s], by frame the people, and who has a visible joint."""
+    """True people in the world: stamps (F,) [s], by frame the people, and whether each has a visible joint."""
 
     times: np.ndarray
     people: List[People3D]
     seen: List[Dict[int, bool]]
 
     def found_in(self, number: int, found: People3D) -> Set[int]:
-        """Return the ids of the people of a frame who were found."""
+        """Return the ids of the true people of a frame that were found."""
         people = self.people[number]
         visible = np.ones(people.xyz.shape[:2], bool)
         return {int(people.ids[row]) for row in pair(people.xyz, visible, found)}
 
     def at(self, time: float) -> Tuple[People3D, Dict[int, bool]]:
-        """Return the people at a time between the first and the last frame, who are there in the frames around it."""
+        """Return the people at a time between the first and the last frame, of ids in both frames around it."""
         after = int(np.clip(np.searchsorted(self.times, time, 'right'), 1, len(self.times) - 1))
         share = (time - self.times[after - 1]) / (self.times[after] - self.times[after - 1])
         first, last = self.people[after - 1], self.people[after]

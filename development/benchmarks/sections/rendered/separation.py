@@ -20,7 +20,7 @@ COLUMNS = {'broken': 'bound broken', 'broken_known': 'of bounds above 0, person 
 
 
 def measure(options: Options) -> Section:
-    """Bound the distances of people whom mode balanced finds from links of simulated robots."""
+    """Bound the distances of the people of mode balanced from links of simulated robots."""
     counts: Dict[str, List[Counts]] = {name: [] for name in CASES}
     scenes = list(options.scenes)
     for folder, each in zip(scenes, count(options, {'mode': 'balanced'})):
@@ -35,7 +35,7 @@ def measure(options: Options) -> Section:
         f'{len(counts["off"])} scenes, mode balanced; in each {ROBOTS} robots of three links, two that stand and one '
         f'that swings, drawn {GAPS[0]:g} to {GAPS[1]:g} m from people. A bound of probability 0.99 counts at {RATE:g} '
         'Hz, against the distance of the true capsules at that time. Broken: it is greater; the next column leaves out '
-        'bounds of 0, and people whom the chain had not found before. Feet, which the truth has not, do not count. '
+        'bounds of 0, and people that the chain had not found before. Feet, which the truth has not, do not count. '
         'Slack: true distance less bound, where the nearest person has a visible joint. Last column: greatest age of '
         'people with a bound above '
         '0.', named, [Table('', table)])

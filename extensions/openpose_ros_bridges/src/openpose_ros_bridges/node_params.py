@@ -86,7 +86,7 @@ class SeparationParams(Parameters):
     data_timeout: float = parameter(
         1.0, 'The bound is 0 when the newest people are older.', unit='s', minimum=0.05, maximum=10.0)
     lost_timeout: float = parameter(
-        3.0, 'A person who is no longer seen may be within walking distance for this long.', unit='s', minimum=0.0,
+        3.0, 'A lost track may be anywhere within walking distance for this long.', unit='s', minimum=0.0,
         maximum=60.0)
     tf_timeout: float = parameter(
         0.2, 'The bound is 0 when the transform of a link is older. Also how long people wait for theirs.', unit='s',

@@ -7,8 +7,7 @@ and velocity v. Two statements hold of it, and the best one counts:
     walking    it is within 1.6 m/s t of where it was, which has variance s^2; a limb moves about its root too, by
                at most 2.0 m/s t, and no further than it reaches
 
-Both speeds are those of ISO 13855: of walking, and of upper limbs. People who are no longer seen are people who were
-last known a while ago. A part that is not MEASURED is also within reach of the nearest joint that is, of which the same
+Both speeds are from ISO 13855: walking, and upper limbs. A lost track is one that was last known a while ago. A part that is not MEASURED is also within reach of the nearest joint that is, of which the same
 is said. Errors have heavier tails than normal ones: Student's t with three degrees of freedom.
 
 **The bound** is the greatest b with which the probability that a person is nearer than b is 1 - p at most, as a sum
@@ -78,7 +77,7 @@ class Separation(NamedTuple):
         link, person, part, status: the pair that alone would have the least bound: name of the link, id (0: none), name
             of the part, MEASURED, INFERRED or MISSING.
         age: of the data of this person, or, without one, of the newest frame [s]; NaN: there is none.
-        people: number of people that count, with those who were lost.
+        people: number of people that count, including lost tracks.
         reason: why the bound is not by the people; empty: it is.
     """
 
@@ -180,7 +179,7 @@ class SeparationEstimator:
         return found if not params.guard else self._guarded(found, max(age, 0.0), links)
 
     def _guarded(self, found: Separation, age: float, links: Links) -> Separation:
-        """Return the separation with people who come from where the camera does not look."""
+        """Return the separation with people coming from where the camera does not look."""
         if self._view is None:
             return found._replace(bound=0.0, reason='no camera info: what the camera sees is not known')
         params = self._params
