@@ -7,8 +7,9 @@ and velocity v. Two statements hold of it, and the best one counts:
     walking    it is within 1.6 m/s t of where it was, which has variance s^2; a limb moves about its root too, by
                at most 2.0 m/s t, and no further than it reaches
 
-Both speeds are from ISO 13855: walking, and upper limbs. A lost track is one that was last known a while ago. A part that is not MEASURED is also within reach of the nearest joint that is, of which the same
-is said. Errors have heavier tails than normal ones: Student's t with three degrees of freedom.
+Both speeds are from ISO 13855: walking, and upper limbs. A lost track is one that was last known a while ago. A part
+that is not MEASURED is also within reach of the nearest joint that is, of which the same is said. Errors have heavier
+tails than normal ones: Student's t with three degrees of freedom.
 
 **The bound** is the greatest b with which the probability that a person is nearer than b is 1 - p at most, as a sum
 over people (Boole). Of one person the part and link count with which that is most probable: errors of the joints of a
