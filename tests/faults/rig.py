@@ -3,7 +3,7 @@ import copy
 import socket
 import subprocess
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Type
@@ -127,6 +127,10 @@ class Chain:
                    f'{name} reads its inputs')
         for _ in range(SETTLED):
             self.reference = self.figures(self.result_of_good_frame())
+        self.count_from_now()
+
+    def count_from_now(self) -> None:
+        """Let `growth` count from now on."""
         self.usage = self._usage()
 
     def _listen(self) -> None:
@@ -260,8 +264,15 @@ def _is_open(port: int) -> bool:
         return probe.connect_ex(('localhost', port)) == 0
 
 
+def chain_of(node: str) -> str:
+    """Return the name of the chain of a node 'CHAIN/NODE'."""
+    return node.partition('/')[0]
+
+
 class Rig:
-    """The chains, each started when it is first asked for; faults of different chains are injected at the same time.
+    """The chains; faults of different chains are injected at the same time.
+
+    Chains with faults start at once, others when they are first asked for.
 
     Args:
         faults: all that will be injected, in their order.
@@ -282,7 +293,11 @@ class Rig:
         self.chains: Dict[str, Chain] = {}
         # one fault at a time; kept, as nodes end with the thread that started them
         self._workers = {name: ThreadPoolExecutor(1) for name in CHAINS}
-        self.done = {id(fault): self._workers[fault.node.partition('/')[0]].submit(self._inject, fault)
+        # nodes that read /diagnostics hold a connection to each node of the other chains
+        wait([self._workers[name].submit(self.chain, name) for name in {chain_of(fault.node) for fault in faults}])
+        for chain in self.chains.values():
+            chain.count_from_now()
+        self.done = {id(fault): self._workers[chain_of(fault.node)].submit(self._inject, fault)
                      for fault in faults}
 
     def _inject(self, fault: Fault) -> None:
@@ -290,7 +305,7 @@ class Rig:
 
     def chain(self, node: str) -> Chain:
         """Return the chain of a node 'CHAIN/NODE'."""
-        name = node.partition('/')[0]
+        name = chain_of(node)
         if name not in self.chains:
             self.chains[name] = _KINDS.get(name, Chain)(self.session, self.diagnostics, name)
         return self.chains[name]
