@@ -1,4 +1,4 @@
-"""Stand-ins for networks with random weights: their decoders find the people whom MoveNet found."""
+"""Stand-ins for networks with random weights: their decoders find the people that MoveNet found."""
 from dataclasses import replace
 
 import numpy as np
