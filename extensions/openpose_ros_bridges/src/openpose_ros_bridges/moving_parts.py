@@ -81,7 +81,7 @@ def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
 
 
 def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
-             ) -> Margins:
+               ) -> Margins:
     """Return how far links are from parts at their ends and at the nearest point between.
 
     Where errors are the same along a part, the nearest point decides; where they differ, one of these nearly does.

@@ -16,8 +16,6 @@ from openpose_ros_pkg.landmarks.landmark_network import (
 
 # Of the 70 points of a face, the tip of the nose.
 _NOSE_TIP = 30
-
-
 # First points of the face, the left and the right hand; see `skeletons.WHOLE_BODY_133`.
 _FACE, _LEFT_HAND, _RIGHT_HAND = 23, 91, 112
 

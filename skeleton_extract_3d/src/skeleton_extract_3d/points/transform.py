@@ -10,6 +10,7 @@ from skeleton_extract_3d.people import People3D
 
 Transform = Tuple[np.ndarray, np.ndarray]
 """Rotation (3, 3) and translation (3,) [m] of x' = R x + t."""
+IDENTITY: Transform = np.eye(3), np.zeros(3)
 UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """Axes x forward, y left, z up (REP 103) of a level camera, as columns in its optical frame."""
 TURNED = '_upright'

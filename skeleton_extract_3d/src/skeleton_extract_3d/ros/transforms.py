@@ -6,9 +6,12 @@ import genpy
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
+from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import NoTransformError
 from openpose_ros_pkg.stream.pairing import PAIRING
+from skeleton_extract_3d.points.transform import IDENTITY, Transform
+from skeleton_extract_3d.ros.convert import rotation_and_translation
 
 # Period of looking [s].
 _LOOK_PERIOD = 0.005
@@ -44,6 +47,17 @@ class Transforms:
         except (tf2_ros.TransformException, TypeError):  # the latter of such a time, see `check_stamp`
             return False
         return bool(abs((stamp - newest).to_sec()) <= _ON_ITS_WAY)
+
+    def pose(self, target: str, header: Header) -> Transform:
+        """Return what takes points of a message to the frame `target`; '': its own. As `lookup`.
+
+        Raises:
+            NoTransformError: it did not come in time.
+            BadInputError: its numbers are not finite.
+        """
+        if target in ('', header.frame_id):
+            return IDENTITY
+        return rotation_and_translation(self.lookup(target, header.frame_id, header.stamp))
 
     def newest(self, target: str, source: str) -> TransformStamped:
         """Return the newest transform that takes points of the frame `source` to `target`, without waiting.

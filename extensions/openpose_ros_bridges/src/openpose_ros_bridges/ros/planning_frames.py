@@ -7,11 +7,9 @@ import rospy
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import NoTransformError
-from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.points.transform import IDENTITY, Transform
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.transforms import Transforms
-
-_STILL = np.eye(3), np.zeros(3)
 
 
 class PlanningFrames:
@@ -33,10 +31,10 @@ class PlanningFrames:
         Raises:
             NoTransformError: tf does not know it in time.
         """
-        if self._transforms is None or frame in ('', header.frame_id):
-            return _STILL
+        if self._transforms is None:
+            return IDENTITY
         with self._lock:
-            return rotation_and_translation(self._transforms.lookup(frame, header.frame_id, header.stamp))
+            return self._transforms.pose(frame, header)
 
     def origin_of(self, link: str, header: Header) -> Optional[np.ndarray]:
         """Return where the origin of a link is in the frame and at the time of a header, (3,) [m]; None: not known."""

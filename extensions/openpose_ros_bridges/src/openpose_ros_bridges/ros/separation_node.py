@@ -29,11 +29,10 @@ from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PAIRING
-from skeleton_extract_3d.points.transform import Transform, transform_people
+from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
 
-_STILL = np.eye(3), np.zeros(3)
 # Transforms that are dated further ahead are of another clock [s].
 _AHEAD = 0.1
 
@@ -83,21 +82,16 @@ class SeparationNode:
         people, info, view = convert.people_from_array(message), self._info, None
         if self._params.fixed_frame and not self._params.room_velocities:
             people = replace(people, velocity=None)
-        people = transform_people(people, *self._pose(frame_id, header))
+        people = transform_people(people, *self._transforms.pose(frame_id, header))
         if info is not None:
             place = Header(stamp=header.stamp, frame_id=info.header.frame_id)
-            view = View.of(convert.camera_from_message(info), self._pose(frame_id, place))
+            view = View.of(convert.camera_from_message(info), self._transforms.pose(frame_id, place))
         with self._lock:
             if frame_id != self._frame_id or (self._stamp - header.stamp).to_nsec() > PAIRING.reset_backstep:
                 self._forget(frame_id)
             self._stamp = header.stamp
             self._estimator.take(people, header.stamp.to_sec(), view)
         self._health.frame_done(header.stamp)
-
-    def _pose(self, frame_id: str, header: Header) -> Transform:
-        if frame_id == header.frame_id:
-            return _STILL
-        return convert.rotation_and_translation(self._transforms.lookup(frame_id, header.frame_id, header.stamp))
 
     def _forget(self, frame_id: str) -> None:
         self._estimator.clear()

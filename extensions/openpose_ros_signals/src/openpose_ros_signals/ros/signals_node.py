@@ -35,7 +35,7 @@ from openpose_ros_signals.ros.input_end import Silence
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
-from skeleton_extract_3d.points.transform import Transform, transform_landmarks, transform_people
+from skeleton_extract_3d.points.transform import IDENTITY, Transform, transform_landmarks, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.transforms import Transforms
@@ -47,7 +47,6 @@ _MARKERS_QUEUE = 7 * PERSONS_QUEUE
 _SAME_TIME = 0.3
 # One point of the cloud in this many rows and columns is looked at: 5 mm apart at 2.5 m.
 _CLOUD_STEP = 4
-_STILL = np.eye(3), np.zeros(3)
 # z = 0 of a fixed frame.
 _FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 
@@ -154,10 +153,7 @@ class SignalsNode:
         self._health.frame_done(header.stamp)
 
     def _pose(self, header: Header) -> Transform:
-        if self._transforms is None or not self._params.fixed_frame:
-            return _STILL
-        return convert.rotation_and_translation(self._transforms.lookup(self._params.fixed_frame, header.frame_id,
-                                                                        header.stamp))
+        return IDENTITY if self._transforms is None else self._transforms.pose(self._params.fixed_frame, header)
 
     def _floor_plane(self, header: Header) -> Optional[np.ndarray]:
         return _FIXED_FLOOR if self._params.fixed_frame else self._floor.at(header)
