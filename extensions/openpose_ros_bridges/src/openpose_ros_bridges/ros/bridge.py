@@ -29,7 +29,7 @@ SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
 # Signals have the stamp of their people; half a millisecond allows for rounded ones [s].
 _SAME_STAMP = 0.0005
 # rospy sends what was published before its connections are closed within this time [s].
-_LAST_WORDS = 0.1
+_FLUSH_TIME = 0.1
 
 
 def start_signals(namespace: str = '') -> str:
@@ -97,7 +97,7 @@ class _Publisher:
         with self._lock:
             self._publish_end()
             self._is_shut_down = True
-        time.sleep(_LAST_WORDS)
+        time.sleep(_FLUSH_TIME)
 
     def _publish_end(self) -> None:
         # a reader that comes back has people from before, which the next message then has to remove
