@@ -8,7 +8,7 @@ from geometry_msgs.msg import PointStamped, Twist
 from openpose_ros_msgs.msg import PersonGesture, PersonSignalsArray
 
 DISTANCE, SPEED, TURN = 1.2, 0.5, 0.8  # [m], [m/s], [rad/s]
-LATE, LOST, SAME_PLACE = 0.7, 3.0, 0.5  # [s], [s], [m]
+LATE, LOST = 0.7, 3.0  # [s]
 
 
 def tells(person, gesture):
@@ -19,19 +19,15 @@ class FollowWhoWaved:
     def __init__(self):
         self.buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.buffer)
-        self.leader, self.place, self.seen, self.velocity = None, None, rospy.Time(), Twist()
+        self.leader, self.seen, self.velocity = None, rospy.Time(), Twist()
         self.output = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/people_signals', PersonSignalsArray, self.on_signals, queue_size=1)
         rospy.Timer(rospy.Duration(0.1), self.on_timer)
 
     def on_signals(self, message):
         seen = [person for person in message.persons if not math.isnan(person.floor_pose.position.x)]
-        if self.leader is None:
-            leaders = [person for person in seen if tells(person, PersonGesture.WAVE)]
-        elif self.leader in [person.person_ID for person in message.persons]:
-            leaders = [person for person in seen if person.person_ID == self.leader]
-        else:  # a person with another id now is still in the same place
-            leaders = [person for person in seen if self.moved(person) < SAME_PLACE]
+        leaders = [person for person in seen if person.person_ID == self.leader
+                   or (self.leader is None and tells(person, PersonGesture.WAVE))]
         if not leaders:
             return
         leader = leaders[0]
@@ -44,12 +40,8 @@ class FollowWhoWaved:
         except tf2_ros.TransformException as error:
             rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
             return
-        self.leader, self.place, self.seen = leader.person_ID, leader.floor_pose.position, message.header.stamp
+        self.leader, self.seen = leader.person_ID, message.header.stamp
         self.velocity = self.towards(math.atan2(place.y, place.x), math.hypot(place.x, place.y))
-
-    def moved(self, person):
-        place = person.floor_pose.position
-        return math.hypot(place.x - self.place.x, place.y - self.place.y)
 
     @staticmethod
     def towards(bearing, distance):

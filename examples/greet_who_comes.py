@@ -7,14 +7,13 @@ from openpose_ros_msgs.msg import PersonSignalsArray
 from std_msgs.msg import String
 
 NEAR, TOWARDS, AGAIN = 3.0, 0.8, 60.0  # [m], cosine, [s]
-LOST, SAME_PLACE = 2.0, 1.0  # [s], [m]
 
 
 class GreetWhoComes:
     def __init__(self):
         self.buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.buffer)
-        self.greeted = {}  # by id: when and where last seen
+        self.greeted = {}  # by id: when last seen [s]
         self.voice = rospy.Publisher('say', String, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/people_signals', PersonSignalsArray, self.on_signals, queue_size=1)
 
@@ -27,30 +26,17 @@ class GreetWhoComes:
             rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
             return
         now = header.stamp.to_sec()
-        self.greeted = {name: seen for name, seen in self.greeted.items() if 0 <= now - seen[0] < AGAIN}
-        present = {person.person_ID for person in message.persons}
+        self.greeted = {name: seen for name, seen in self.greeted.items() if 0 <= now - seen < AGAIN}
         for person in message.persons:
-            place = person.floor_pose.position
-            if math.isnan(place.x):
-                continue
             if person.person_ID not in self.greeted:
-                former = self.former_id(place, present, now)
-                if former is not None:
-                    del self.greeted[former]
-                elif self.comes(person, place, robot):
-                    self.voice.publish('Hello!')
-                else:
+                if not self.comes(person, robot):
                     continue
-            self.greeted[person.person_ID] = now, place
-
-    def former_id(self, here, present, now):
-        """Return the id of a greeted person that was lost here a moment ago."""
-        return next((name for name, (when, place) in self.greeted.items() if name not in present and now - when < LOST
-                     and math.hypot(place.x - here.x, place.y - here.y) < SAME_PLACE), None)
+                self.voice.publish('Hello!')
+            self.greeted[person.person_ID] = now
 
     @staticmethod
-    def comes(person, place, robot):
-        x, y = robot.x - place.x, robot.y - place.y
+    def comes(person, robot):
+        x, y = robot.x - person.floor_pose.position.x, robot.y - person.floor_pose.position.y
         distance, way = math.hypot(x, y), person.walking_direction
         return person.moving and distance < NEAR and way.x * x + way.y * y > TOWARDS * distance
 

@@ -12,7 +12,7 @@ from typing import List, NamedTuple, Optional, Sequence
 
 import cv2
 
-from .scenarios.by_hand_special import SCENARIOS
+from .scenarios import by_hand_special, long
 from .scenarios.plan import SETS, plan_scene, plan_special
 from .scenarios.random_scenes import build_scene
 from .scenarios.random_signals import build_signals, build_stage
@@ -20,6 +20,7 @@ from .sequence import Scene, write_scene
 
 PEOPLE_SCENES, SIGNAL_SCENES, STAGE_SCENES = 40, 6, 2  # of a set
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
+SCENARIOS = {**by_hand_special.SCENARIOS, **long.SCENARIOS}
 HERE = Path(__file__).resolve().parent
 SCENES, RENDERED = HERE / 'scenes', HERE / 'rendered'  # where scenes go without --out
 
@@ -43,10 +44,12 @@ def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
         There is no such set or scenario.
     """
     folder = out or RENDERED
+    if name == 'long':
+        return [Job(each, folder / name) for each in long.SCENARIOS]
     if name in SCENARIOS:
-        return [Job(name, folder / 'by_hand')]
+        return [Job(name, folder / ('long' if name in long.SCENARIOS else 'by_hand'))]
     if name not in SETS:
-        raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join(SETS)}; "
+        raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join(SETS)}, long; "
                          f"scenarios: {', '.join(SCENARIOS)}")
     if name == 'committed':
         return [Job('people', out or SCENES, name, index) for index in COMMITTED[:count]]
@@ -95,7 +98,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument('--frames', type=int)
     options = parser.parse_args(arguments)
     if options.what == ['list']:
-        print('sets:', *SETS, '\nscenarios by hand:', *SCENARIOS)
+        print('sets:', *SETS, 'long', '\nscenarios by hand:', *SCENARIOS)
         return
     try:
         jobs = [job._replace(frames=options.frames) for name in options.what

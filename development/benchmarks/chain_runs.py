@@ -7,22 +7,22 @@ import itertools
 import json
 import time
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detection import IndependentDetection
+from openpose_ros_pkg.detect.detection import KnownPeople, NextPart
 from openpose_ros_pkg.detect.detector import Detector, Networks
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import SCHEDULE
-from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import People3D
@@ -93,9 +93,9 @@ def apart_in_image(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
     return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
-def known_people(people: Sequence[People2D], tracking: TrackingParams) -> IndependentDetection:
+def known_people(people: Sequence[People2D]) -> KnownPeople:
     """Return a detection that knows the people of each frame; `source` of a frame is its number."""
-    return IndependentDetection(COCO_18, lambda frame: lambda expected: people[frame.source], tracking)
+    return KnownPeople(COCO_18, lambda frame: people[frame.source])
 
 
 class CountedNetwork:
@@ -123,12 +123,52 @@ class CountedNetworks(Networks):
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         recipe, networks = super().load(recipe)
-        self._counted = {**{name: CountedNetwork(network) for name, network in networks.items()}, **self._counted}
+        self._counted = {**{name: self.counted(name, network) for name, network in networks.items()
+                            if name not in self._counted}, **self._counted}
         return recipe, {name: self._counted[name] for name in networks}
+
+    def counted(self, name: str, network: Backend) -> CountedNetwork:
+        """Return a network of a name that counts its work."""
+        return CountedNetwork(network)
 
     def done(self) -> float:
         """Return the work so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
         return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
+
+
+class Budget:
+    """Work that the networks may do per frame where people are published before the search.
+
+    What is left is saved, up to that of two frames. Crops of expected people, and parts that are owed, are computed in
+    any case.
+
+    Args:
+        work: per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels.
+        rate: of the images [Hz].
+        done: returns the work of the networks so far.
+    """
+
+    def __init__(self, work: float, rate: float, done: Callable[[], float]) -> None:
+        self._work, self._done, self._allowed = work, done, 0.0
+        # one pass, on a machine that does this work in that share of the time [s]
+        self._unit = SCHEDULE.followed_share / rate / work
+
+    @property
+    def pace(self) -> Dict[str, float]:
+        """What the networks take on that machine [s] per pixel, by their names."""
+        return {name: work * self._unit for name, work in WORK.items()}
+
+    def result(self, chain: PeopleChain, frame: Frame) -> Result:
+        """Return the result of a frame, after which as much of it is searched as there is work left."""
+        self._allowed = min(self._allowed + self._work, self._done() + 2 * self._work)
+        result = chain.look(frame)
+        for part in chain.search():
+            if not self._allows(part):
+                break
+        return result
+
+    def _allows(self, part: NextPart) -> bool:
+        return part.owed or self._done() + part.seconds / self._unit <= self._allowed
 
 
 @dataclass
@@ -139,7 +179,7 @@ class Run:
         people: in each image.
         frames: stamp [s], and people in space.
         work: of the networks for each image.
-        times: of each frame in 2D and in 3D [s].
+        times: of each frame in 2D and in 3D [s]; the search after a frame is part of the first.
         warnings: number of frames that each warning of the points is about.
     """
 
@@ -151,29 +191,27 @@ class Run:
 
 
 def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.ndarray] = None,
-              work: Callable[[], float] = lambda: 0.0, limit: Optional[int] = None) -> Run:
+              work: Callable[[], float] = lambda: 0.0, limit: Optional[int] = None, budget: Optional[Budget] = None
+              ) -> Run:
     """Find the people in each image and in space.
 
     Args:
         floors: (F, 4) the floor in each frame; None: it is not known.
         work: returns the work of the networks so far.
         limit: number of frames; None: all.
+        budget: of the search after each frame; None: each image is searched in full before.
     """
     run = Run()
-    for number, frame in enumerate(itertools.islice(sequence, limit)):
+    for number, each in enumerate(itertools.islice(sequence, limit)):
         done, began = work(), time.perf_counter()
-        prepared = chain.prepare(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(frame.depth, sequence.camera),
-                                       floor=None if floors is None else floors[number], source=number))
-        with chain.detection.lock:
-            computed = chain.compute(prepared)
-            chain.search(computed)
-        result = chain.finish(computed)
+        frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
+                      floor=None if floors is None else floors[number], source=number)
+        result = chain.update(frame) if budget is None else budget.result(chain, frame)
+        estimating = sum(result.timing.values())
         run.people.append(result.people_2d)
         run.work.append(work() - done)
-        found = time.perf_counter()
-        result = chain.lift(result)
-        run.times.append((found - began, time.perf_counter() - found))
-        run.frames.append((frame.time, result.people_3d))
+        run.times.append((time.perf_counter() - began - estimating, estimating))
+        run.frames.append((each.time, result.people_3d))
         run.warnings.update(doubt.event for doubt in result.doubts)
     return run
 
@@ -182,22 +220,20 @@ class Finder:
     """Finds the people of sequences with the same networks, and counts their work.
 
     Args:
-        budget: work of the networks per frame; 0: what the settings say.
+        budget: work of the networks per frame, see `Budget`; 0: each image is searched in full.
         rate: of the images [Hz].
     """
 
     def __init__(self, settings: ChainSettings, budget: float = 0.0, rate: float = 0.0) -> None:
-        self._settings, self._following, detector = settings, settings.following, settings.detector
-        self._pace = None
-        if budget > 0:
-            self._following = replace(self._following, following='always')
-            detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
-            self._pace = {name: work * SCHEDULE.followed_share / rate / budget for name, work in WORK.items()}
-        self._networks = CountedNetworks(detector.backend, detector.detector.model_folder)
-        self._detector = Detector(detector, self._networks, self._following)
+        self._settings, self._budget, self._rate = settings, budget, rate
+        self._following = FollowingParams(following='always') if budget > 0 else NEVER_FOLLOWED
+        self._networks = CountedNetworks(settings.detector.backend, settings.detector.detector.model_folder)
+        self._detector = Detector(settings.detector, self._networks, self._following)
 
     def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
         """Return what a chain that has seen nothing before finds; see `run_chain`."""
-        detection = NetworkDetection(self._detector, self._settings.tracking, self._following, self._pace)
-        return run_chain(sequence, PeopleChain(detection, self._settings.estimator), floors, self._networks.done,
-                         limit)
+        work = self._networks.done
+        budget = Budget(self._budget, self._rate, work) if self._budget > 0 else None
+        detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
+        chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking)
+        return run_chain(sequence, chain, floors, work, limit, budget)

@@ -6,11 +6,13 @@ counted for a while: the 3D chain with its visualization, or for 2d the service 
 are made of the shipped one, or given by --folder. In 3D `target_rate` is the camera's rate unless it is given. Latency:
 from the camera's stamp to the arrival of the message in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on
 two threads, before and after the nodes run; latencies in T are by the mean of both. Start: to the first result. The
-stages of `age` add up to the latency. --points cloud_to_depth: a nodelet makes depth images of clouds.
+stages of `age` add up to the latency. --points cloud_to_depth: a nodelet makes depth images of clouds. --virtual: the
+chain alone, in virtual time, see virtual.py.
 
     ./run bench live 3d                                       # all rates, numbers of people and points
     ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
     ./run bench live 2d --people 1 2 5 8 --rates 30 target_rate:=30
+    ./run bench live --virtual SEQUENCE ... --rates 15 30 --slow 1 2 4
 """
 import argparse
 import itertools
@@ -23,7 +25,8 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 import nodes
-from common import Parser, markdown, run_live
+import virtual
+from common import Parser, markdown, run_command, run_live
 from crowd import make_crowd
 from results.machine import Unit
 from session import ResultWatch, Session
@@ -32,8 +35,8 @@ from skeleton_extract_3d.ros.extractor import AGE_STAGES
 PEOPLE_2D = '/openpose_ros/detected_poses'
 SERVICE = '/openpose_ros_service_node'
 EXTRACTOR = '/skeleton_extract_3d_node'
-TOTALS = ('total', 'age', 'added')  # sums of stages
-STAGES_2D = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
+TOTALS = ('total', 'age')  # sums of stages
+STAGES_2D = ('wait', 'decode_message', 'detection', 'publish')
 MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
 # Points for the chain: arguments of people.launch.
 POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
@@ -117,4 +120,7 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Li
 
 
 if __name__ == '__main__':
+    if '--virtual' in sys.argv:
+        sys.argv.remove('--virtual')
+        sys.exit(run_command('bench', virtual.main))
     sys.exit(run_live(measure, parse_arguments()))

@@ -5,9 +5,11 @@ Plays the shipped RGB-D sequence (or a bag, a folder of images, a camera) throug
 roslaunch, on a ROS master of its own. Leaves in the output folder: keypoints_2d.csv and keypoints_3d.csv as
 `rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png. With --stage, sequences of several cameras are
 played, and what is left is of the people that are fused from all of them: keypoints_3d.csv, output.bag and rviz.png.
+A sequence is played once, then black, and so on; where its gt.json holds the true people, those found are counted.
 With --web, people are shown in browsers until Ctrl-C, and nothing is kept.
 """
 import argparse
+import json
 import os
 import socket
 import subprocess
@@ -16,7 +18,7 @@ import time
 import urllib.request
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import List, Optional
+from typing import List, Optional, Tuple
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 import rosbag
@@ -25,6 +27,7 @@ import rosparam
 import rospy
 import stage
 from annotated_video import write_annotated_video
+from found_people import Output, count_found
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
 
@@ -37,7 +40,10 @@ NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': 
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray),
            'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
-OWN_FOLDER = Path(__file__).resolve().parents[2] / 'demo_output'
+ROOT = Path(__file__).resolve().parents[2]
+SHIPPED, OWN_FOLDER = ROOT / 'skeleton_extract_3d/demo/cross', ROOT / 'demo_output'
+# Stamp and index (seq) of each frame of a sequence, from the player.
+FRAMES = '/rgbd_player_node/frame'
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
@@ -155,7 +161,7 @@ def record(session: Session, output: Path, dimension: str) -> List[subprocess.Po
     recorders = [session.start(f'rostopic_{name}', ['rostopic', 'echo', '-p', f'{space}/{topic}'], output / name)
                  for name, topic in people.items()]
     recorders.append(session.start('rosbag', [
-        'rosbag', 'record', '--lz4', '-O', str(output / 'output.bag'), '/tf', '/tf_static',
+        'rosbag', 'record', '--lz4', '-O', str(output / 'output.bag'), '/tf', '/tf_static', FRAMES,
         *(f'{space}/{topic}' for topic in (*topics, *people.values()))]))
     return recorders
 
@@ -178,7 +184,7 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
     if not arguments.bag:
         publish_slow_clock(SLOW_MOTION)
         rate = folder / 'log' / 'rate.yaml'
-        rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}}}\n')
+        rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}, playback: forth_and_back}}\n')
         command = [*command, f'config:={rate}']
     nodes = session.start('nodes_with_rviz', [*command, 'rviz:=true'])
     if arguments.bag:
@@ -264,6 +270,29 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
     return results
 
 
+def read_outputs(bag_path: Path) -> Tuple[List[Output], int]:
+    """Return the people in frames of a sequence, and the number of its frames from the first of these to the last."""
+    with rosbag.Bag(str(bag_path)) as bag:
+        frames = {frame.stamp: frame.seq for _, frame, _ in bag.read_messages([FRAMES])}
+        results = [result for _, result, _ in bag.read_messages([RESULTS['3d'][0]]) if result.header.stamp in frames]
+    outputs = [Output(frames[result.header.stamp], result.header.stamp.to_sec(),
+                      {one.person_ID: (one.neck.x, one.neck.y, one.neck.z) for one in result.persons})
+               for result in results]
+    return outputs, sum(outputs[0].stamp <= stamp.to_sec() <= outputs[-1].stamp for stamp in frames if outputs)
+
+
+def show_found(bag_path: Path, truth: Path) -> None:
+    """Print how many of the people in a sequence were found, and whether the machine is too slow for its rate."""
+    outputs, played = read_outputs(bag_path)
+    if outputs and truth.is_file():
+        count = count_found(outputs, json.loads(truth.read_text()))
+        print(f'[demo] found {count.found} of {count.visible} visible people; longest gap {count.longest_gap:.2f} s; '
+              f'{count.no_person} reported where no person is')
+        print('[demo] ids in each pass:', *map(sorted, count.ids), 'exchanged:', sorted(count.exchanged))
+    if len(outputs) < played / 2:
+        print(f'[demo] this machine is too slow for the camera: results for {len(outputs)} of {played} frames')
+
+
 def main() -> int:
     """Run the demo; return the exit status."""
     arguments = parse_arguments()
@@ -286,12 +315,12 @@ def main() -> int:
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED
-    with_people = sum(people > 0 for people in results.people)
-    print(f'[demo] {results.line().strip()}; people in {with_people} of {len(results.people)} frames')
+    print(f'[demo] {results.line().strip()}')
+    show_found(output / 'output.bag', (arguments.images or SHIPPED) / 'gt.json')
     for path in (output / name for name in OUTPUTS):
         if path.is_file():
             print(f'[demo] {path}  {path.stat().st_size / 1e3:.0f} kB')
-    if with_people == 0:
+    if not any(results.people):
         print('[demo] no person was found in any frame', file=sys.stderr)
         return 1
     return 0

@@ -97,13 +97,16 @@ class ServiceTest(unittest.TestCase):
             self.assertEqual(list(find(bgr, 20.333)), [person_id])
 
     def test_clients_with_cameras_of_the_same_frame_id_have_ids_of_their_own(self):
-        halves = {'left_camera': slice(480), 'right_camera': slice(480, None)}
+        halves, ids = {'left_camera': slice(480), 'right_camera': slice(480, None)}, set()
         for stamp in (25.0, 25.067):
             for client, half in halves.items():
                 bgr = picture(0)
                 bgr[:, half] = 0  # one of the two people is there, another one before each camera
                 detect = rospy.ServiceProxy('detect_poses', GetPersons, headers={'callerid': f'/{client}/client'})
-                self.assertEqual([person.person_ID for person in detect(image(bgr, stamp, 'same')).detections], [1])
+                person, = detect(image(bgr, stamp, 'same')).detections
+                ids.add((client, person.person_ID))
+        self.assertEqual(len(ids), 2, ids)
+        self.assertEqual(len({number for _, number in ids}), 2, ids)
 
     def test_requests_far_apart_and_without_a_stamp_are_searched_in_full(self):
         """At a rate for which the network would see a part of each picture alone; no person is carried over."""

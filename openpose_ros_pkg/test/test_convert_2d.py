@@ -222,7 +222,7 @@ def two_people(skeleton=COCO_18):
     hidden = np.ones(joints, bool)
     hidden[[0, skeleton.joints.index('left_ankle')]] = False
     keypoints[1, hidden] = (np.nan, np.nan, 0)
-    return People2D(skeleton, keypoints, [0.9, 0.4], [7, 12])
+    return People2D(skeleton, keypoints, [0.9, 0.4], [7, 12], existence=[0.75, 1.0])
 
 
 def test_messages_hold_the_parts_that_joint_sets_may_have():
@@ -233,8 +233,8 @@ def test_messages_hold_the_parts_that_joint_sets_may_have():
 
 def test_no_person():
     header = Header(frame_id='camera')
-    array = people_to_array(people_to_messages(People2D.empty(COCO_18), header), header, COCO_18)
-    assert (array.header, array.pose_model, array.persons) == (header, 'COCO_18', [])
+    array = people_to_array(People2D.empty(COCO_18), header)
+    assert (array.header, array.pose_model, array.persons, array.existence) == (header, 'COCO_18', [], [])
     assert people_from_messages([], COCO_18).keypoints.shape == (0, len(COCO_18.joints), 3)
 
 
@@ -246,11 +246,27 @@ def test_people_there_and_back(skeleton):
     back = people_from_messages(messages, skeleton)
     np.testing.assert_array_equal(back.keypoints, people.keypoints)
     assert back.ids.tolist() == [7, 12]
-    array = people_to_array(messages, header, skeleton)
-    assert array.pose_model == skeleton.name
-    np.testing.assert_array_equal(people_from_array(array).keypoints, people.keypoints)
+    array = people_to_array(people, header)
+    assert (array.pose_model, array.persons) == (skeleton.name, messages)
+    back = people_from_array(array)
+    np.testing.assert_array_equal(back.keypoints, people.keypoints)
+    np.testing.assert_array_equal(back.existence, people.existence)
     array.pose_model = 'none_such'
     with pytest.raises(BadInputError, match="pose_model 'none_such' is unknown"):
+        people_from_array(array)
+
+
+def test_people_of_unknown_existence_are_there():
+    array = people_to_array(two_people(), Header())
+    array.existence = []
+    np.testing.assert_array_equal(people_from_array(array).existence, [1, 1])
+
+
+@pytest.mark.parametrize('existence', [[0.5], [0.5, 1.25], [-0.25, 1.0], [0.5, np.nan]])
+def test_existence_that_is_no_probability_or_of_some_only_is_refused(existence):
+    array = people_to_array(two_people(), Header())
+    array.existence = existence
+    with pytest.raises(BadInputError, match='existence: expected'):
         people_from_array(array)
 
 

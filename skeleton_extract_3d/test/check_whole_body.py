@@ -3,6 +3,7 @@
 import sys
 import unittest
 
+import cv2
 import numpy as np
 import rospy
 import rostest
@@ -44,7 +45,11 @@ class WholeBodyTest(unittest.TestCase):
         cls.people = Recorder(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray)
         cls.camera, cls.diagnostics = Camera('/image', '/points'), Diagnostics('people')
         camera = CameraModel(*SIZE, [FOCAL, 0, 319.5, 0, FOCAL, 239.5, 0, 0, 1])
-        cls.cloud = cloud_from_depth(np.full(SIZE[::-1], DEPTH), camera, chart(*SIZE))
+        depth = np.full(SIZE[::-1], DEPTH + 1.0)
+        for person in PEOPLE:  # they stand before a wall
+            outline = cv2.convexHull(np.round(whole(person)).astype(np.int32))
+            cv2.polylines(cv2.fillConvexPoly(depth, outline, DEPTH), [outline], True, DEPTH, thickness=20)
+        cls.cloud = cloud_from_depth(depth, camera, chart(*SIZE))
 
     def send(self):
         header = Header(stamp=now(), frame_id=FRAME_ID)

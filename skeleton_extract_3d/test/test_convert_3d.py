@@ -162,7 +162,7 @@ def some_people():
     sigma = np.where(status == INFERRED, 0.05, np.nan)
     velocity = np.where(np.isnan(xyz), np.nan, random.uniform(-2, 2, (3, K, 3)))
     velocity[0, 5] = np.nan
-    return People3D(COCO_18, xyz, confidence, status, sigma, [4, 17, 2], velocity)
+    return People3D(COCO_18, xyz, confidence, status, sigma, [4, 17, 2], velocity, [0.5, 1.0, 0.625])
 
 
 def test_no_people_come_back_as_none():
@@ -170,7 +170,8 @@ def test_no_people_come_back_as_none():
     assert convert.people_to_messages(none, HEADER) == convert.velocities_to_messages(none) == []
     assert convert.people_to_transforms(none, HEADER) == []
     array = sent(convert.people_to_array(none, HEADER))
-    assert (array.pose_model, array.header.frame_id, array.persons, array.velocities) == ('COCO_18', 'camera', [], [])
+    assert (array.pose_model, array.header.frame_id) == ('COCO_18', 'camera')
+    assert array.persons == array.velocities == [] and len(array.existence) == 0
     assert len(convert.people_from_array(array)) == 0
 
 
@@ -180,8 +181,18 @@ def test_people_come_back_from_their_messages():
     assert (array.pose_model, array.header.frame_id) == ('COCO_18', 'camera')
     back = convert.people_from_array(array)
     assert back.skeleton is COCO_18
-    for name in ('xyz', 'confidence', 'status', 'sigma', 'ids', 'velocity'):
+    for name in ('xyz', 'confidence', 'status', 'sigma', 'ids', 'velocity', 'existence'):
         np.testing.assert_array_equal(getattr(back, name), getattr(people, name), name)
+    array.existence = []
+    np.testing.assert_array_equal(convert.people_from_array(array).existence, [1, 1, 1])
+
+
+@pytest.mark.parametrize('existence', [[0.5, 0.5], [0.5, 0.5, 1.25], [0.5, -0.25, 0.5], [np.nan, 0.5, 0.5]])
+def test_existence_that_is_no_probability_or_of_some_only_is_refused(existence):
+    array = convert.people_to_array(some_people(), HEADER)
+    array.existence = existence
+    with pytest.raises(BadInputError, match='existence: expected'):
+        convert.people_from_array(sent(array))
 
 
 def test_velocities_of_some_only_are_refused():

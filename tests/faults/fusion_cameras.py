@@ -47,8 +47,8 @@ def good_frame() -> SimpleNamespace:
     room = walking(2.0, 2, seed=1)
     left, right = (convert.people_to_array(camera.people(room, 1.0), Header(frame_id=name))
                    for name, camera in zip(_NAMES[:2], _CAMERAS))
-    header, people = Header(frame_id='door'), _CAMERAS[2].keypoints(room, 1.0)
-    door = convert_2d.people_to_array(convert_2d.people_to_messages(people, header), header, people.skeleton)
+    header = Header(frame_id='door')
+    door = convert_2d.people_to_array(_CAMERAS[2].keypoints(room, 1.0), header)
     return SimpleNamespace(info=convert.camera_to_message(CAMERA, header), door=door, left=left, right=right)
 
 

@@ -16,11 +16,15 @@ def new_estimator(**values):
     return PeopleEstimator(build(EstimatorSettings, values))
 
 
-def update(estimator, frame, stamp, people=None, depth=None, **values):
-    """Return the estimate of a frame of synthetic_scene, with other people or depth if given, and values of `Frame`."""
+def update(estimator, frame, stamp, people=None, depth=None, missed=None, **values):
+    """Return the estimate of a frame of synthetic_scene, with other people or depth if given, and values of `Frame`.
+
+    missed: ids of tracks that were looked at and not found; None: all without a detection.
+    """
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
     values = {'bgr': frame.bgr, 'size': frame.size, **values}
-    return estimator.update(frame.people if people is None else people, Frame('', stamp, points=points, **values))
+    frame_3d = Frame('', stamp, points=points, **values)
+    return estimator.update(frame.people if people is None else people, frame_3d, missed)
 
 
 def tracks_of(xyz, stamp=0.0, has=True, stature=1.75, **values):

@@ -5,8 +5,9 @@ Each scene is read once; what the networks compute is remembered, so that a vari
 counts of each scene go into the folder --out, one file per scene and part, and are computed once; --table writes what
 they show: paired differences over scenes with 95 % bootstrap intervals.
 
-Parts: `estimator` (searched in full; the 2D result is the same for all variants), `floor` (known floor), `detection`,
-and `following` (people followed, half a full search of work per frame).
+Parts: `estimator` (the detections of a full search are the same for all variants), `floor` (known floor), `detection`
+(full search), `following` (people count before the search; half a full search of work per frame), and `images` (people
+without points).
 
     ./run bench ablation people --out FOLDER --part estimator SCENE [SCENE ...]
     ./run bench ablation people --out FOLDER --table development/notes/ablation.md
@@ -18,7 +19,7 @@ from typing import Any, Dict, Optional, Set
 
 from ablation_tools import table
 from ablation_tools.parts import MECHANISMS, PARTS, paths_of
-from ablation_tools.scenes import Runner, Scene, lifted
+from ablation_tools.scenes import BUDGET, Runner, Scene, lifted
 from ablation_tools.variants import Variant, text_of, variants
 from common import Parser
 from results.machine import commit
@@ -30,18 +31,13 @@ def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = 
     """Return the sums of a scene by variant; `some`: paths of constants that are varied, all if None."""
     everything = [BASE, *(one for one in variants(paths_of(part)) if some is None or set(one.constants) <= some),
                   *MECHANISMS[part]]
-    if part == 'following':
-        runs = ((one.name, *zip(*runner.followed(scene, one))) for one in everything)
-        return {name: {**scene.score(in_space), **scene.score_image(people)} for name, people, in_space in runs}
-    people = runner.found(scene, BASE)
-    frames = scene.on_floor if part == 'floor' else scene.frames
-    if part != 'detection':
+    if part in ('estimator', 'floor'):
+        frames = scene.on_floor if part == 'floor' else scene.frames
+        people = [found.detections for found in runner.found(scene, BASE)]
         return {one.name: scene.score(lifted(frames, people, one)) for one in everything}
-    sums = {}
-    for one in everything:
-        found = runner.found(scene, one)
-        sums[one.name] = {**scene.score(lifted(frames, found, BASE)), **scene.score_image(found)}
-    return sums
+    seen = scene.without_points if part == 'images' else scene
+    return {one.name: scene.score_results(runner.found(seen, one, BUDGET if part == 'following' else 0.0))
+            for one in everything}
 
 
 def values_of(part: str) -> Dict[str, Any]:

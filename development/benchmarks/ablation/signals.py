@@ -2,8 +2,8 @@
 """Ablation of the signals: each constant at half and at twice its value, each condition left out; what moves.
 
 Simulated people (tests/support/simulated_population.py) make gestures and what is nearly one, hold postures, fall,
-walk, come back under another id. Sequences (see chain_runs.py; labels of gestures in gt.json) are run through the chain
-once; their people are kept in --cache.
+walk. Sequences (see chain_runs.py; labels of gestures in gt.json) are run through the chain once; their people are kept
+in --cache.
 
     ./run bench ablation signals --people 12 SEQUENCE...
 """

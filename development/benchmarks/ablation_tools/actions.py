@@ -41,7 +41,6 @@ from skeleton_extract_3d.points.transform import transform_people
 
 Random = np.random.RandomState
 Clip = List[Tuple[float, BodyObservation]]
-Story = List[Tuple[float, People3D]]
 _NOTHING = Surroundings()
 # Postures are told from then on [s].
 SETTLED = 0.4
@@ -209,42 +208,11 @@ def count_place(sums: Sums, clip: Clip, constants: SignalConstants) -> None:
     sums.add('floor', sum(abs(person.floor.position[2]) for _, person in signals), len(signals))
 
 
-def _stories(count: int) -> List[Tuple[bool, float, Story]]:
-    """Return people who are lost and come back with another id, or are others; when, and frames."""
-    random, found = Random(17), []
-    for number in range(4 * count):
-        same = number % 2 == 0
-        gap, speed, facing = random.uniform(0.1, 0.8), random.uniform(0, 1.5), random.uniform(0, 2 * np.pi)
-        way = speed * np.array([np.cos(facing), np.sin(facing)])
-        back = 1.0 + gap
-        if same:
-            motion = lambda time, way=way: replace(STANDING, place=tuple(way * time))  # noqa: E731
-        else:  # the first has left; another one comes, elsewhere
-            other = way + random.uniform(1.2, 3.0) * np.array([np.cos(2 * facing), np.sin(2 * facing)])
-            motion = lambda time, way=way, other=other: replace(  # noqa: E731
-                STANDING, place=tuple(way * time if time < 1.0 else other))
-        frames = [(stamp, replace(people, ids=np.array([1 if stamp < 1.0 else 2])))
-                  for stamp, people in seen_of(motion, random, 2.4) if stamp < 1.0 or stamp >= back]
-        found.append((same, back, frames))
-    return found
-
-
-def count_story(sums: Sums, unit: Tuple[bool, float, Story], constants: SignalConstants) -> None:
-    """Count people who are taken as the same again, and others who are taken as the one before."""
-    same, back, frames = unit
-    reader = SignalReader(constants)
-    for stamp, people in frames:
-        reader.update(people, stamp, UP)
-    remembered = any(one.since == frames[0][0] and one.seen > back for one in reader.present)
-    sums.add('same person' if same else 'mixed up', remembered, 1)
-
-
 def suites(count: int) -> Dict[str, Callable[[SignalConstants], Counts]]:
     """Return what counts for constants, by name; with a number of people of each kind."""
     units = {'gestures': (count_gesture, _gesture_clips), 'nearly': (count_nearly, _nearly_clips),
              'postures': (count_posture, _posture_clips), 'falls': (count_fall, _fall_clips),
-             'walks': (count_walk, _walk_clips), 'places': (count_place, _place_clips),
-             'stories': (count_story, _stories)}
+             'walks': (count_walk, _walk_clips), 'places': (count_place, _place_clips)}
     return {name: partial(counted, add, clips(count)) for name, (add, clips) in units.items()}
 
 

@@ -9,6 +9,7 @@ from openpose_ros_pkg.decode import direct, paf
 from openpose_ros_pkg.detect import (
     crops,
     detector,
+    existence,
     following,
     head_recovery,
     occlusion_masks,
@@ -18,8 +19,8 @@ from openpose_ros_pkg.detect import (
 )
 from skeleton_extract_3d import constants
 
-PARTS = ('estimator', 'floor', 'detection', 'following')
-# Shared instances of the constants of detection and of following, by the names of their modules.
+PARTS = ('estimator', 'floor', 'detection', 'following', 'images')
+# Shared instances of the constants of parts, by the names of their modules.
 SHARED: Dict[str, Dict[str, Any]] = {
     'detection': {
         'ensemble.area': ensemble.AREA, 'ensemble': ensemble.ENSEMBLE, 'decode.paf': paf.DECODE,
@@ -28,8 +29,9 @@ SHARED: Dict[str, Dict[str, Any]] = {
         'detect.head_recovery': head_recovery.HEADS},
     'following': {
         'detect.following': following.FOLLOWING, 'detect.schedule': schedule.SCHEDULE,
-        'detect.target_rate': recipe_choice.RATE, 'detect.tracking': tracking.TRACKING}}
-IN_DETECTION = {**SHARED['detection'], **SHARED['following']}
+        'detect.existence': existence.EXISTENCE, 'detect.target_rate': recipe_choice.RATE},
+    'images': {'detect.tracking': tracking.TRACKING}}
+IN_DETECTION = {name: shared for part in SHARED.values() for name, shared in part.items()}
 # Parts of the method that the people of these scenes do not show: guards against bad input, hands and faces, joints
 # that COCO_18 does not have.
 NOT_SHOWN = tuple(f'{path}.' for path in (
@@ -90,20 +92,24 @@ DETECTION = (
     Variant('crop refinement', {}, {'look_closer': 0}),
 )
 
-# Of people who are followed.
+# Of people who are published before the search.
 FOLLOWING = (
     Variant('opinions of frames before', {'detect.following.fading': 1e-6}),
     Variant('urgency of parts', {'detect.schedule.urgent': 1.0}),
-    Variant('tracks in space place crops', {'detect.following.same_in_space': -FAR}),
+    Variant('looks that are due', {'detect.schedule.look_interval': FAR}),
+)
+
+# Of tracks in the image.
+IMAGES = (
     Variant('velocity in the image', {'detect.tracking.gain': 0.0}),
     Variant('extrapolation in the image', {'detect.tracking.extrapolation': 0.0}),
 )
 
-MECHANISMS = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING}
+MECHANISMS = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING, 'images': IMAGES}
 
 
 def paths_of(part: str) -> Paths:
-    """Return path, value and metadata of the constants of a part: estimator, floor, detection, following."""
+    """Return path, value and metadata of the constants of a part, one of `PARTS`."""
     if part in SHARED:
         return constant_paths(SHARED[part])
     return [(path, value) for path, value in constant_paths(constants.METHOD) if not f'{path}.'.startswith(NOT_SHOWN)

@@ -1,7 +1,7 @@
 """Scenes with known joints on which variants run: images, points and truth are read once for all variants."""
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from ablation_tools.kept import RememberedNetwork
 from ablation_tools.parts import IN_DETECTION
 from ablation_tools.variants import Variant, in_shared, with_values
 from openpose_ros_pkg.assignment import match
-from openpose_ros_pkg.detect.detector import Detector, Networks
+from openpose_ros_pkg.detect.detection import ImageFrame, Looks
+from openpose_ros_pkg.detect.detector import Detector
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import Recipe
-from openpose_ros_pkg.detect.schedule import SCHEDULE
-from openpose_ros_pkg.networks.backends import Backend, BackendParams
+from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import ExpectedPeople, People2D
 from scoring.people import STATISTICS, is_visible, score_people
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
@@ -34,21 +34,20 @@ TITLES = {'persons_recall': 'found', 'persons_precision': 'real', 'visible_100':
 _BINS = 300
 # In the image, a person is the true one within this median distance, in half diagonals of the true joints.
 _SAME_IN_IMAGE = 0.5
-# Work of the networks for a frame where people are followed, in units of `chain_runs.WORK`: half a full pass.
+# Work of the networks for a frame where people are published before the search, see `chain_runs.Budget`.
 BUDGET = 0.5
 
 
-class RememberedNetworks(Networks):
-    """Networks that compute each input once."""
+class RememberedNetworks(chain_runs.CountedNetworks):
+    """Networks that compute each input once; as work, each input counts whenever it is given."""
 
-    def __init__(self, params: BackendParams) -> None:
-        super().__init__(params)
+    def __init__(self, settings: ChainSettings) -> None:
+        super().__init__(settings.detector.backend, settings.detector.detector.model_folder)
         self.remembered: Dict[str, RememberedNetwork] = {}
 
-    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        recipe, networks = super().load(recipe)
-        return recipe, {name: self.remembered.setdefault(name, RememberedNetwork(network))
-                        for name, network in networks.items()}
+    def counted(self, name: str, network: Backend) -> chain_runs.CountedNetwork:
+        self.remembered[name] = RememberedNetwork(network)
+        return super().counted(name, self.remembered[name])
 
 
 @dataclass(frozen=True)
@@ -82,8 +81,18 @@ class Scene:
         bins = np.minimum(1e3 * errors, _BINS - 1).astype(int)
         return {**sums, 'visible_median': np.bincount(bins, minlength=_BINS).tolist()}
 
-    def score_image(self, found: Sequence[People2D]) -> Dict[str, List[float]]:
-        """Return the sums of people in the images."""
+    @property
+    def without_points(self) -> 'Scene':
+        """The scene of a camera without depth."""
+        return replace(self, frames=[replace(frame, points=None) for frame in self.frames])
+
+    def score_results(self, found: Sequence['Found']) -> Dict[str, List[float]]:
+        """Return the sums of people in the images, and in space where there are points."""
+        in_space = [one.result.people_3d for one in found if one.result.people_3d is not None]
+        sums = self.score(in_space) if in_space else {}
+        return {**sums, **self._score_image([one.result.people_2d for one in found])}
+
+    def _score_image(self, found: Sequence[People2D]) -> Dict[str, List[float]]:
         truth, order = chain_runs.read_truth(self.folder)
         return image_switches([[(person['id'], np.array(person['uv'])[order], np.array(person['vis'])[order])
                                 for person in frame['people']] for frame in truth['frames']], found)
@@ -103,48 +112,58 @@ def image_switches(true: Sequence[Sequence[Tuple[int, np.ndarray, np.ndarray]]],
     return {'image_switches': [switches]}
 
 
+class Found(NamedTuple):
+    """What was found in an image: all detections, and the result."""
+
+    detections: People2D
+    result: Result
+
+
+class _Kept(NetworkDetection):
+    """Networks whose newest detections are kept."""
+
+    detections: People2D
+
+    def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
+        looks = super().look(frame, expected, in_full)
+        self.detections = looks.people
+        return looks
+
+
 class Runner:
     """Runs variants; its networks compute each input once per scene."""
 
     def __init__(self) -> None:
         self._networks: Optional[RememberedNetworks] = None
 
-    def found(self, scene: Scene, variant: Variant) -> List[People2D]:
-        """Return the people in each image of a scene, each searched in full."""
-        return [result.people_2d for _, result in self._results(scene, variant, None, following='never')]
-
-    def followed(self, scene: Scene, variant: Variant) -> List[Tuple[People2D, People3D]]:
-        """Return the people in each image of a scene and in space, where they are followed with `BUDGET`."""
-        pace = {name: work * SCHEDULE.followed_share / scene.fps / BUDGET for name, work in chain_runs.WORK.items()}
-        results = self._results(scene, variant, pace, following='always', target_rate=scene.fps)
-        return [(result.people_2d, chain.lift(result).people_3d) for chain, result in results]
+    def found(self, scene: Scene, variant: Variant, budget: float = 0.0) -> List[Found]:
+        """Return what is found in each image of a scene; `budget`: work per frame, 0: each is searched in full."""
+        settings = settings_of(variant)
+        networks = self._networks = self._networks or RememberedNetworks(settings)
+        work = chain_runs.Budget(budget, scene.fps, networks.done) if budget else None
+        following = FollowingParams(following='always') if budget else NEVER_FOLLOWED
+        found = []
+        with in_shared(IN_DETECTION, variant.constants):
+            detector = Detector(settings.detector, networks, following)
+            detection = _Kept(detector, following, work and work.pace)
+            chain = PeopleChain(detection, settings.estimator, tracking=settings.tracking)
+            for frame in scene.frames:
+                result = chain.update(frame) if work is None else work.result(chain, frame)
+                found.append(Found(detection.detections, result))
+        return found
 
     def forget(self) -> None:
         """Forget what the networks computed."""
         for network in self._networks.remembered.values() if self._networks else ():
             network.outputs.clear()
 
-    def _results(self, scene: Scene, variant: Variant, pace: Optional[Dict[str, float]], **parameters: Any
-                 ) -> Iterator[Tuple[PeopleChain, Result]]:
-        settings = settings_of(variant, **parameters)
-        self._networks = self._networks or RememberedNetworks(settings.detector.backend)
-        with in_shared(IN_DETECTION, variant.constants):
-            detector = Detector(settings.detector, self._networks, settings.following)
-            detection = NetworkDetection(detector, settings.tracking, settings.following, pace)
-            chain = PeopleChain(detection, settings.estimator)
-            for frame in scene.frames:
-                prepared = chain.prepare(frame)
-                with detection.lock:
-                    computed = chain.compute(prepared)
-                    chain.search(computed)
-                yield chain, chain.finish(computed)
 
-
-def settings_of(variant: Variant, **parameters: Any) -> ChainSettings:
-    return build(ChainSettings, {'threads': 1, **parameters, **variant.parameters})
+def settings_of(variant: Variant) -> ChainSettings:
+    return build(ChainSettings, {'threads': 1, **variant.parameters})
 
 
 def lifted(frames: Sequence[Frame], people: Sequence[People2D], variant: Variant) -> List[People3D]:
-    """Return the people in space of frames whose people in the image are known."""
+    """Return the people in space of frames whose detections are known."""
     estimator = PeopleEstimator(settings_of(variant).estimator, method=with_values(METHOD, variant.constants))
-    return [estimator.update(found, frame).people for found, frame in zip(people, frames)]
+    return [estimator.update(replace(found, ids=np.full(len(found), -1)), frame).people
+            for found, frame in zip(people, frames)]

@@ -36,7 +36,8 @@ Among so many comparisons one in twenty differs by chance.
 """
 _PARTS = {'estimator': 'The 3D method, people searched for in full in each image',
           'floor': 'The same, with a known floor', 'detection': 'Detection, people searched for in full in each image',
-          'following': 'People followed with half the work of a full search per frame'}
+          'following': 'People published before the search, with half the work of a full search per frame',
+          'images': 'People in images without points'}
 
 
 def read(out: Path, part: str) -> List[Dict[str, Any]]:

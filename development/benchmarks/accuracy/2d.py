@@ -23,6 +23,7 @@ import numpy as np
 from common import Parser, elapsed
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, Networks, create_detector
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import FASTER, DetectorSettings, Recipe
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
@@ -52,8 +53,8 @@ def detect_all(detectors: Sequence[Detector], images: List[Dict[str, Any]], fold
         if image is None:
             raise SystemExit(f"{folder / entry['file_name']} is missing or not an image")
         for each in detectors:
-            each.detect(image)  # compiles the networks for images of this shape
-        found = [elapsed(lambda each=each, image=image: each.detect(image)) for each in detectors]
+            people_in(image, each)  # compiles the networks for images of this shape
+        found = [elapsed(lambda each=each, image=image: people_in(image, each)) for each in detectors]
         results.extend(coco_results(found[0][1], entry['id']))
         times.append([milliseconds for milliseconds, _ in found])
     return results, np.array(times)

@@ -3,10 +3,10 @@
 
 Prints the figures of each sequence, and of all with their 95 % intervals by bootstrap over sequences (scoring/).
 Without sequences: the small ones of this repository. --out writes the joints as the CSV that `rostopic echo -p` makes
-of the per-person 3D message. --lag: the delays with and without smoothing against the truth. --budget: people are
-followed, and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368
-pixels; work counts pixels, not time. With --set following=always alone, every search_period-th image is searched in
-full.
+of the per-person 3D message. --lag: the delays with and without smoothing against the truth. Each frame
+is searched in full before its people count, as process_bag does; with --budget, people count before the search, as in
+the nodes, and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368
+pixels; work counts pixels, not time.
 
     ./run bench accuracy                                     # the same as accuracy 3d
     ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --set mode=balanced --lag
@@ -108,8 +108,8 @@ def run_all(arguments: Any, settings: ChainSettings) -> List[chain_runs.Run]:
         # z of the world by the coordinates of the camera
         floors = chain_runs.camera_poses(folder, sequence)[:, 2] if arguments.floor else None
         if arguments.exact_2d:
-            detection = chain_runs.known_people(chain_runs.exact_people(folder), settings.tracking)
-            runs.append(chain_runs.run_chain(sequence, PeopleChain(detection, settings.estimator), floors=floors))
+            chain = PeopleChain(chain_runs.known_people(chain_runs.exact_people(folder)), settings.estimator)
+            runs.append(chain_runs.run_chain(sequence, chain, floors))
         else:
             finder = finder or chain_runs.Finder(settings, arguments.budget, sequence.fps or 1.0)
             runs.append(finder.run(sequence, floors))
@@ -121,7 +121,7 @@ def report_lag(folders: Sequence[Path], runs: Sequence[chain_runs.Run], settings
     raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
     paths, raw_paths = [], []
     for folder, run in zip(folders, runs):
-        chain = PeopleChain(chain_runs.known_people(run.people, settings.tracking), raw)
+        chain = PeopleChain(chain_runs.known_people(run.people), raw)
         again = chain_runs.run_chain(chain_runs.open_sequence(folder), chain)
         paths += measured_paths(folder, run.frames)
         raw_paths += measured_paths(folder, again.frames)
@@ -134,7 +134,7 @@ def main() -> int:
     parser.add_argument('sequences', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     add_settings(parser, 'of the chain')
-    parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')
+    parser.add_argument('--budget', type=float, default=0.0, help='search after each frame, with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     parser.add_argument('--lag', action='store_true', help='print the delay of the smoothed joints')
     parser.add_argument('--out', type=new_path, help='folder for CSV files')

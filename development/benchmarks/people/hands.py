@@ -17,8 +17,7 @@ from scipy.spatial.transform import Rotation
 from chain_runs import BEGIN, CountedNetwork, open_sequence
 from common import Parser, elapsed
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND
 from openpose_ros_pkg.landmarks.params import LandmarkParams
@@ -46,10 +45,8 @@ Found = List[Tuple[float, Landmarks]]
 def find(folder: Path, settings: ChainSettings, networks: Dict[Model, CountedNetwork]) -> Found:
     """Return stamp [s], and hands and faces of each frame of a sequence."""
     sequence = open_sequence(folder)
-    stream = NetworkDetection(create_detector(settings.detector, settings.following), settings.tracking,
-                              settings.following)
-    chain = PeopleChain(stream, settings.estimator, LandmarkDetector(LandmarkParams(hands=True, face=True),
-                                                                     lambda kind: networks[kind.model]))
+    landmarks = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
+    chain = PeopleChain(create_detection(settings.detector), settings.estimator, landmarks)
     return [(frame.time, chain.update(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(
         frame.depth, sequence.camera))).landmarks) for frame in sequence]
 

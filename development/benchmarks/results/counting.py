@@ -40,7 +40,7 @@ class Job(NamedTuple):
     Attributes:
         settings: parameters of the chain, as JSON.
         exact: the true pixels are given instead of those that networks find.
-        budget: work of the networks per frame, people are followed; 0: what the settings say.
+        budget: work of the networks per frame, see `chain_runs.Budget`; 0: each image is searched in full.
     """
 
     folder: Path
@@ -103,9 +103,9 @@ def _finder(settings: str, budget: float, rate: float) -> chain_runs.Finder:
 def _run(job: Job) -> None:
     sequence = chain_runs.open_sequence(job.folder)
     if job.exact:
-        chosen = build(ChainSettings, json.loads(job.settings))
-        detection = chain_runs.known_people(chain_runs.exact_people(job.folder), chosen.tracking)
-        run = chain_runs.run_chain(sequence, PeopleChain(detection, chosen.estimator), limit=job.limit)
+        detection = chain_runs.known_people(chain_runs.exact_people(job.folder))
+        chain = PeopleChain(detection, build(ChainSettings, json.loads(job.settings)).estimator)
+        run = chain_runs.run_chain(sequence, chain, limit=job.limit)
     else:
         run = _finder(job.settings, job.budget, sequence.fps or 1.0).run(sequence, limit=job.limit)
     counts = score_people(job.folder, run.frames, slice(job.limit))

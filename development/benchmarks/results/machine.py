@@ -10,6 +10,7 @@ from chain_runs import open_sequence
 from common import DEMO, ROOT
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.recipes import DetectorSettings
+from openpose_ros_pkg.detect.views import prepare_views
 from openpose_ros_pkg.params.parameters import build
 
 _PASSES = 15
@@ -21,14 +22,15 @@ class Unit:
     """T: one pass of mobilenet_thin at 656 x 368 in f32 on two threads, to compare machines by."""
 
     def __init__(self) -> None:
-        self._detector = create_detector(build(DetectorSettings, {
+        detector = create_detector(build(DetectorSettings, {
             'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368, 'threads': 2}))
-        self._frame = self._detector.prepare(open_sequence(DEMO).frame(0).bgr)
+        self._network = detector.setup.networks['mobilenet_thin']
+        self._view, = prepare_views(open_sequence(DEMO).frame(0).bgr, detector.recipe.passes[0])
         self.milliseconds()
 
     def milliseconds(self) -> float:
         """Return the median of some passes [ms]; nothing else should be at work."""
-        return statistics.median(1e3 * self._detector.compute(self._frame).network_seconds for _ in range(_PASSES))
+        return statistics.median(1e3 * self._view.compute(self._network).seconds for _ in range(_PASSES))
 
 
 def processor() -> str:

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.parameters import build
@@ -116,7 +117,7 @@ def measure(options: Options) -> Section:
     rows: List[List[object]] = [['recording', 'frames', 'people', 'ids', 'MEASURED', 'INFERRED']]
     pictures, slops = [], []
     for name, recording in there.items():
-        chain = PeopleChain(NetworkDetection(detector, settings.tracking, settings.following), settings.estimator)
+        chain = PeopleChain(NetworkDetection(detector, NEVER_FOLLOWED), settings.estimator)
         found, drawn = [], []
         for number, frame in enumerate(recording.frames(folder / recording.path)):
             found.append(chain.update(frame).people_3d)

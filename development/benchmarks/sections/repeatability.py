@@ -41,7 +41,7 @@ class Way(NamedTuple):
 
 
 AUTO = ('--set', 'precision=auto')
-WAYS = (Way('first', 'f32'), Way('again', 'the same again'), Way('jobs_4', '--jobs 4', ('--jobs', '4')),
+WAYS = (Way('first', 'f32'), Way('again', 'the same again'),
         Way('threads_1', 'one thread', ('--set', 'threads=1')),
         Way('threads_3', 'three threads', ('--set', 'threads=3')),
         Way('avx2', 'AVX-512 switched off', (), NO_AVX_512),
@@ -114,7 +114,7 @@ def compute(bag: Path, table: Path, way: Way, prefix: Sequence[str] = ()) -> Non
     settings = ['--csv', str(table), '--set', 'compiled_cache=off']
     environment = {**os.environ, **way.environment, 'PYTHONPATH': os.pathsep.join(sys.path)}
     program = [*prefix, sys.executable, str(PROGRAM)]
-    subprocess.run([*program, str(bag), '-o', str(table.with_suffix('.bag')), *settings, '--jobs', '1', *way.arguments],
+    subprocess.run([*program, str(bag), '-o', str(table.with_suffix('.bag')), *settings, *way.arguments],
                    env=environment, cwd=str(ROOT), stdout=subprocess.DEVNULL, check=True)
 
 

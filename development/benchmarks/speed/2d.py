@@ -2,8 +2,8 @@
 """Measure where the time of the 2D detector goes on this machine, with one network alone.
 
 For each size of the network's input, number of threads and runtime: milliseconds of the bare network, of preprocessing,
-of decoding, and of a whole `detect()`. All are medians of rounds in which the runtimes take turns. The image shows one
-person of the shipped sequence --people times.
+of decoding, and of the whole. All are medians of rounds in which the runtimes take turns. The image shows one person of
+the shipped sequence --people times.
 
     ./run bench speed 2d
     ./run bench speed 2d --rounds 20 --sizes 656x368 --threads 2 --backends openvino --people 20
@@ -20,7 +20,9 @@ import pandas as pd
 from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.command_line import run_command
 from openpose_ros_pkg.detect.detector import Detector, create_detector
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
+from openpose_ros_pkg.detect.views import decode_views, prepare_views
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 
@@ -62,12 +64,12 @@ def load_detectors(size: str, threads: int, options: argparse.Namespace) -> Dict
 
 def time_stages(detector: Detector, image: np.ndarray) -> Dict[str, float]:
     """Return the milliseconds of each stage of a detection, and of a whole one."""
-    preparing, frame = elapsed(lambda: detector.prepare(image))
-    computing, computed = elapsed(lambda: detector.compute(frame))
-    finishing, _ = elapsed(lambda: detector.finish(computed))
-    network = 1e3 * computed.network_seconds
-    return {'network': network, 'prepare': preparing, 'decode': computing + finishing - network,
-            'detect': elapsed(lambda: detector.detect(image))[0]}
+    setup, (one,) = detector.setup, detector.recipe.passes
+    preparing, prepared = elapsed(lambda: prepare_views(image, one))
+    network, views = elapsed(lambda: [view.compute(setup.networks[one.model.name]) for view in prepared])
+    decoding, _ = elapsed(lambda: decode_views(one, views, setup))
+    return {'network': network, 'prepare': preparing, 'decode': decoding,
+            'whole': elapsed(lambda: people_in(image, detector))[0]}
 
 
 def whole_table(options: argparse.Namespace) -> List[List[object]]:
@@ -82,7 +84,7 @@ def whole_table(options: argparse.Namespace) -> List[List[object]]:
         for backend, table in times.items():
             against = times.get('opencv_dnn', np.nan * table)['network']
             rows.append([size, threads, backend, *(f'{ms:.2f}' for ms in table.median()),
-                         *(f"{(each / table['network']).median():.2f}" for each in (table['detect'], against))])
+                         *(f"{(each / table['network']).median():.2f}" for each in (table['whole'], against))])
     return rows
 
 
@@ -97,8 +99,8 @@ def main() -> int:
     parser.add_argument('--rounds', type=int, default=10, help='rounds (default: %(default)s)')
     options = parser.parse_args()
     print(f'\n{options.model}, {options.people} people, ms: medians of {options.rounds} rounds\n')
-    print(markdown([['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()',
-                     'detect() / network', 'opencv_dnn / this'], *whole_table(options)]), flush=True)
+    print(markdown([['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'whole',
+                     'whole / network', 'opencv_dnn / this'], *whole_table(options)]), flush=True)
     return 0
 
 

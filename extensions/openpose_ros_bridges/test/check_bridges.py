@@ -53,10 +53,10 @@ class Player(threading.Thread):
             now = rospy.get_time()
             header = Header(stamp=rospy.Time.from_sec(now), frame_id='room')
             people = people_of([WALK(now - begin)], [5], random)
-            persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(1), people.ids), header)
+            in_image = People2D(COCO_18, keypoints, np.ones(1), people.ids)
             try:
                 if self.sends:
-                    self.image.publish(convert_2d.people_to_array(persons, header, COCO_18))
+                    self.image.publish(convert_2d.people_to_array(in_image, header))
                     self.space.publish(convert.people_to_array(people, header))
                 rate.sleep()
             except rospy.ROSException:

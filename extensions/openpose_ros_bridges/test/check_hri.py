@@ -61,9 +61,8 @@ class Scene:
         keypoints[:, COCO_18.index['left_eye']] = (320, 120, 0.5)
         keypoints[:, COCO_18.index['right_eye']] = (304, 120, 0.75)
         in_image = People2D(COCO_18, keypoints, np.ones(len(ids)), people.ids)
-        persons = convert_2d.people_to_messages(in_image, header)
         self._info.publish(CameraInfo(header=header, width=2 * SIZE[0], height=2 * SIZE[1], binning_x=2, binning_y=2))
-        self._image.publish(convert_2d.people_to_array(persons, header, COCO_18))
+        self._image.publish(convert_2d.people_to_array(in_image, header))
         self._space.publish(convert.people_to_array(people, header))
 
 

@@ -129,8 +129,7 @@ def in_image():
     """Return a person with two keypoints, and one without any."""
     keypoints = np.full((2, 18, 3), (np.nan, np.nan, 0.0), np.float32)
     keypoints[0, :2] = [[100.0, 50.0, 0.75], [140.0, 250.0, 0.25]]
-    persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(2), np.array([7, 9])), CAMERA)
-    return convert_2d.people_to_array(persons, CAMERA, COCO_18)
+    return convert_2d.people_to_array(People2D(COCO_18, keypoints, np.ones(2), np.array([7, 9])), CAMERA)
 
 
 def test_detections_in_an_image(packages):

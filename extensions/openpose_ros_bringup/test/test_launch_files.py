@@ -26,7 +26,7 @@ ALL_ON = {'people.launch': {'floor': 'true', 'people_cloud': 'true', 'rviz': 'tr
           'nodelets.launch': dict.fromkeys(('floor', 'people_cloud', 'cloud_to_depth'), 'true')}
 # Parameters that launch files set whatever the arguments say.
 SET = {'publish_2d': [True], 'publish_results': [False], 'colour_by_person': [True], 'label': [True],
-       'joint_scale': [0.06], 'playback': ['forth_and_back'], 'wait_for_subscribers': [30.0],
+       'joint_scale': [0.06], 'playback': ['pause'], 'wait_for_subscribers': [30.0],
        'camera': ['sequence', 'kinect2'], 'floor': [True], 'publish_tf': [True], 'use_floor': [True],
        'cameras': ['left right', ''], 'rgb_cameras': ['door'],
        'fixed_frame': ['world'], 'tracking_frame': ['world'], 'gravity_frame': ['world'], 'camera_ns': ['door']}

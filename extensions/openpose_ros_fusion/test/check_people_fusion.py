@@ -71,9 +71,7 @@ class Players(threading.Thread):
             self.people[index].publish(convert.people_to_array(people, header))
         else:
             self.infos.publish(convert.camera_to_message(CAMERA, header))
-            people = camera.keypoints(self.room, now - self.begin)
-            self.keypoints.publish(convert_2d.people_to_array(convert_2d.people_to_messages(people, header), header,
-                                                              people.skeleton))
+            self.keypoints.publish(convert_2d.people_to_array(camera.keypoints(self.room, now - self.begin), header))
 
 
 def transform(camera):

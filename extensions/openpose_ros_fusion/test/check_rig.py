@@ -58,9 +58,8 @@ class RigTest(unittest.TestCase):
         for camera in CAMERAS:
             header = Header(stamp=rospy.Time.from_sec(now), frame_id=camera.name)
             cls.infos[camera.name].publish(convert.camera_to_message(CAMERA, header))
-            people = camera.keypoints(cls.room, now - cls.begin)
             cls.keypoints[camera.name].publish(convert_2d.people_to_array(
-                convert_2d.people_to_messages(people, header), header, people.skeleton))
+                camera.keypoints(cls.room, now - cls.begin), header))
 
     def placed(self):
         """Return the frames that the node has placed with its newest message."""

@@ -152,7 +152,6 @@ class PeopleSignalsTest(unittest.TestCase):
 
         # for state machines: a service
         get_people = rospy.ServiceProxy('/get_people', GetPeople)
-        # the person before stays for a second
         await_true(lambda: [one.signals.person_ID for one in get_people().people.persons] == [name + 1], 'one person')
         answer = get_people().people
         self.assertEqual(answer.persons[0].signals.header.stamp, answer.header.stamp)

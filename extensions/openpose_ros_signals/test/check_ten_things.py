@@ -128,15 +128,17 @@ class TenThingsTest(unittest.TestCase):
             drives(0.5, 1.5 * np.arctan2(0.3, 3.0))
             feed.send(signals(others, does(2, 1.5, 0.0)))  # waves no more, is near
             drives(0.3, 0.0)
-            feed.send(signals(others, does(9, 1.4, 0.0)))  # has another id
+            feed.send(signals(others, does(9, 1.4, 0.0)))  # another person, in the same place
+            drives(0.0, 0.0)
+            feed.send(signals(others, does(2, 1.4, 0.0), does(9, 1.4, 0.5)))
             drives(0.2, 0.0)
-            feed.send(signals(others, does(9)))  # hidden
+            feed.send(signals(others, does(2)))  # hidden
             drives(0.0, 0.0)
-            feed.send(signals(others, does(9, 3.0, 0.0)))
+            feed.send(signals(others, does(2, 3.0, 0.0)))
             drives(0.5, 0.0)
-            feed.send(signals(others, does(9, 3.0, 0.0, 1.1, told(PersonGesture.STOP))))
+            feed.send(signals(others, does(2, 3.0, 0.0, 1.1, told(PersonGesture.STOP))))
             drives(0.0, 0.0)
-            feed.send(signals(others, does(9, 3.0, 0.0)), frames=10)
+            feed.send(signals(others, does(2, 3.0, 0.0)), frames=10)
             drives(0.0, 0.0)
 
     def test_look_at_who_faces_me(self):
@@ -191,8 +193,7 @@ class TenThingsTest(unittest.TestCase):
         with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(lies, does(2, 2.0, 0.0))) as feed:
             watches(True)
             feed.send(signals(lies, fell(2, 100, 2.0, 0.0, NAN)), frames=5)  # the trunk is hidden
-            feed.send(signals(lies, fell(7, 100, 2.0, 0.1, 0.2)), frames=5)  # has another id
-            feed.send(signals(lies, fell(7, 200, 2.0, 0.1, 0.2)), frames=5)  # got up and fell again
+            feed.send(signals(lies, fell(2, 200, 2.0, 0.1, 0.2)), frames=5)  # got up and fell again
             await_true(lambda: len(alarms.messages) >= 2, 'two alarms')
         watches(False)
         self.assertEqual([(each.header.stamp.secs, each.header.frame_id, each.point.x, each.point.y)
@@ -316,10 +317,10 @@ class TenThingsTest(unittest.TestCase):
             self.assertEqual(output.messages, [])
             feed.send(signals(walks(6, 2.8, -1.0)), frames=10)
             output.wait(1)
-            feed.send(signals(walks(7, 2.2, -1.0)), frames=10)  # has another id
+            feed.send(signals(walks(6, 2.2, -1.0)), frames=10)
+            feed.send(signals(does(6, 1.0, 0.0)), frames=5)
             self.assertEqual(len(output.messages), 1)
-            feed.send(signals(does(7, 1.0, 0.0)), frames=5)
-            feed.send(signals(does(7, 1.0, 0.0), walks(8, 2.8, -1.0)))
+            feed.send(signals(walks(7, 1.0, -1.0)))  # another person, in the same place
             output.wait(2)
 
 

@@ -1,6 +1,6 @@
-"""A recording of two people who walk, and a detector that knows them: for the tests of process_bag.
+"""A recording of two people who walk, and a detection that knows them: for the tests of process_bag.
 
-A module of its own, so that processes that the tests start can make the detector.
+A module of its own, so that processes that the tests start can make the detection.
 """
 import os
 import signal
@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
-from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.detection import ImageFrame, KnownPeople
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
@@ -95,8 +95,8 @@ def _points(topic: str, number: int, header: Header) -> Any:
     return cloud_to_message(cloud_from_depth(frame(number).depth * 0.001, CAMERA, frame(number).bgr), header)
 
 
-class KnowingDetector:
-    """Finds exactly the people of a frame, and notes in a file which frames it was shown.
+class KnownFrames:
+    """Tells exactly the people of a frame, and notes in a file which frames it was asked about.
 
     At a frame the process kills itself, or an error is raised, as long as the file `died`, `failed` does not exist.
     """
@@ -108,10 +108,9 @@ class KnowingDetector:
         self._known = {zlib.crc32(frame(number, aside).bgr.tobytes()): (number, aside)
                        for number in range(FRAMES) for aside in (False, True)}
 
-    def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None, expected: Optional[People2D] = None
-               ) -> People2D:
-        """Return the people of a frame; its depth comes too where it has any."""
-        number, aside = self._known[zlib.crc32(np.ascontiguousarray(bgr).tobytes())]
+    def people(self, image: ImageFrame) -> People2D:
+        """Return the people of a frame."""
+        number, aside = self._known[zlib.crc32(np.ascontiguousarray(image.bgr).tobytes())]
         if number == self._dies_at and not self._died.exists():
             self._died.touch()
             os.kill(os.getpid(), signal.SIGKILL)
@@ -125,12 +124,12 @@ class KnowingDetector:
         people = frame(number, aside).people
         keypoints = people.keypoints.copy()
         keypoints[frame(number, aside).vis != 2] = (np.nan, np.nan, 0)
-        return People2D(COCO_18, keypoints, people.scores, people.ids)
+        return People2D(COCO_18, keypoints, people.scores, np.full(len(people), -1))
 
 
-def knowing_detector(*_params: Any, **values: Any) -> KnowingDetector:
-    """Make the detector, whatever the parameters are; for functools.partial."""
-    return KnowingDetector(**values)
+def known_people(*_params: Any, **values: Any) -> KnownPeople:
+    """Make the detection, whatever the parameters are; for functools.partial."""
+    return KnownPeople(COCO_18, KnownFrames(**values).people)
 
 
 def positions(array: Any) -> np.ndarray:

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from known_recording import EMPTY, FRAMES, knowing_detector, messages, stamp_of, write_recording
+from known_recording import EMPTY, FRAMES, known_people, messages, stamp_of, write_recording
 
 from openpose_ros_pkg.landmarks.records import (
     FACE_POINTS,
@@ -54,7 +54,7 @@ def processed(tmp_path, monkeypatch):
     def run(*options, **recording):
         source = write_recording(tmp_path / 'walk.bag', **recording)
         out, folder = tmp_path / 'out.bag', tmp_path / 'json'
-        assert main([str(source), '-o', str(out), '--json', str(folder), '--jobs=1', *options], knowing_detector) == 0
+        assert main([str(source), '-o', str(out), '--json', str(folder), *options], known_people) == 0
         return out, [json.loads(path.read_text())['people'] for path in sorted(folder.iterdir())]
 
     return run
@@ -155,7 +155,7 @@ def test_without_the_parameters_there_are_neither_and_tables_say_so(processed, t
 
 def test_missing_weights_end_it(tmp_path, capsys, caplog):
     source = write_recording(tmp_path / 'walk.bag')
-    assert main([str(source), '-o', str(tmp_path / 'out.bag'), '--jobs', '1', '--set', 'hands=true', '--set',
-                 f'model_folder={tmp_path}'], knowing_detector) == 2
+    assert main([str(source), '-o', str(tmp_path / 'out.bag'), '--set', 'hands=true', '--set',
+                 f'model_folder={tmp_path}'], known_people) == 2
     assert 'hand_landmark is missing' in capsys.readouterr().err + caplog.text
     assert not (tmp_path / 'out.bag').exists()

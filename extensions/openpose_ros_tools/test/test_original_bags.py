@@ -1,4 +1,4 @@
-"""Bags with messages of the original project: rosbag migrates them, and then they are read as those of the nodes."""
+"""Bags of the original project and of version 1.0.0: rosbag migrates them; then they are read as those of the nodes."""
 import math
 import subprocess
 import sys
@@ -10,11 +10,15 @@ import genpy.dynamic
 import numpy as np
 import pytest
 import rosbag
-from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d
+from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray, PersonDetectionArray
+from std_msgs.msg import Header
 
-from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
-from skeleton_extract_3d.people import MEASURED, MISSING
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.ros import convert
 
 PACKAGE = Path(__file__).resolve().parents[3] / 'openpose_ros_msgs'
 RULES = PACKAGE / 'migration_rules/original.bmr'
@@ -24,6 +28,9 @@ FIELDS = {2: 'uint32 x\nuint32 y\nfloat32 confidence\n', 3: 'float32 x\nfloat32 
 MD5SUMS = {2: 'd01c2d124a49b2cef7015366ea4e0099', 3: 'd0a8af45cfc195d0d86994e1fdd9377d'}
 TOPICS = {2: '/openpose_ros/detected_poses_keypoints', 3: '/openpose_ros/skeleton_3d/detected_poses_keypoints_3d'}
 START = genpy.Time(1_500_000_000)
+# The messages of version 1.0.0, and their checksums.
+ARRAYS = {PersonDetectionArray: 'adf3638ece706c0a5c8db94a32bd20ab',
+          PersonDetection_3dArray: 'bc1e13c0c1ef97e8889720bad99ea641'}
 
 
 def original(dimensions):
@@ -91,6 +98,42 @@ def test_a_bag_of_the_original_is_migrated_and_read(old, tmp_path):
     assert (part.status, part.confidence) == (MISSING, 0) and math.isnan(part.x) and math.isnan(part.sigma)
 
 
+def of_1_0_0(kind):
+    """Return the class of the people of a frame in version 1.0.0."""
+    lines = kind._full_text.splitlines(keepends=True)
+    found = genpy.dynamic.generate_dynamic(kind._type, ''.join(
+        line for line in lines if not line.startswith('float32[] existence')))[kind._type]
+    assert found._md5sum == ARRAYS[kind]
+    return found
+
+
+def arrays_of_1_0_0():
+    """Return what version 1.0.0 published of a frame with two people, in the image and in space."""
+    header, shape = Header(stamp=START, frame_id='camera'), (2, len(COCO_18.joints))
+    in_image = convert_2d.people_to_array(People2D(COCO_18, np.full((*shape, 3), 0.5), np.ones(2), [4, 9]), header)
+    in_space = convert.people_to_array(People3D(COCO_18, np.full((*shape, 3), 0.5), np.ones(shape), np.ones(shape),
+                                                np.full(shape, 0.25), [4, 9], np.full((*shape, 3), 0.125)), header)
+    return tuple(of_1_0_0(type(new))(*(getattr(new, name) for name in new.__slots__[:-1]))
+                 for new in (in_image, in_space))
+
+
+def test_a_bag_of_version_1_0_0_is_read_and_migrated(tmp_path):
+    old, new, arrays = tmp_path / 'old.bag', tmp_path / 'new.bag', arrays_of_1_0_0()
+    with rosbag.Bag(str(old), 'w') as bag:
+        for topic, array in zip(('/image', '/space'), arrays):
+            bag.write(topic, array, START)
+    assert rosbag_says('fix', '--noplugins', old, new, PACKAGE / 'migration_rules/1.0.0.bmr')[0] == 0
+    for path in (old, new):
+        with rosbag.Bag(str(path)) as bag:
+            in_image, in_space = (message for _, message, _ in bag.read_messages())
+        for people in (convert_2d.people_from_array(in_image), convert.people_from_array(in_space)):
+            assert people.ids.tolist() == [4, 9] and people.existence.tolist() == [1.0, 1.0]
+    for message, array, kind in zip((in_image, in_space), arrays, ARRAYS):
+        assert (message._md5sum, len(message.existence)) == (kind._md5sum, 0)
+        assert [str(getattr(message, name)) for name in array.__slots__] == [
+            str(getattr(array, name)) for name in array.__slots__]
+
+
 def test_rosbag_finds_the_rules_by_the_manifest(monkeypatch):
     """Where rosdep is installed, as in noetic; elsewhere rospkg knows no dependencies, and the file has to be named."""
     rosdep = types.ModuleType('rosdep2.rospack')
@@ -104,8 +147,9 @@ def test_rosbag_finds_the_rules_by_the_manifest(monkeypatch):
     import rospkg.manifest
     monkeypatch.setattr(rospkg.manifest, '_static_rosdep_view', None)
     migrator = rosbag.migration.MessageMigrator()
-    for dimensions, kind in ((2, PersonDetection), (3, PersonDetection_3d)):
-        target = migrator.find_target(original(dimensions))
+    for old, kind in ((original(2), PersonDetection), (original(3), PersonDetection_3d),
+                      *((of_1_0_0(kind), kind) for kind in ARRAYS)):
+        target = migrator.find_target(old)
         assert target._md5sum == kind._md5sum
-        path = migrator.find_path(original(dimensions), target)
+        path = migrator.find_path(old, target)
         assert path and all(node.rule.valid for node in path)

@@ -24,7 +24,7 @@ from known_recording import (
     INFO,
     POINTS,
     frame,
-    knowing_detector,
+    known_people,
     messages,
     positions,
     stamp_of,
@@ -50,10 +50,10 @@ MEDIAN_ERROR = 0.04
 
 @pytest.fixture
 def run(tmp_path):
-    """Run the command on a bag with the knowing detector; return the exit status."""
-    def run(source, *arguments, output=tmp_path / 'out.bag', jobs=1, create=knowing_detector, **values):
+    """Run the command on a bag whose people are known; return the exit status."""
+    def run(source, *arguments, output=tmp_path / 'out.bag', create=known_people, **values):
         settings = [f'--set={key}={value}' for key, value in values.items()]
-        return main([str(source), '-o', str(output), f'--jobs={jobs}', *map(str, arguments), *settings], create)
+        return main([str(source), '-o', str(output), *map(str, arguments), *settings], create)
     return run
 
 
@@ -273,7 +273,7 @@ def test_images_alone_give_people_in_the_image(run, tmp_path, out):
 def test_lone_images_and_points_are_counted_and_all_others_used_once(run, tmp_path, out, capsys):
     source = write_recording(tmp_path / 'a.bag', without_image=(3,), without_points=(5, 6, FRAMES - 1))
     notes = tmp_path / 'notes'
-    assert run(source, create=functools.partial(knowing_detector, notes=notes)) == 0
+    assert run(source, create=functools.partial(known_people, notes=notes)) == 0
     pairs = [number for number in range(FRAMES) if number not in (3, 5, 6, FRAMES - 1)]
     assert numbers_of(arrays(out)) == pairs
     assert sorted(map(int, notes.read_text().split())) == pairs
@@ -299,11 +299,10 @@ def test_what_is_said_where_nothing_pairs_makes_it_pair(run, tmp_path, out, caps
     assert 'nearest stamps' not in capsys.readouterr().out
 
 
-def test_two_runs_give_the_same_bytes_whatever_the_number_of_processes(run, recording, tmp_path):
-    tables = []
-    for number, jobs in enumerate((1, 1, 2)):
-        tables.append(tmp_path / f'{number}.csv')
-        assert run(recording, '--csv', tables[-1], output=tmp_path / f'{number}.bag', jobs=jobs) == 0
+def test_two_runs_give_the_same_bytes(run, recording, tmp_path):
+    tables = [tmp_path / '0.csv', tmp_path / '1.csv']
+    for table in tables:
+        assert run(recording, '--csv', table, output=table.with_suffix('.bag')) == 0
     assert len({table.read_bytes() for table in tables}) == 1
     assert len(tables[0].read_text().splitlines()) > 2 * (FRAMES - EMPTY)
 
@@ -448,20 +447,20 @@ def test_a_full_disk_is_told_with_the_file_and_nothing_stays(run, recording, tmp
 
 def test_an_interrupt_leaves_nothing(recording, tmp_path):
     script = ('import functools, sys\n'
-              'from known_recording import knowing_detector\n'
+              'from known_recording import known_people\n'
               'from openpose_ros_tools.ros.process_bag.program import main\n'
               "if __name__ == '__main__':\n"
-              '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=0.5)))\n')
+              '    sys.exit(main(sys.argv[1:], functools.partial(known_people, slow=0.5)))\n')
     (tmp_path / 'command.py').write_text(script)
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    for jobs, number in ((1, signal.SIGINT), (2, signal.SIGTERM), (2, signal.SIGINT)):
+    for number in (signal.SIGINT, signal.SIGTERM):
         with (tmp_path / 'errors').open('w') as errors:
             command = subprocess.Popen([sys.executable, str(tmp_path / 'command.py'), str(recording), '-o', str(
-                tmp_path / 'out.bag'), '--csv', str(tmp_path / 'a.csv'), '--json', str(tmp_path / 'json'),
-                f'--jobs={jobs}'], env=environment, start_new_session=True, stderr=errors)
+                tmp_path / 'out.bag'), '--csv', str(tmp_path / 'a.csv'), '--json', str(tmp_path / 'json')],
+                env=environment, start_new_session=True, stderr=errors)
         while command.poll() is None and not any(name.startswith('.out.bag') for name in left_behind(tmp_path)):
             time.sleep(0.01)
-        # a terminal sends Ctrl-C to the whole group; the processes of --jobs are just about to start
+        # a terminal sends Ctrl-C to the whole group
         (os.killpg if number == signal.SIGINT else os.kill)(command.pid, number)
         assert command.wait(60) == 130
         assert sorted(path.name for path in tmp_path.iterdir()) == ['command.py', 'errors', 'walk.bag']

@@ -8,7 +8,7 @@ import sys
 import threading
 
 import pytest
-from known_recording import knowing_detector, write_recording
+from known_recording import known_people, write_recording
 
 from openpose_ros_tools.parallel.cluster import ClusterError, run_on_cluster
 from openpose_ros_tools.ros.process_bag.program import main
@@ -26,7 +26,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-def run(folder, *arguments, create=knowing_detector, output='out', inputs=('in',)):
+def run(folder, *arguments, create=known_people, output='out', inputs=('in',)):
     return main([*(str(folder / name) for name in inputs), '-o', str(folder / output), '--csv', str(folder / output),
                  '--json', str(folder / output / 'json'), *arguments], create)
 
@@ -44,8 +44,6 @@ def test_what_can_not_be_done_is_refused(folder, capsys):
     (folder / 'empty').mkdir()
     assert run(folder, inputs=('empty',)) == 2
     assert 'holds no bags' in capsys.readouterr().err
-    assert run(folder, '--jobs', '2') == 2
-    assert '--workers' in capsys.readouterr().err
     assert run(folder, output='in') == 2
     assert 'is an input' in capsys.readouterr().err
     assert not (folder / 'out').exists()
@@ -72,7 +70,7 @@ def test_only_a_scheduler_needs_dask(folder, capsys, monkeypatch):
 def test_a_worker_that_dies_loses_nothing_and_what_fails_is_told(folder, capsys):
     """Of three bags one has no images; one worker kills itself in the middle of a bag, one bag fails the first time."""
     write_recording(folder / 'in/c.bag', image=None)
-    create = functools.partial(knowing_detector, dies_at=6, died=folder / 'died', fails_at=8, failed=folder / 'failed')
+    create = functools.partial(known_people, dies_at=6, died=folder / 'died', fails_at=8, failed=folder / 'failed')
     assert run(folder, '--workers', '2', create=create) == 1
     assert (folder / 'died').exists()
     assert (folder / 'failed').exists()
@@ -85,7 +83,7 @@ def test_a_worker_that_dies_loses_nothing_and_what_fails_is_told(folder, capsys)
     # undisturbed, on this process
     for name in ('a', 'b'):
         assert main([f'{folder}/in/{name}.bag', '-o', f'{folder}/alone/{name}.bag', '--csv',
-                     f'{folder}/alone/{name}.csv', '--jobs=1'], knowing_detector) == 0
+                     f'{folder}/alone/{name}.csv'], known_people) == 0
     assert tables(folder / 'alone') == tables(folder / 'out')
     # again: only what failed, and is right now
     made = (folder / 'out/a.bag').stat().st_mtime_ns
@@ -120,7 +118,7 @@ def test_an_existing_cluster_does_it(folder, capsys):
         # in the middle of a bag the scheduler ends, and with it all that was to be done
         threading.Thread(target=lambda: (await_true(lambda: any(folder.glob('out/.*.part')), 'a part'),
                                          processes[0].kill())).start()
-        slow = functools.partial(knowing_detector, slow=0.5)
+        slow = functools.partial(known_people, slow=0.5)
         assert run(folder, '--scheduler', address, '--overwrite', create=slow) == 1
         output = capsys.readouterr().out
         assert output.count(f'the scheduler at {address} is gone') == 2

@@ -9,7 +9,7 @@ from known_recording import (
     EMPTY,
     FRAMES,
     frame,
-    knowing_detector,
+    known_people,
     messages,
     positions,
     stamp_of,
@@ -70,8 +70,8 @@ def run(out):
     """Run the command on bags of two cameras; return the exit status."""
     def run(sources, *arguments, output=out, cameras=('left', 'right')):
         sources = [str(source) for source in (sources if isinstance(sources, list) else [sources])]
-        return main([*sources, '-o', str(output), '--jobs=1', *map(str, arguments),
-                     *(['--cameras', *cameras] if cameras else [])], knowing_detector)
+        return main([*sources, '-o', str(output), *map(str, arguments),
+                     *(['--cameras', *cameras] if cameras else [])], known_people)
     return run
 
 

@@ -14,7 +14,6 @@ from std_msgs.msg import Header
 from animated_skeleton import STANDING, frames, held
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import people_to_array as people_to_array_2d
-from openpose_ros_pkg.ros.convert import people_to_messages
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Gesture, PersonSignals, Posture
 from openpose_ros_signals.ros.convert import signals_to_array
@@ -102,8 +101,8 @@ def test_recordings_without_people_in_space_are_refused(tmp_path, capsys):
     header = Header(stamp=genpy.Time(5), frame_id='camera')
     keypoints = np.tile(np.array([80.0, 90.0, 0.9]), (1, 18, 1))
     with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
-        bag.write('/openpose_ros/detected_poses', people_to_array_2d(people_to_messages(
-            People2D(COCO_18, keypoints, np.ones(1), np.ones(1)), header), header, COCO_18), header.stamp)
+        bag.write('/openpose_ros/detected_poses', people_to_array_2d(
+            People2D(COCO_18, keypoints, np.ones(1), np.ones(1)), header), header.stamp)
     assert main([str(tmp_path / 'a.bag')]) == 2
     assert 'people in the image alone' in capsys.readouterr().err
     rosbag.Bag(str(tmp_path / 'b.bag'), 'w').close()

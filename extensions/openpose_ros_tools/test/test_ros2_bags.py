@@ -11,7 +11,7 @@ import pytest
 import rosbag
 import yaml
 from geometry_msgs.msg import TransformStamped
-from known_recording import FRAME_ID, IMAGE, knowing_detector, stamp_of, write_recording
+from known_recording import FRAME_ID, IMAGE, known_people, stamp_of, write_recording
 from mcap.reader import make_reader
 from openpose_ros_msgs.msg import PersonSignalsArray
 from rosbags.rosbag2 import Reader, Writer
@@ -73,7 +73,7 @@ def all_of(path):
 
 
 def process(source, output, *arguments):
-    assert main([str(source), '-o', str(output), '--jobs=1', *map(str, arguments)], knowing_detector) == 0
+    assert main([str(source), '-o', str(output), *map(str, arguments)], known_people) == 0
     return output
 
 
@@ -200,7 +200,7 @@ def test_a_smashed_message_is_damage(recording, tmp_path, capsys):
     file, = folder.glob('*.db3')
     with sqlite3.connect(file) as database:
         database.execute("UPDATE messages SET data = x'0001000007'")
-    assert main([str(folder), '-o', str(tmp_path / 'out.bag')], knowing_detector) == 2
+    assert main([str(folder), '-o', str(tmp_path / 'out.bag')], known_people) == 2
     error = capsys.readouterr().err
     assert f'{folder} is damaged' in error and '`ros2 bag reindex`' in error
     assert not (tmp_path / 'out.bag').exists()

@@ -25,9 +25,12 @@ import numpy as np
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import Detector, create_detector
+from openpose_ros_pkg.detect.detection import Detection, ImageFrame
+from openpose_ros_pkg.detect.image_chain import ImageChain
+from openpose_ros_pkg.detect.network_detection import create_detection
+from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorSettings
-from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
@@ -150,23 +153,24 @@ def check_names(inputs: Sequence[InputFile]) -> None:
                                  'without its suffix; give them in two commands with folders of their own')
 
 
-def detect_inputs(inputs: Sequence[InputFile], detector: Any, landmarks: Optional[LandmarkDetector],
+def detect_inputs(inputs: Sequence[InputFile], detection: Any, landmarks: Optional[LandmarkDetector],
                   tracking: TrackingParams, recorder: Recorder
                   ) -> Iterator[Tuple[InputFile, Union[int, BadInputError]]]:
     """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error.
 
     Args:
+        detection: finds the people; None: there are no inputs.
         landmarks: finds hands and faces; None: not wanted.
         tracking: of people in videos.
     """
     for item in inputs:
-        tracker = KeypointTracker(tracking) if item.is_video else None
+        chain = ImageChain(detection, tracking)
         try:
             for number, bgr in enumerate(item.read()):
-                people, stamp = detector.detect(bgr), number / (item.rate or _VIDEO_RATE)
-                # negative ids are none; different ones assign hands to people
-                people = (replace(people, ids=-1 - np.arange(len(people))) if tracker is None
-                          else tracker.update(people, stamp))
+                stamp = (1 + number) / (item.rate or _VIDEO_RATE) if item.is_video else 0.0
+                people = chain.update(ImageFrame(item.path, stamp, bgr))
+                if not item.is_video:  # negative ids are none; different ones assign hands to people
+                    people = replace(people, ids=-1 - np.arange(len(people)))
                 found = None if landmarks is None else landmarks.detect(bgr, people, None, item.path, stamp)
                 recorder.submit(item.name(number), bgr, people, found)
                 yield item, len(people)
@@ -175,12 +179,12 @@ def detect_inputs(inputs: Sequence[InputFile], detector: Any, landmarks: Optiona
 
 
 def main(arguments: Optional[Sequence[str]] = None,
-         create: Callable[[DetectorSettings], Detector] = create_detector) -> int:
+         create: Callable[[DetectorSettings], Detection] = create_detection) -> int:
     """Run the command; return the exit status.
 
     Args:
         arguments: of the command line; None: those of this process.
-        create: makes the detector of its parameters.
+        create: makes what finds people, of its parameters.
     """
     parser = _parser()
     options = parser.parse_args(arguments)
@@ -191,7 +195,7 @@ def main(arguments: Optional[Sequence[str]] = None,
 
 
 def _run(options: argparse.Namespace, values: Dict[str, Any],
-         create: Callable[[DetectorSettings], Detector]) -> int:
+         create: Callable[[DetectorSettings], Detection]) -> int:
     settings = build(FileSettings, values)
     save = settings.save
     if not save.active:
@@ -212,10 +216,10 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
             todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
             report = replace(report, skipped=len(inputs) - len(todo))
-            detector, landmarks = _networks(settings, create) if todo else (None, None)
+            detection, landmarks = _networks(settings, create) if todo else (None, None)
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
-            for item, result in detect_inputs(todo, detector, landmarks, settings.tracking, recorder):
+            for item, result in detect_inputs(todo, detection, landmarks, settings.tracking, recorder):
                 report = report.added(item, result)
                 progress.update(not isinstance(result, BadInputError))
     finally:
@@ -225,18 +229,18 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE
 
 
-def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]
-              ) -> Tuple[Any, Optional[LandmarkDetector]]:
-    """Return the detectors of people, and of hands and faces if wanted; raise ModelError if a network is missing."""
+def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detection]
+              ) -> Tuple[Detection, Optional[LandmarkDetector]]:
+    """Return what finds people, and hands and faces if wanted; raise ModelError if a network is missing."""
     params = settings.detector
-    detector = create(params)
+    detection = create(params)
     if not (settings.landmarks.hands or settings.landmarks.face):
-        return detector, None
+        return detection, None
     landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder,
-                                         detector.recipe.whole_body)
+                                         recipe_of(params.detector).whole_body)
     if landmarks.missing:
         raise ModelError(landmarks.faults)
-    return detector, landmarks
+    return detection, landmarks
 
 
 def _parser() -> argparse.ArgumentParser:

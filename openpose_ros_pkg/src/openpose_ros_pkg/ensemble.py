@@ -282,13 +282,17 @@ def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[in
 
 
 def most_alike(keypoints: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray,
-               constants: EnsembleConstants = ENSEMBLE) -> Optional[np.ndarray]:
-    """Return the pose, of (N, K, 3), that is the person, (K, 3), and none of the other (P, K, 3) people; else None."""
+               least: float = ENSEMBLE.same_person, constants: EnsembleConstants = ENSEMBLE) -> Optional[np.ndarray]:
+    """Return the pose, of (N, K, 3), that is the person, (K, 3), and none of the other (P, K, 3) people; else None.
+
+    Args:
+        least: similarity that it needs.
+    """
     if not len(keypoints):
         return None
     alike = similarity(person, keypoints, joint_sigmas)
     best = int(np.argmax(alike))
-    if alike[best] < constants.same_person:
+    if alike[best] < least:
         return None
     if ((similarity(keypoints[best], people, joint_sigmas) > alike[best])
             & (similarity(person, people, joint_sigmas) < constants.duplicate)).any():

@@ -69,3 +69,9 @@ class NoTransformError(OpenposeRosError):
     """tf has no transform between two frames at the time of a message."""
 
     event = 'no transform'
+
+
+class StoppedError(OpenposeRosError):
+    """A request came while the node is being ended."""
+
+    event = 'shutting down'

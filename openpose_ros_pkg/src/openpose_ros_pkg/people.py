@@ -1,6 +1,6 @@
 """People in an image: the one type that passes between detector, tracker, painter and converters."""
 import functools
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -93,6 +93,22 @@ def no_points(people: int) -> np.ndarray:
     return np.full((people, WHOLE_BODY_POINTS, 3), (np.nan, np.nan, 0), np.float32)
 
 
+def checked_existence(existence: Optional[np.ndarray], people: int) -> np.ndarray:
+    """Return the probabilities (P,) float64 that P people are there; None: 1.
+
+    Raises:
+        ValueError: the shape is another one, or a value is not within 0 and 1.
+    """
+    if existence is None:
+        return np.ones(people)
+    values: np.ndarray = np.asarray(existence, np.float64)
+    if values.shape != (people,):
+        raise ValueError(f'existence: expected ({people},), got {values.shape}')
+    if not ((values >= 0) & (values <= 1)).all():
+        raise ValueError(f'existence: expected probabilities from 0 to 1, got {values.tolist()}')
+    return values
+
+
 @dataclass(frozen=True)
 class People2D:
     """The keypoints of P people; ValueError: an array has the wrong shape, or a joint is half missing."""
@@ -110,6 +126,8 @@ class People2D:
     points: Optional[np.ndarray] = None
     # (P, K, 2) float32: standard deviations of x and y as the network tells them [px], NaN elsewhere; None: of none
     sigmas: Optional[np.ndarray] = None
+    # (P,) float64, the probability that each person is there [0..1]; None: 1
+    existence: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         joints = len(self.skeleton.joints)
@@ -119,6 +137,7 @@ class People2D:
         people = (len(keypoints),)
         scores, ids = np.asarray(self.scores, np.float32), np.asarray(self.ids, np.int64)
         looked = np.ones(people, bool) if self.looked is None else np.asarray(self.looked, bool)
+        existence = checked_existence(self.existence, len(keypoints))
         for name, value in (('scores', scores), ('ids', ids), ('looked', looked)):
             if value.shape != people:
                 raise ValueError(f'{name}: expected {people}, got {value.shape}')
@@ -133,7 +152,8 @@ class People2D:
                 object.__setattr__(self, name, value)
         if self.sigmas is not None and ((self.sigmas < 0) | np.isinf(self.sigmas)).any():
             raise ValueError('sigmas: expected finite standard deviations from 0 on, or NaN')
-        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked)):
+        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked),
+                            ('existence', existence)):
             object.__setattr__(self, name, value)
 
     @classmethod
@@ -148,7 +168,7 @@ class People2D:
         """Return some of the people, in the order of their indices (N,)."""
         return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices],
                         self.looked[indices], None if self.points is None else self.points[indices],
-                        None if self.sigmas is None else self.sigmas[indices])
+                        None if self.sigmas is None else self.sigmas[indices], self.existence[indices])
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""
@@ -156,7 +176,8 @@ class People2D:
                         np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]),
                         np.concatenate([self.looked, others.looked]),
                         joined_points((self.points, len(self)), (others.points, len(others))),
-                        _joined_sigmas(self.sigmas, others.sigmas, self.keypoints, others.keypoints))
+                        _joined_sigmas(self.sigmas, others.sigmas, self.keypoints, others.keypoints),
+                        np.concatenate([self.existence, others.existence]))
 
     @property
     def xy(self) -> np.ndarray:
@@ -174,8 +195,25 @@ class People2D:
         return self.keypoints[..., 2] > 0
 
 
-@dataclass(frozen=True)
-class ExpectedPeople(People2D):
-    """People that tracks in space expect in an image; scores are 1."""
+@dataclass(frozen=True, eq=False)
+class ExpectedPeople:
+    """The T people that tracks expect in an image."""
 
-    depths: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (P,) of their trunks [m]
+    skeleton: SkeletonModel  # names of the K joints
+    # (T, K, 3) float32: x, y [px of the image, also outside of it] and a score above 0; NaN, NaN, 0 where unknown
+    keypoints: np.ndarray
+    ids: np.ndarray  # (T,) int64 of the tracks
+    existence: np.ndarray  # (T,) float64 probability that each is there [0..1]
+    visibility: np.ndarray  # (T,) float64 share of the body that the camera would see [0..1]
+    # (T,) float64 standard deviation of the place across the view, as a share of half the diagonal of the joints' box
+    spread: np.ndarray
+
+    @classmethod
+    def none(cls, skeleton: SkeletonModel) -> 'ExpectedPeople':
+        """Return no expected people."""
+        nothing = np.zeros(0)
+        return cls(skeleton, np.zeros((0, len(skeleton.joints), 3), np.float32), np.zeros(0, np.int64), nothing,
+                   nothing, nothing)
+
+    def __len__(self) -> int:
+        return len(self.ids)

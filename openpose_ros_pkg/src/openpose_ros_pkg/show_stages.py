@@ -22,8 +22,9 @@ from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.crops import found_by
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
-from openpose_ros_pkg.detect.views import averaged_fields
+from openpose_ros_pkg.detect.views import averaged_fields, prepare_views
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
@@ -60,12 +61,11 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
                     ) -> Tuple[People2D, Stages]:
     """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops."""
     detector = create_detector(settings)
-    frame = detector.prepare(bgr)
-    plain = replace(frame.setup, decode=settings.decode, direct=settings.direct)
+    plain = replace(detector.setup, decode=settings.decode, direct=settings.direct)
     stages, opinions = [('input', bgr)], []
-    for network_pass, prepared in zip(detector.recipe.passes, frame.views):
+    for network_pass in detector.recipe.passes:
         model = network_pass.model
-        views = [view.compute(frame.setup.networks[model.name]) for view in prepared]
+        views = [view.compute(plain.networks[model.name]) for view in prepare_views(bgr, network_pass)]
         opinions += [(network_pass.description, poses.keypoints)
                      for poses in found_by(network_pass, views, bgr, plain).opinions]
         if model.decoder == Decoder.PAF:
@@ -75,7 +75,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
             stages += [('heat maps', _over(bgr, _heat_maps(fields, model), plan, model.stride)),
                        ('limb fields', _over(bgr, _limb_fields(fields, model), plan, model.stride)),
                        ('candidates', _candidates(bgr, peaks, limbs, plan, model))]
-    people = detector.detect(bgr, depth)
+    people = people_in(bgr, detector, depth)
     return people, [*stages, ('opinions', _draw_opinions(bgr, opinions, detector.skeleton)),
                     ('people', draw_people(bgr, people, DrawParams()))]
 

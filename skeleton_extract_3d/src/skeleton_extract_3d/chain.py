@@ -1,24 +1,25 @@
 """From an image, and the points of the same view, to people in the image and in space.
 
-`PeopleChain` is what nodes, process_bag, benchmarks and scripts without ROS run::
+`PeopleChain` is what nodes, process_bag, benchmarks and scripts without ROS run. Recordings and single images::
 
-    chain = PeopleChain(detection, settings)
-    result = chain.update(Frame(camera, stamp, bgr, points))
+    result = PeopleChain(detection, settings).update(Frame(camera, stamp, bgr, points))
 
-A pipeline calls the stages one by one, each in the order of the frames of a camera: prepare, compute, finish, lift;
-then add_landmarks, and search beside it.
+A stream takes the same steps; a frame is published before the rest of the image is searched::
+
+    result = chain.look(frame)
+    for part in chain.search():   # stop when the next frame comes
+        ...
 """
 import itertools
-import threading
 from dataclasses import dataclass, field, replace
-from typing import Any, Dict, Hashable, Optional, Tuple
+from typing import Callable, Dict, Iterator, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detection import Detection, ImageFrame, Wanted, never_wanted
-from openpose_ros_pkg.detect.tracking import PerCamera
+from openpose_ros_pkg.detect.detection import Detection, ImageFrame, NextPart
+from openpose_ros_pkg.detect.tracking import ImageTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D
+from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_points
 from skeleton_extract_3d.frame import Frame
@@ -29,27 +30,11 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.plausibility import Doubt
-from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import EstimatorSettings
 
 # Intrinsics of the made-up camera of `PeopleChain.warm_up`, 64 x 48 [px].
 _WARM_UP_MATRIX = np.array([[50.0, 0.0, 31.5], [0.0, 50.0, 23.5], [0.0, 0.0, 1.0]])
-
-
-@dataclass(frozen=True, eq=False)
-class PreparedFrame:
-    """A frame that is ready for the networks; `image` is what `Detection.prepare` returned."""
-
-    frame: Frame
-    image: Any
-
-
-@dataclass(frozen=True, eq=False)
-class ComputedFrame:
-    """A frame after the networks; `found` is what `Detection.compute` returned."""
-
-    frame: Frame
-    found: Any
+IMAGE_TRACKING = TrackingParams()
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +43,8 @@ class Result:
 
     Attributes:
         frame: what it was computed from.
-        people_2d: the people in the image, with track ids; after `lift` with their ids in space, -1 for people without
-            a place in space.
-        estimate: the people in space and how they were found; None: before `lift`, or without points.
+        people_2d: the people in the image, with their ids; -1 for people without a place in space.
+        estimate: the people in space and how they were found; None: without points.
         landmarks: hands and faces.
     """
 
@@ -84,30 +68,32 @@ class Result:
         """Seconds by stage of the estimator, see `estimator.STAGES`."""
         return {} if self.estimate is None else self.estimate.timing
 
-    def located(self, tracking_from_points: Optional[Transform], floor: Optional[np.ndarray] = None) -> 'Result':
-        """Return the result with the pose of its camera and the floor, see `Frame`, where these are known only now."""
-        return replace(self, frame=replace(self.frame, tracking_from_points=tracking_from_points, floor=floor))
+
+Locate = Callable[[Frame], Frame]
+"""Adds the pose of the camera and the floor, see `Frame`, where these are known only once the image was looked at."""
 
 
 class PeopleChain:
-    """The people before any number of cameras; ids in space are unique over all of them. Any thread may call it.
+    """The people before any number of cameras; ids are unique over all of them. One thread at a time uses it.
 
-    Of more cameras than `TRACKING.most_cameras`, the one that sent nothing for longest is forgotten.
+    Of more cameras than `TRACKING.most_cameras`, the one that sent nothing for longest is forgotten. With points,
+    tracks in space decide who is there and who is who, else tracks in the image.
 
     Args:
         detection: finds people in images.
         settings: of the estimators.
         landmarks: finds hands and faces; None: the results have none.
+        tracking: limits of tracks in the image.
     """
 
-    def __init__(self, detection: Detection, settings: EstimatorSettings,
-                 landmarks: Optional[LandmarkDetector] = None) -> None:
+    def __init__(self, detection: Detection, settings: EstimatorSettings, landmarks: Optional[LandmarkDetector] = None,
+                 tracking: TrackingParams = IMAGE_TRACKING) -> None:
         self.detection = detection
         self._settings, self._landmarks = settings, landmarks
         self._ids = itertools.count(FIRST_ID)
         self._estimators = PerCamera(lambda: PeopleEstimator(self._settings, self._ids))
-        # held while a frame is estimated, so that it keeps the settings that it began with
-        self._lock = threading.Lock()
+        self._trackers = PerCamera(lambda: ImageTracker(tracking, self._ids))
+        self._newest: Optional[ImageFrame] = None
 
     @property
     def skeleton(self) -> SkeletonModel:
@@ -116,10 +102,9 @@ class PeopleChain:
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Take other settings from the next frame on; see `PeopleEstimator.reconfigure`."""
-        with self._lock:
-            self._settings = settings
-            for estimator in self._estimators.all():
-                estimator.reconfigure(settings)
+        self._settings = settings
+        for estimator in self._estimators.all():
+            estimator.reconfigure(settings)
 
     def warm_up(self) -> None:
         """Estimate a made-up person, so that the first frame of a camera takes no longer than the others."""
@@ -131,52 +116,49 @@ class PeopleChain:
         for people in (person, People2D.empty(self.skeleton)):
             estimator.update(people, Frame('', 0.0, grey, DepthImage(wall, camera)))
 
-    def update(self, frame: Frame) -> Result:
-        """Return all that is known of a frame.
+    def look(self, frame: Frame, in_full: bool = False, locate: Locate = lambda frame: frame) -> Result:
+        """Return what is known of a frame after looks at the expected people; with `in_full`, after a search of all.
 
         Raises:
             BadInputError: the image is empty, its aspect ratio is not that of the points, or the points are in no
                 optical frame.
         """
-        prepared = self.prepare(frame)
-        with self.detection.lock:
-            computed = self.compute(prepared)
-            self.search(computed)
-        return self.add_landmarks(self.lift(self.finish(computed)))
-
-    def prepare(self, frame: Frame) -> PreparedFrame:
-        """Check a frame and bring its image to the sizes that the networks want; errors as `update`."""
+        depth = None
         if frame.points is not None:
             check_points(frame.points, frame.image_size, self._settings)
-        depth = None if frame.points is None else depth_view(frame.points)
-        image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, source=frame.source,
-                           interval=frame.interval)
-        return PreparedFrame(frame, self.detection.prepare(image))
+            depth = depth_view(frame.points)
+        image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, frame.source)
+        self._newest = image
+        if frame.points is None or not self._settings.identity.tracking:
+            return self._in_image(frame, image, in_full, locate)
+        estimator = self._estimators.of(frame.camera)
+        looks = self.detection.look(image, estimator.expected(frame, self.skeleton), in_full)
+        frame = locate(frame)
+        estimate = estimator.update(looks.people, frame, looks.missed)
+        self.detection.remember(image, estimate.ids)
+        return Result(frame, estimate.in_image, estimate)
 
-    def compute(self, prepared: PreparedFrame) -> ComputedFrame:
-        """Let the networks see the image, with `detection.lock` held."""
-        frame = prepared.frame
-        expected = None
-        if frame.points is not None:
-            expected = self.expected(frame.camera, frame.image_time, frame.image_size)
-        return ComputedFrame(frame, self.detection.compute(prepared.image, expected))
-
-    def search(self, computed: ComputedFrame, wanted: Wanted = never_wanted) -> bool:
-        """Look for other people in the newest computed frame, for the next one; see `Detection.search`."""
-        return self.detection.search(computed.found, wanted)
-
-    def finish(self, computed: ComputedFrame) -> Result:
-        """Return the people in the image, with track ids."""
-        return Result(computed.frame, self.detection.finish(computed.found))
-
-    def lift(self, result: Result) -> Result:
-        """Return the result with the people in space; without points as it is. Errors as `update`."""
-        frame = result.frame
+    def _in_image(self, frame: Frame, image: ImageFrame, in_full: bool, locate: Locate) -> Result:
+        """Return a frame whose people keep the ids of tracks in the image, or those that the detection gave them."""
+        tracker = self._trackers.of(frame.camera)
+        looks = self.detection.look(image, tracker.expected(image.stamp, image.size, self.skeleton), in_full)
+        people = looks.people
+        if not self.detection.gives_ids:
+            people = tracker.update(looks, image.stamp, image.size)
+            self.detection.remember(image, people.ids[:len(looks.people)])
+        frame = locate(frame)
         if frame.points is None:
-            return result
-        with self._lock:
-            estimate = self._estimators.of(frame.camera).update(result.people_2d, frame)
-        return replace(result, people_2d=estimate.in_image, estimate=estimate)
+            return Result(frame, people)
+        estimate = self._estimators.of(frame.camera).update(people, frame)
+        return Result(frame, estimate.in_image, estimate)
+
+    def search(self) -> Iterator[NextPart]:
+        """Search the rest of the newest frame; see `Detection.search`."""
+        return iter(()) if self._newest is None else self.detection.search(self._newest)
+
+    def update(self, frame: Frame) -> Result:
+        """Return all that is known of a frame after a search of all of it, with hands and faces; errors as `look`."""
+        return self.add_landmarks(self.look(frame, in_full=True))
 
     def add_landmarks(self, result: Result, seconds: Optional[float] = None) -> Result:
         """Return the result with hands and faces, for which the networks may take some seconds; None: any time.
@@ -193,10 +175,3 @@ class PeopleChain:
             return replace(result, landmarks=Landmarks(found, Landmarks3D.empty()))
         lifted = lift_landmarks(found, frame.grid, frame.image_size, estimate.people)
         return replace(result, landmarks=Landmarks(with_hidden(found, lifted), lifted))
-
-    def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[ExpectedPeople]:
-        """Return where the people tracked in space will be in an image of a size (width, height) [px]; None: none yet.
-
-        Does not block: returns the prediction from the last estimated frame.
-        """
-        return self._estimators.of(camera).expected(stamp, image_size)

@@ -38,9 +38,9 @@ def create_chain(params: Mapping[str, Any]) -> PeopleChain:
     settings = build(ChainSettings, params)
     networks, wanted = settings.detector, settings.landmarks
     detector = create_detector(networks, settings.following)
-    detection = NetworkDetection(detector, settings.tracking, settings.following)
+    detection = NetworkDetection(detector, settings.following)
     landmarks = None
     if wanted.hands or wanted.face:
         landmarks = create_landmark_detector(wanted, networks.backend, networks.detector.model_folder,
                                              detector.recipe.whole_body)
-    return PeopleChain(detection, settings.estimator, landmarks)
+    return PeopleChain(detection, settings.estimator, landmarks, settings.tracking)

@@ -27,8 +27,6 @@ class Frame:
         source: what the image was made from, which a detection elsewhere may need; no step reads it.
         image_stamp: of the image, where it is not that of the points [s].
         size: width and height of the image [px] where `bgr` is None.
-        interval: in a stream, since the frame that came before, whatever became of that one [s], inf: the first; None:
-            no stream.
     """
 
     camera: Hashable
@@ -40,7 +38,6 @@ class Frame:
     source: Any = None
     image_stamp: Optional[float] = None
     size: Optional[Tuple[int, int]] = None
-    interval: Optional[float] = None
 
     @property
     def image_size(self) -> Tuple[int, int]:

@@ -72,7 +72,8 @@ class PlayerParams(Parameters):
     rate: float = parameter(0.0, 'Frames per second; 0: as sequence.yaml says, else 15.', unit='Hz',
                             minimum=0.0, maximum=1000.0)
     playback: str = parameter(
-        'loop', "What comes after the last frame. 'loop': the first frame, so that people jump; 'forth_and_back': the "
+        'loop', "What comes after the last frame. 'loop': the first frame, so that people jump; 'pause': 1.5 s of "
+                "black images without depth, as of a covered camera, then the first frame; 'forth_and_back': the "
                 "sequence backwards, so that they move without a jump; 'once': the node ends. Stamps always increase.",
         choices=PLAYBACKS)
     frame_id: str = parameter('', 'frame_id of the messages; empty: as sequence.yaml says, else camera_optical_frame.')

@@ -4,6 +4,7 @@ from typing import Any, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.people import checked_existence
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 # Values of `status`, as in openpose_ros_msgs/BodypartDetection_3d.
@@ -46,9 +47,10 @@ class People3D:
             estimated.
         ids: (P,) int64 track ids.
         velocity: (P, K, 3) float32 [m/s]; NaN where MISSING or not estimated, which is everywhere by default.
+        existence: (P,) float64 probability that each person is there [0..1]; 1 by default.
 
     Raises:
-        ValueError: see `check_points_of`.
+        ValueError: see `check_points_of` and `checked_existence`.
     """
 
     skeleton: SkeletonModel
@@ -58,6 +60,7 @@ class People3D:
     sigma: np.ndarray
     ids: np.ndarray
     velocity: np.ndarray = None  # type: ignore[assignment]  # NaN everywhere
+    existence: np.ndarray = None  # type: ignore[assignment]  # 1
 
     def __post_init__(self) -> None:
         people, joints = len(self.xyz), len(self.skeleton.joints)
@@ -65,6 +68,7 @@ class People3D:
             object.__setattr__(self, 'velocity', np.full((people, joints, 3), np.nan))
         check_points_of(self, (people, joints), (('ids', np.int64, (people,)),
                                                  ('velocity', np.float32, (people, joints, 3))))
+        object.__setattr__(self, 'existence', checked_existence(self.existence, people))
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People3D':

@@ -25,7 +25,7 @@ def bag_bytes(folder, compression):
             time = genpy.Time(1600000000, number * 1000)
             header = Header(number, time, 'camera')
             person = PersonDetection(header=header, num_people_detected=1, person_ID=1)
-            bag.write('/people', PersonDetectionArray(header, 'COCO_18', [person]), time)
+            bag.write('/people', PersonDetectionArray(header, 'COCO_18', [person], []), time)
             bag.write('/image', Image(header, 2, 2, 'mono8', 0, 2, b'abcd'), time)
             bag.write('/text', String('é'), time)
     return path.read_bytes()

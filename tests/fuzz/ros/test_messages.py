@@ -142,7 +142,7 @@ def people_messages():
     for detection in detections:
         detection.nose.x = detection.nose.y = 5.0
         detection.nose.confidence = 0.5
-    return PersonDetectionArray(HEADER, COCO_18.name, detections)
+    return PersonDetectionArray(HEADER, COCO_18.name, detections, [0.25, 1.0])
 
 
 def people_in_space():
@@ -233,6 +233,8 @@ def test_people(skeleton, message):
     people = survives(convert_2d.people_from_messages, message.persons, skeleton, size=10000)
     assert len(people) == len(message.persons)
     assert (np.isfinite(people.xy).all(axis=2) == (people.confidence > 0)).all()
+    people = survives(convert_2d.people_from_array, message, size=10000)
+    assert people is None or ((people.existence >= 0) & (people.existence <= 1)).all()
 
 
 @given(spoiled(people_in_space()))

@@ -233,13 +233,19 @@ def in_turn(*frames, links=None):
     return estimator.at(10.0 + (len(frames) - 1) / 10, links or link())
 
 
-def test_an_id_far_away_is_another_person():
-    """As where ids are exchanged, or an extractor starts again."""
-    elsewhere = in_turn(person(0.03), person(0.03, place=(-6.0, 0.0)))
-    assert (elsewhere.people, elsewhere.person) == (2, 7)
-    assert elsewhere.bound < seen(person(0.03)).bound
-    walked = in_turn(person(0.03), person(0.03, place=(-0.15, 0.0)))
-    assert walked.people == 1
+@pytest.mark.parametrize('place', [(-0.15, 0.0), (-6.0, 0.0)])
+def test_an_id_is_a_person_wherever_it_is(place):
+    moved = person(0.03, place=place)
+    assert in_turn(person(0.03), moved) == seen(moved)
+
+
+def test_another_id_near_a_lost_person_frees_no_space():
+    other = person(0.03, 8, place=(-0.05, 0.0))
+    found = in_turn(person(0.03), other)
+    assert (found.people, found.person) == (2, 7)
+    assert found.bound < min(seen(person(0.03)).bound, seen(other).bound)
+    assert after(PARAMS.lost_timeout, other).people == 2
+    assert after(PARAMS.lost_timeout + 0.1, other).people == 1
 
 
 def test_exchanged_ids_leave_two_people():
@@ -250,13 +256,15 @@ def test_exchanged_ids_leave_two_people():
     assert found.bound == pytest.approx(seen(several(one, two)).bound)
 
 
-def test_people_without_ids_are_people_each():
-    crowd = [person(0.03, 0, place=(-0.4 * number, 0.0)) for number in range(3)]
-    assert in_turn(several(*crowd), several(*crowd)).people == 3
-    lost = in_turn(several(*crowd), crowd[2])
-    assert lost.people == 3
-    assert lost.bound < seen(crowd[0]).bound
-    assert seen(without(crowd[0], COCO_18.joints)).bound == 0.0
+def test_of_people_without_ids_no_bound_is_known():
+    """Where one of them goes is not known. Once they are gone, they are lost like others."""
+    named, nameless = (several(*(person(0.03, name, place=(-0.4 * number, 0.0)) for number, name in enumerate(ids)))
+                       for ids in ((7, 8, 9), (0, 0, 0)))
+    found = in_turn(nameless, nameless)
+    assert (found.people, found.bound, found.reason) == (3, 0.0, 'a person has no id')
+    assert found.distance == seen(named).distance
+    assert in_turn(nameless, NONE) == in_turn(named, NONE)._replace(person=0)
+    assert seen(without(nameless, COCO_18.joints)).bound == 0.0
 
 
 def test_feet_are_within_reach_of_the_ankles():

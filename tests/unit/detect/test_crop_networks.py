@@ -1,23 +1,19 @@
 """Networks of the user's choice on crops (SimCC, such as RTMPose), alone and behind networks that find boxes."""
-import itertools
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 
+from followed_stream import FollowedStream
 from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
-from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams, PersonMemory, with_crops
-from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.following import Person, PersonMemory, with_crop
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import MODES, DetectorParams, DetectorSettings, crop_of
-from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.ensemble import person_scores
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
 from openpose_ros_pkg.params.parameters import build
@@ -33,7 +29,6 @@ from stand_in_networks import (
     chart,
     person_at,
 )
-from tiny_networks import FLOAT, onnx_model, onnx_node, onnx_value
 from whole_bodies import with_feet
 
 SIZE = (640, 480)
@@ -131,7 +126,7 @@ def test_people_and_their_feet_are_at_their_places(mode, name):
     unit = detector([LEFT, RIGHT], mode=mode, crop_model=name)
     skeleton = BODY_25 if name == 'feet' else COCO_18
     assert unit.skeleton == skeleton and MOVENET_THUNDER not in unit.recipe.models
-    found = unit.detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), unit)
     assert found.skeleton == skeleton and len(found) == 2 and found.present.all()
     truth = [keypoints_in(scored(one)[None], BODY_25, skeleton)[0, :, :2] for one in (LEFT, RIGHT)]
     np.testing.assert_allclose(in_order(found), truth, atol=1.5)
@@ -144,7 +139,8 @@ def test_people_and_their_feet_are_at_their_places(mode, name):
 def test_people_without_a_crop_do_not_fall_for_want_of_feet():
     """Of two people one is refined: the other one's score is that of a mode without feet."""
     people = [LEFT, RIGHT]
-    plain, feet = (detector(people, look_closer=1, crop_model=name).detect(chart(*SIZE)) for name in ('mine', 'feet'))
+    plain, feet = (people_in(chart(*SIZE), detector(people, look_closer=1, crop_model=name))
+                   for name in ('mine', 'feet'))
     assert len(plain) == len(feet) == 2
     np.testing.assert_allclose(feet.scores, plain.scores, atol=0.02)
     refined = feet.present[:, FEET].all(axis=1)
@@ -159,22 +155,12 @@ def test_people_without_a_crop_do_not_fall_for_want_of_feet():
 @pytest.mark.parametrize('x, y', [(15, 100), (625, 100), (320, 300), (320, -60)], ids=['left', 'right', 'low', 'high'])
 def test_a_person_at_the_border_keeps_the_joints_that_are_in_the_image(x, y):
     person = with_feet(person_at(x, y, 250))
-    found = detector([person], crop_model='feet').detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), detector([person], crop_model='feet'))
     inside = ((person > 1) & (person < np.subtract(SIZE, 2))).all(axis=1)
     # the fields of a joint just outside have a peak at the border
     outside = ((person < -30) | (person > np.add(SIZE, 30))).any(axis=1)
     assert len(found) == 1 and found.present[0, inside].all() and not found.present[0, outside].any()
     np.testing.assert_allclose(found.xy[0, inside], person[inside], atol=1.5)
-
-
-def test_a_lying_person_is_found_with_feet():
-    middle = np.divide(SIZE, 2)
-    person = (with_feet(person_at(320, 120, 240)) - middle) @ np.array([[0, 1], [-1, 0]]) + middle
-    unit = detector([person], crop_model='feet')
-    found = unit.detect(chart(*SIZE))
-    np.testing.assert_allclose(found.xy[0], person, atol=1.5)
-    network = unit._networks.networks['feet']
-    assert [image.shape for image in network.inputs] == [(256, 192, 3)]
 
 
 @pytest.mark.parametrize('name', ['mine', 'feet'])
@@ -184,64 +170,13 @@ def test_of_people_who_stand_close_each_has_the_own_joints(name):
     unit = detector(people, mode='fast', crop_model=name)
     searcher = unit._networks.networks['movenet_multipose']
     searcher.people = [person + 3 for person in searcher.people]
-    found = unit.detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), unit)
     truth = [keypoints_in(scored(one)[None], BODY_25, found.skeleton)[0, :, :2] for one in people]
     assert len(found) == 3
     np.testing.assert_allclose(in_order(found), truth, atol=1.5)
 
 
-def test_a_person_that_depth_alone_shows_has_feet():
-    """Half a metre of a head 2 m away that no skeleton explains; its crop has the aspect of the network."""
-    person = with_feet(person_at(320, 120, 180))
-    unit = detector([person], crop_model='feet')
-    for searcher in ('mobilenet_thin', 'movenet_multipose'):
-        unit._networks.networks[searcher].people = []
-    metres = np.full((240, 320), 6.0, np.float32)
-    nose, ankle = person[BODY_25.index['nose']] / 2, person[BODY_25.index['left_ankle']] / 2
-    cv2.circle(metres, tuple(np.rint(nose).astype(int).tolist()), 10, 2.0, cv2.FILLED)
-    cv2.rectangle(metres, (120, int(nose[1]) + 15), (200, int(ankle[1]) + 20), 2.0, cv2.FILLED)
-    assert len(unit.detect(chart(*SIZE))) == 0
-    found = unit.detect(chart(*SIZE), DepthView(metres, 130.0))
-    assert len(found) == 1 and found.skeleton == BODY_25 and found.present[0, FEET].all()
-    np.testing.assert_allclose(found.xy[0, found.present[0]], person[found.present[0]], atol=1.5)
-
-
-@pytest.mark.parametrize('size', [(960, 540), (1920, 1080)])
-def test_warm_networks_have_seen_inputs_of_every_size(size):
-    def shapes():
-        return {(name, each.shape) for name, network in unit._networks.networks.items() for each in network.inputs}
-
-    unit = detector([with_feet(person_at(320, 100, 300))], size, crop_model='feet')
-    unit.warm_up()
-    warm = shapes()
-    assert len(unit.detect(chart(*size))) == 1
-    assert shapes() <= warm
-
-
 # --- following --------------------------------------------------------------------------------------------------------
-
-def test_followed_people_are_seen_by_the_crop_network_alone():
-    """Two walk; between searches, each frame has one crop of each, and their feet."""
-    networks = networks_of([LEFT, RIGHT])
-    following = FollowingParams(following='always', search_period=4)
-    unit = Detector(build(DetectorSettings, {'mode': 'fast', 'crop_model': 'feet'}), Together(**networks), following)
-    stream = NetworkDetection(unit, TrackingParams(), following, {'movenet_multipose': 1e-7, 'feet': 1e-7})
-    ids = None
-    for i in range(8):
-        people = [right_of(LEFT, 10.0 * i), right_of(RIGHT, -8.0 * i)]
-        networks['feet'].people = people
-        networks['movenet_multipose'].people = [one[[BODY_25.index[joint] for joint in COCO_18.joints]]
-                                                for one in people]
-        before = len(networks['movenet_multipose'].inputs), len(networks['feet'].inputs)
-        found = stream.detect(ImageFrame('camera', 10.0 + 0.1 * i, chart(*SIZE)))
-        searches, looks = (len(networks[name].inputs) - count
-                           for name, count in zip(('movenet_multipose', 'feet'), before))
-        assert searches == (i % 4 == 0) and looks == 2
-        np.testing.assert_allclose(in_order(found), people, atol=2.0)
-        assert found.present.all() and found.skeleton == BODY_25
-        ids = ids or sorted(found.ids)
-        assert sorted(found.ids) == ids
-
 
 def test_a_crop_is_as_sure_as_the_mean_of_the_joints_that_its_network_can_know():
     """MoveNet's crop of a followed person, doubtful, where another network knows feet."""
@@ -249,102 +184,33 @@ def test_a_crop_is_as_sure_as_the_mean_of_the_joints_that_its_network_can_know()
     pose = np.insert(LEFT, 2, 0.24, axis=1).astype(np.float32)
     crop = pose.copy()
     crop[FEET] = np.nan, np.nan, 0
-    person = FollowedPerson(pose, 1, PersonMemory(pose[:, 2], 10.0, 0.0, {}, 10.0))
+    person = Person(pose, 1, PersonMemory(pose[:, 2], {}, 10.0))
     number = recipe.pass_opinions
     assert recipe.refinements[0].model.name == 'movenet_multipose'
-    looked, = with_crops([person], number, [Poses(crop[None], np.ones(1))], recipe.sources.known[number])
+    looked = with_crop(person, number, Poses(crop[None], np.ones(1)), recipe.sources.known[number], pose[None], recipe)
     assert looked.crop is not None
 
 
 def test_a_person_who_leaves_is_lost_where_the_crop_network_is_not_sure():
     """SimCC networks place all joints where there is no person, too; then with scores below what the makers ask."""
     networks = networks_of([LEFT])
-    following = FollowingParams(following='always', search_period=100)
-    unit = Detector(build(DetectorSettings, {'mode': 'fast', 'crop_model': 'mine'}), Together(**networks), following)
-    stream = NetworkDetection(unit, TrackingParams(), following, {'movenet_multipose': 1e-7, 'mine': 1e-7})
-    assert len(stream.detect(ImageFrame('camera', 10.0, chart(*SIZE)))) == 1
+    unit = Detector(build(DetectorSettings, {'mode': 'fast', 'crop_model': 'mine'}), Together(**networks))
+    stream = FollowedStream(unit, {'movenet_multipose': 1e-7, 'mine': 1e-7})
+    assert len(stream.frame(10.0, chart(*SIZE))) == 1
     networks['movenet_multipose'].people, networks['mine'].confidence = [], 0.25
-    assert [len(stream.detect(ImageFrame('camera', 10.0 + 0.1 * i, chart(*SIZE)))) for i in range(1, 4)] == 3 * [0]
-
-
-# --- a file -----------------------------------------------------------------------------------------------------------
-
-# a joint of Halpe 26 is a dot of its colour, RGB, on grey
-GREY = 130
-COLOURS = [colour for colour in itertools.product((40, GREY, 220), repeat=3) if colour != (GREY,) * 3]
-
-
-def dots(people):
-    """Return an image of the joints of people with feet, (480, 640, 3) uint8 BGR."""
-    image = np.full((SIZE[1], SIZE[0], 3), GREY, np.uint8)
-    for person in people:
-        for joint, colour in zip(HALPE_26.joints, COLOURS):
-            if joint in BODY_25.index:
-                x, y = np.rint(person[BODY_25.index[joint]]).astype(int).tolist()
-                cv2.circle(image, (x, y), 6, colour[::-1], cv2.FILLED)
-    return image
-
-
-def finder_of_dots(path, width=192, height=256, tolerance=0.8):
-    """Write a SimCC network of 26 joints that finds the dots: the mean likeness of 5 x 5 pixels, its maxima along y and
-    x in two bins per pixel."""
-    wanted = np.float32((np.array(COLOURS) - SIMCC_INPUT.mean) * SIMCC_INPUT.scale).reshape(26, 3, 1, 1)
-    nodes = [onnx_node('Sub', ['image', 'wanted'], ['off']), onnx_node('Abs', ['off'], ['apart']),
-             onnx_node('ReduceSum', ['apart'], ['sum'], axes=[1]), onnx_node('Mul', ['sum', 'factor'], ['unlike']),
-             onnx_node('Add', ['unlike', 'one'], ['signed']), onnx_node('Relu', ['signed'], ['like']),
-             onnx_node('AveragePool', ['like'], ['mean'], kernel_shape=[5, 5], pads=[2, 2, 2, 2])]
-    constants = {'wanted': wanted, 'factor': np.float32([-1 / tolerance]), 'one': np.float32([1])}
-    for name, axis, side in (('simcc_x', 2, width), ('simcc_y', 3, height)):
-        constants[f'{name}_shape'] = np.array([1, 26, 2 * side])
-        nodes += [onnx_node('ReduceMax', ['mean'], [f'{name}_line'], axes=[axis], keepdims=0),
-                  onnx_node('Unsqueeze', [f'{name}_line'], [f'{name}_column'], axes=[3]),
-                  onnx_node('Concat', 2 * [f'{name}_column'], [f'{name}_twice'], axis=3),
-                  onnx_node('Reshape', [f'{name}_twice', f'{name}_shape'], [name])]
-    path.write_bytes(onnx_model(nodes, constants, [onnx_value('image', FLOAT, (1, 3, height, width))], [
-        onnx_value(name, FLOAT, (1, 26, 2 * side)) for name, side in (('simcc_x', width), ('simcc_y', height))]))
-
-
-class KnownPeople(MovenetNetwork):
-    """Stands in for MoveNet: knows the people, (18, 2) each, whatever the image shows."""
-
-    def _seen(self, image):
-        return [(person + 0.5) * np.divide(image.shape[1::-1], SIZE) - 0.5 for person in self.people]
-
-
-STANDING = with_feet(person_at(530, 90, 240))
-LYING = (with_feet(person_at(0, 0, 260)) - (0, 130)) @ np.array([[0, 1], [-1, 0]]) + (180, 240)
-
-
-@pytest.mark.parametrize('people', [[STANDING], [LYING], [STANDING, LYING]], ids=['stands', 'lies', 'both'])
-def test_from_a_file_and_an_image_to_people_with_feet(tmp_path, people):
-    pytest.importorskip('openvino')
-    path = tmp_path / 'halpe26.onnx'
-    finder_of_dots(path)
-    values = build(DetectorSettings, {'mode': 'fast', 'pose_model': str(path), 'compiled_cache': 'off'})
-    model = recipe_of(values.detector).refinements[0].model
-    assert (model.decoder, model.points, model.skeleton) == (Decoder.SIMCC, 26, BODY_25)
-    bodies = [one[[BODY_25.index[joint] for joint in COCO_18.joints]] + 3 for one in people]  # 3 px off
-    unit = Detector(values, Together(movenet_multipose=KnownPeople(bodies), **{
-        model.name: create_backend(model, path, BackendParams(compiled_cache='off'))}))
-    found = unit.detect(dots(people))
-    assert len(found) == len(people) and found.skeleton == BODY_25 and found.present.all()
-    order = [np.linalg.norm(found.xy - one, axis=2).mean(axis=1).argmin() for one in people]
-    assert sorted(order) == list(range(len(people)))
-    apart = np.linalg.norm(found.xy[order] - people, axis=2)
-    assert np.median(apart) < 1.5 and apart.max() < 4, 'the file tells the places, not the search'
+    assert [len(stream.frame(10.0 + 0.1 * i, chart(*SIZE))) for i in range(1, 4)] == 3 * [0]
 
 
 # --- boxes ------------------------------------------------------------------------------------------------------------
 
-def box_detector(people, following=None, **values):
+def box_detector(people, **values):
     """Return a detector that finds boxes, then joints in them, and its networks."""
     networks = {'boxes': BoxNetwork(people, SIZE), **networks_of(people)}
-    settings = build(DetectorSettings, {'pose_model': 'boxes', **values})
-    return Detector(settings, Together(**networks), following or FollowingParams(following='never')), networks
+    return Detector(build(DetectorSettings, {'pose_model': 'boxes', **values}), Together(**networks)), networks
 
 
 def test_no_box_no_person():
-    found = box_detector([], crop_model='mine')[0].detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), box_detector([], crop_model='mine')[0])
     assert len(found) == 0 and found.skeleton == COCO_18
 
 
@@ -352,7 +218,7 @@ def test_no_box_no_person():
 def test_people_in_boxes_are_found_by_the_crop_network(crop_model):
     """Seen twice: in the box, and upright with the others covered."""
     unit, networks = box_detector([LEFT, RIGHT], crop_model=crop_model)
-    found = unit.detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), unit)
     skeleton = BODY_25 if crop_model == 'feet' else COCO_18
     assert found.skeleton == unit.skeleton == skeleton and len(found) == 2 and found.present.all()
     truth = [keypoints_in(scored(one)[None], BODY_25, skeleton)[0, :, :2] for one in (LEFT, RIGHT)]
@@ -363,33 +229,32 @@ def test_people_in_boxes_are_found_by_the_crop_network(crop_model):
 
 def test_without_refinement_people_are_seen_once():
     unit, networks = box_detector([LEFT, RIGHT], crop_model='feet', look_closer=0)
-    found = unit.detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), unit)
     np.testing.assert_allclose(in_order(found), [LEFT, RIGHT], atol=1.5)
     assert len(networks['feet'].inputs) == 2
 
 
 def test_the_number_of_refined_people_is_not_that_of_found_ones():
     people = [with_feet(person_at(60 + 115 * i, 130, 200)) for i in range(5)]
-    found = box_detector(people, crop_model='mine', look_closer=1)[0].detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), box_detector(people, crop_model='mine', look_closer=1)[0])
     assert len(found) == 5
 
 
 def test_two_boxes_of_one_person_are_one_person():
     unit, networks = box_detector([LEFT, RIGHT], crop_model='feet')
     networks['boxes'].people = [LEFT, LEFT + 2.0, RIGHT]
-    assert len(unit.detect(chart(*SIZE))) == 2
+    assert len(people_in(chart(*SIZE), unit)) == 2
 
 
 def test_boxes_of_followed_people_take_no_crop_and_confirm_them():
-    following = FollowingParams(following='always', search_period=1)
-    unit, networks = box_detector([LEFT], following, crop_model='feet')
-    stream = NetworkDetection(unit, TrackingParams(), following, {'boxes': 1e-7, 'feet': 1e-7})
+    unit, networks = box_detector([LEFT], crop_model='feet')
+    stream = FollowedStream(unit, {'boxes': 1e-7, 'feet': 1e-7})
     middle = with_feet(person_at(310, 130, 240))
     for i in range(6):
         people = [right_of(LEFT, 6.0 * i)] + [middle] * (i >= 3)
         networks['boxes'].people = networks['feet'].people = people
         before = len(networks['feet'].inputs)
-        found = stream.detect(ImageFrame('camera', 10.0 + 0.1 * i, chart(*SIZE)))
+        found = stream.frame(10.0 + 0.1 * i, chart(*SIZE))
         crops = len(networks['feet'].inputs) - before
         # in the first image, and of a new person: in the box, and a refinement that confirms it
         assert crops == {0: 2, 3: 3}.get(i, 2 if i > 3 else 1)
@@ -429,10 +294,10 @@ def test_behind_one_network_alone_the_crop_network_refines_without_look_closer()
 
 def test_the_joint_set_stays_while_a_detector_runs():
     unit = detector([LEFT])
-    before = unit.detect(chart(*SIZE))
+    before = people_in(chart(*SIZE), unit)
     with pytest.raises(ParameterError, match='joint set BODY_25, but people have that of COCO_18'):
         unit.reconfigure(build(DetectorSettings, {'crop_model': 'feet'}))
-    np.testing.assert_array_equal(unit.detect(chart(*SIZE)).keypoints, before.keypoints)
+    np.testing.assert_array_equal(people_in(chart(*SIZE), unit).keypoints, before.keypoints)
     unit.reconfigure(build(DetectorSettings, {'crop_model': 'mine'}))
     assert [model.name for model in unit.recipe.models][-1] == 'mine'
 

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 import openpose_ros_pkg.detect.detector
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, Networks, create_detector
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED
+from openpose_ros_pkg.detect.network_detection import NetworkDetection, people_in
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorSettings
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
@@ -57,7 +60,7 @@ def test_joints_come_back_in_pixels_of_the_image(size, place):
     """Half a pixel of the network, whatever the sizes round to."""
     width, height = size
     person = person_at(place * width, 0.2 * height, 0.7 * height)
-    people = alone(PafNetwork([person], size)).detect(chart(*size))
+    people = people_in(chart(*size), alone(PafNetwork([person], size)))
     assert people.keypoints.shape == (1, 18, 3) and people.ids.tolist() == [-1]
     assert people.scores[0] > 0.8
     scale = fit_image(size, 656, 368, 8).scale.min()
@@ -72,42 +75,31 @@ def test_joints_come_back_in_pixels_of_the_image(size, place):
 def test_bad_image_is_refused_and_the_next_one_works(image, text):
     unit = alone(PafNetwork([person_at(320, 80, 360)]))
     with pytest.raises(BadInputError, match=f'expected.*{text}|{text}.*expected'):
-        unit.detect(image)
-    assert len(unit.detect(chart(*SIZE))) == 1
-
-
-@ALL_MODES
-def test_read_only_image_is_left_alone(mode):
-    image = chart(*SIZE)
-    before = image.copy()
-    image.flags.writeable = False
-    assert len(together([person_at(320, 80, 360)], mode=mode).detect(image)) == 1
-    np.testing.assert_array_equal(image, before)
+        people_in(image, unit)
+    assert len(people_in(chart(*SIZE), unit)) == 1
 
 
 # --- several networks and crop refinement ----------------------------------------------------------------------------
-
-@ALL_MODES
-def test_no_person_in_any_mode(mode):
-    people = together(mode=mode).detect(chart(*SIZE))
-    assert len(people) == 0 and people.keypoints.shape == (0, 18, 3)
-
 
 @ALL_MODES
 @pytest.mark.parametrize('size', [(640, 480), (641, 479), (479, 641)])
 def test_people_that_all_networks_see_are_at_their_places(mode, size):
     width, height = size
     people = [person_at(0.2 * width, 0.25 * height, 0.35 * height), person_at(0.7 * width, 0.3 * height, 0.5 * height)]
-    found = together(people, size=size, mode=mode).detect(chart(*size))
+    image = chart(*size)
+    before, image.flags.writeable = image.copy(), False
+    found = people_in(image, together(people, size=size, mode=mode))
+    np.testing.assert_array_equal(image, before)
     assert len(found) == 2 and found.ids.tolist() == [-1, -1]
     np.testing.assert_allclose(in_order(found), people, atol=1.5)
     assert (found.scores > 0.9).all() and (np.diff(found.scores) <= 0).all()
+    assert people_in(image, together(size=size, mode=mode)).keypoints.shape == (0, 18, 3)
 
 
 def test_what_only_one_network_sees_is_kept_but_is_less_sure():
     """A person in the distance, that MoveNet misses, and one that mobilenet_thin misses."""
     both, paf, movenet = person_at(120, 100, 300), person_at(320, 100, 300), person_at(520, 100, 300)
-    found = together([both, paf], [both, movenet]).detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), together([both, paf], [both, movenet]))
     np.testing.assert_allclose(in_order(found), [both, paf, movenet], atol=1.5)
     assert found.xy[0, 0, 0] == pytest.approx(120, abs=1)  # the surest first
     thin, whole = (one.weight for one in MODES['balanced'].passes)
@@ -120,7 +112,7 @@ def test_what_only_one_network_sees_is_kept_but_is_less_sure():
 def test_no_person_is_found_twice(mode):
     """Six people who overlap, and networks that differ by more than the width of an eye."""
     people = [person_at(110 + 85 * i, 110, 250) for i in range(6)]
-    found = together(people, [moved(person, 5, 3) for person in people], mode=mode).detect(chart(*SIZE))
+    found = people_in(chart(*SIZE), together(people, [moved(person, 5, 3) for person in people], mode=mode))
     assert len(found) == 6
     np.testing.assert_allclose(in_order(found), people, atol=6)
 
@@ -129,7 +121,7 @@ def test_the_wanted_number_of_people_is_refined():
     people = [person_at(60 + 90 * i, 110, 250) for i in range(6)]
     for wanted in (0, 2, 6, 20):
         unit = together(people, look_closer=wanted)
-        unit.detect(chart(*SIZE))
+        people_in(chart(*SIZE), unit)
         assert len(unit._networks.networks['movenet_thunder'].inputs) == min(wanted, 6)
 
 
@@ -141,14 +133,11 @@ def test_a_tracked_person_in_the_skeleton_of_another_one_is_found():
     unit = Detector(settings(), Together(
         mobilenet_thin=PafNetwork([mixed], SIZE), movenet_multipose=MovenetNetwork([mixed], SIZE),
         movenet_thunder=ThunderNetwork([here, there], SIZE)))
-    tracked = np.insert(np.array([here, there]), 2, 1.0, axis=2)
-    for people in ([here, there], [here]):
-        tracks = ExpectedPeople(COCO_18, tracked[:len(people)], np.ones(len(people)), np.arange(len(people)),
-                                depths=np.full(len(people), 2.0))
-        found = unit.finish(unit.compute(unit.prepare(chart(*SIZE)), tracks))
-        assert len(found) == len(people)
-        if len(people) == 2:
-            np.testing.assert_allclose(in_order(found), people, atol=1.5)
+    keypoints = np.insert(np.array([here, there], np.float32), 2, 1.0, axis=2)
+    tracks = ExpectedPeople(COCO_18, keypoints, np.array([4, 7]), np.ones(2), np.ones(2), np.zeros(2))
+    found = NetworkDetection(unit, NEVER_FOLLOWED).look(ImageFrame('', 0.0, chart(*SIZE)), tracks).people
+    assert found.ids[np.argsort(found.xy[:, 1, 0])].tolist() == [4, 7]
+    np.testing.assert_allclose(in_order(found), [here, there], atol=4)  # they are 50 px apart
 
 
 def test_joints_need_a_score():
@@ -159,71 +148,42 @@ def test_joints_need_a_score():
     away[wrist] = (-300, -300)
     for threshold, there in ((0.0, True), (0.15, True), (0.75, False)):
         unit = together([person], [away], joint_min_score=threshold)
-        found = unit.detect(chart(*SIZE))
+        found = people_in(chart(*SIZE), unit)
         assert found.present[0].sum() == 17 + there
         assert found.present[0, wrist] == there
-    assert len(together([person], joint_min_score=0.99).detect(chart(*SIZE))) == 0
+    assert len(people_in(chart(*SIZE), together([person], joint_min_score=0.99))) == 0
 
 
-# --- stages, threads, changes ---------------------------------------------------------------------------------------
-
-@ALL_MODES
-@pytest.mark.parametrize('size', [(960, 540), (1920, 1080)])
-def test_warm_networks_have_seen_inputs_of_every_size(mode, size):
-    """They are compiled for each size, which takes the time of many images."""
-    def shapes():
-        return {(name, each.shape) for name, network in unit._networks.networks.items() for each in network.inputs}
-
-    unit = together([person_at(320, 100, 300)], size=size, mode=mode)
-    unit.warm_up()
-    warm = shapes()
-    assert len(unit.detect(chart(*size))) == 1
-    assert shapes() <= warm
-
-
-def test_frames_in_flight_keep_what_they_were_prepared_with():
-    """All takes effect with the next frame that is prepared: thresholds, mode, and what is computed."""
-    unit = together([person_at(320, 80, 360)], mode='balanced')
-    image = chart(*SIZE)
-    expected = unit.detect(image)
-    prepared, computed = unit.prepare(image), unit.compute(unit.prepare(image))
-    unit.reconfigure(settings(mode='fast', person_min_score=1.0))
-    assert unit.recipe == MODES['fast']
-    assert_same(unit.finish(computed), expected)
-    assert_same(unit.finish(unit.compute(prepared)), expected)
-    assert len(unit.detect(image)) == 0
-    unit.reconfigure(settings(mode='balanced'))
-    assert_same(unit.detect(image), expected)
-
+# --- changes --------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('pose_model, error', [('BODY_25', ModelError), ('none', ParameterError)],
                          ids=['no weights', 'unknown'])
 def test_a_network_that_can_not_be_had_leaves_all_as_it_was(pose_model, error, monkeypatch, tmp_path):
     unit = together([person_at(320, 80, 360)])
     image, recipe = chart(*SIZE), unit.recipe
-    before = unit.detect(image)
+    before = people_in(image, unit)
     networks = Networks(BackendParams(), str(tmp_path))
     monkeypatch.setattr(unit, '_networks', networks)
     with pytest.raises(error):
         unit.reconfigure(settings(pose_model=pose_model, person_min_score=1.0))
     assert unit.recipe is recipe
-    assert_same(unit.detect(image), before)
+    assert_same(people_in(image, unit), before)
 
-
-# --- target rate ----------------------------------------------------------------------------------------------------
 
 def test_a_person_without_refinement_keeps_the_score():
     """Else a third of the opinions would be missing of the second of two equal people."""
-    people = together([person_at(160, 80, 360), person_at(480, 80, 360)], look_closer=1).detect(chart(*SIZE))
+    people = people_in(chart(*SIZE), together([person_at(160, 80, 360), person_at(480, 80, 360)], look_closer=1))
     assert len(people) == 2 and people.scores.min() > 0.9 * people.scores.max()
 
+
+# --- target rate ----------------------------------------------------------------------------------------------------
 
 def test_target_rate_makes_the_detector_compute_less():
     people = [person_at(320, 80, 360)]
     unit = together(people, target_rate=1000.0)
     assert unit.recipe.passes in [faster.passes for faster in FASTER]  # which one, the time of the stand-ins tells
     assert unit.description == 'movenet_multipose on stand-in; movenet_thunder on stand-in'
-    assert len(unit.detect(chart(*SIZE))) == 1
+    assert len(people_in(chart(*SIZE), unit)) == 1
     assert together(people, target_rate=0.001).recipe == MODES['balanced']
 
 
@@ -281,7 +241,7 @@ def test_without_one_network_the_others_find_people_and_a_warning_tells(mode, la
     (record,) = caplog.records
     assert f'{lacks.name} is ' in record.getMessage() and 'people are found less accurately' in record.getMessage()
     assert unit.recipe == MODES[mode].without([lacks])
-    np.testing.assert_allclose(unit.detect(chart(*SIZE)).xy, [person_at(320, 80, 360)], atol=1.5)
+    np.testing.assert_allclose(people_in(chart(*SIZE), unit).xy, [person_at(320, 80, 360)], atol=1.5)
 
 
 def test_without_the_first_network_there_is_no_detector(machine):

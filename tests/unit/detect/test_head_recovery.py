@@ -3,13 +3,12 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
+from followed_stream import FollowedStream
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.head_recovery import heads
-from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
-from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order, person_at
@@ -105,19 +104,12 @@ def the_scene():
 
 
 def test_a_missed_person_is_found_by_depth(detector):
-    assert len(detector.detect(image())) == 1
-    people = detector.detect(image(), DepthView(the_scene(), FOCAL))
+    assert len(people_in(image(), detector)) == 1
+    people = people_in(image(), detector, DepthView(the_scene(), FOCAL))
     assert len(people) == 2
     person = people.xy[people.xy[:, 0, 0].argmax()]
     nose, hip = COCO_18.index['nose'], COCO_18.index['right_hip']
     assert person[[nose, hip]] == pytest.approx(BEHIND[[nose, hip]], abs=6)
-
-
-def test_heads_are_looked_for_before_the_networks_compute(detector):
-    """While they compute the image before; nothing is looked for without depth."""
-    view = DepthView(the_scene(), FOCAL)
-    assert detector.prepare(image(), view).heads == heads(view) != []
-    assert detector.prepare(image()).heads == []
 
 
 @pytest.mark.parametrize('change', [
@@ -125,13 +117,12 @@ def test_heads_are_looked_for_before_the_networks_compute(detector):
     ids=['no person there', 'unsure', 'a head elsewhere'])
 def test_a_head_in_the_depth_alone_is_no_person(detector, networks, change):
     vars(networks.networks['movenet_thunder']).update(change)
-    assert len(detector.detect(image(), DepthView(the_scene(), FOCAL))) <= 1
+    assert len(people_in(image(), detector, DepthView(the_scene(), FOCAL))) <= 1
 
 
 def test_a_missed_person_is_followed(detector):
-    stream = NetworkDetection(detector, TrackingParams(), FollowingParams(following='always', search_period=3))
-    view = DepthView(the_scene(), FOCAL)
-    frames = [stream.detect(ImageFrame('camera', 1 + 0.1 * i, image(), view)) for i in range(8)]
+    stream, view = FollowedStream(detector, dict.fromkeys(detector.setup.networks, 1e-9)), DepthView(the_scene(), FOCAL)
+    frames = [stream.frame(1 + 0.1 * i, image(), view) for i in range(8)]
     assert [len(people) for people in frames] == 8 * [2]
     assert len({tuple(sorted(people.ids)) for people in frames}) == 1
     neck = COCO_18.index['neck']

@@ -6,14 +6,16 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, prepare_crops, refine
+from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
+from openpose_ros_pkg.detect.following import Person, voted
+from openpose_ros_pkg.detect.look import Networks
+from openpose_ros_pkg.detect.occlusion_masks import foregrounds
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, DetectorSettings
-from openpose_ros_pkg.detect.views import PreparedImage, Setup
+from openpose_ros_pkg.detect.views import SearchedImage, Setup
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 from stand_in_networks import person_at
 
 SIZE = (640, 480)
@@ -71,9 +73,9 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
     """It would take the whole body to where the other one is."""
     recipe = MODES['balanced']
     people = np.array([scored(300), scored(330)])
-    opinions = [{0: person, 1: person} for person in people]
+    persons = [Person(person, opinions={0: person, 1: person}) for person in people]
     crops = prepare_crops(CrowdImage(stripes(), people, COCO_18), people, THUNDER_CROP)
-    order = [COCO_18.index[joint] for joint in MOVENET_THUNDER.skeleton.joints if joint in COCO_18.index]
+    order = [COCO_18.index[joint] for joint in COCO_17.joints]
     of_second = [crop.view.plan.to_net(people[1][order, :2] - crop.view.origin) for crop in crops]
 
     class SecondPerson:
@@ -83,8 +85,9 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
 
     setup = Setup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectDecodeParams(),
                   build(DetectorSettings, {'person_min_score': 0.1}))
-    found, _ = refine(PreparedImage(stripes(), [], setup), Candidates(opinions, people))
-    np.testing.assert_allclose(found.keypoints[..., 0], people[..., 0], atol=1.0)
+    found = Networks(SearchedImage(stripes(), setup)).look(persons, [0, 1]).people
+    assert found[0].crop is None and found[1].crop is not None
+    np.testing.assert_allclose(voted(found, recipe, 1.0).keypoints[..., 0], people[..., 0], atol=1.0)
 
 
 def view(*layers, wall=6.0):
@@ -132,7 +135,8 @@ def test_of_a_person_in_front_all_is_covered_also_an_arm_before_the_person(mirro
 def behind(opinions, foreground):
     recipe = MODES['balanced']  # crops count as much as searches here
     refinements = tuple(replace(one, place_weight=1.0) for one in recipe.refinements)
-    return vote_behind(opinions, foreground, replace(recipe, refinements=refinements))
+    person = Person(BEHIND, crop=opinions.get(recipe.pass_opinions), front=foreground, opinions=opinions)
+    return voted([person], replace(recipe, refinements=refinements), 1.0).keypoints[0]
 
 
 def test_opinions_of_the_full_image_on_a_person_nearer_are_doubted_where_a_crop_tells():

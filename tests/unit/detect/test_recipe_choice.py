@@ -8,6 +8,7 @@ from openpose_ros_pkg.detect import detector, recipe_choice
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import (
+    RATE,
     chosen_for_rate,
     followed_share,
     full_search_share,
@@ -15,7 +16,6 @@ from openpose_ros_pkg.detect.recipe_choice import (
     recipes_of,
 )
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, DetectorSettings, crop_of
-from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.errors import RefusedError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MODELS
@@ -191,7 +191,7 @@ def test_where_people_are_followed_the_search_is_spread(installed, rate, names):
     assert (choice.recipe.passes[0].model.name, choice.recipe.refinements[0].model.name) == names
     recipe = recipe_of(DetectorParams(mode='best'))
     share = followed_share(recipe, PACE, rate)
-    assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, SCHEDULE.search_time)) / 0.7)
+    assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, RATE.search_time)) / 0.7)
 
 
 def test_a_detector_takes_the_set_that_its_networks_reach(installed, monkeypatch):

@@ -1,19 +1,17 @@
 """Life stories: people appear, stay, hide, cross and leave, and keep their ids, which are not used again."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.tracking import (
-    TRACKING,
-    ImageTracks,
-    KeypointTracker,
-    PerCamera,
-    PersonIds,
-    TrackingParams,
-)
+from openpose_ros_pkg.detect.detection import Looks
+from openpose_ros_pkg.detect.existence import EXISTENCE, of_miss
+from openpose_ros_pkg.detect.tracking import TRACKING, ImageTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
 K = len(COCO_18.joints)
+SIZE, BEGIN = (1200, 400), 1000.0
 # A standing body of 80 x 240 px about its middle; the joints' places are arbitrary but all different.
 BODY = np.stack([np.linspace(-40, 40, K), np.linspace(-120, 120, K)[np.arange(K) * 7 % K]], axis=-1)
 ALL = range(K)
@@ -29,13 +27,30 @@ def frame(*places, joints=ALL):
     return People2D(COCO_18, keypoints, np.ones(len(places)), np.full(len(places), -1))
 
 
+class Tracker:
+    """Tracks people whose images are searched in full at stamps [s] after `BEGIN`."""
+
+    def __init__(self, params=None):
+        self.tracker = ImageTracker(params or TrackingParams())
+
+    def expected(self, stamp, size=SIZE):
+        return self.tracker.expected(BEGIN + stamp, size, COCO_18)
+
+    def update(self, people, stamp, size=SIZE):
+        return self.tracker.update(Looks.of_all(people, self.expected(stamp, size)), BEGIN + stamp, size)
+
+
+def looks(people, missed=()):
+    return Looks(people, np.array(missed, np.int64))
+
+
 def ids(tracker, people, stamp):
     return tracker.update(people, stamp).ids.tolist()
 
 
 @pytest.fixture()
 def tracker():
-    return KeypointTracker(TrackingParams())
+    return Tracker()
 
 
 def test_a_person_who_stays_keeps_the_id_and_a_new_one_gets_the_next(tracker):
@@ -102,19 +117,78 @@ def test_of_too_many_cameras_the_longest_unused_is_forgotten():
     assert values.of(0) is first and values.of(1) is not second
 
 
-def test_stamps_that_stand_still_do_not_add_people_for_ever():
-    """As of a client that fills in no stamps."""
-    tracks, ids = ImageTracks(TrackingParams()), PersonIds()
-    for number in range(TRACKING.most_tracks + 50):
-        tracks, _ = tracks.updated(frame((1e4 * number, 200)), 0.0, ids)
-    ids, _ = tracks.expected(0.0)
-    assert len(ids) == TRACKING.most_tracks and max(ids) == TRACKING.most_tracks + 50
+def test_without_a_stamp_people_have_new_ids_and_no_track(tracker):
+    assert ids(tracker, frame((100, 200)), 0.1) == [1]
+    assert [ids(tracker, frame((100, 200)), stamp) for stamp in (-BEGIN, -BEGIN - 1)] == [[2], [3]]
+    assert ids(tracker, frame((100, 200)), 0.2) == [1]
 
 
-def test_a_person_found_later_in_a_frame_gets_no_id_that_another_one_has():
-    tracks, given = ImageTracks(TrackingParams()), PersonIds()
-    tracks, people = tracks.updated(frame((100, 200)), 1.0, given)
-    tracks, later = tracks.updated(frame((120, 200), (600, 200)), 1.0, given, people.ids.tolist())
-    assert people.ids.tolist() == [1] and later.ids.tolist() == [2, 3]
-    _, people = tracks.updated(frame((100, 200), (120, 200), (600, 200)), 1.1, given)
-    assert people.ids.tolist() == [1, 2, 3]
+def test_stamps_that_jump_back_begin_anew_and_ids_are_not_used_again(tracker):
+    assert ids(tracker, frame((100, 200)), 5.0) == [1]
+    assert len(tracker.expected(1.0)) == 0
+    assert ids(tracker, frame((100, 200)), 1.0) == [2]
+
+
+def test_another_resolution_shows_the_same_people_and_another_aspect_does_not(tracker):
+    tracker.update(frame((100, 200), (600, 200)), 0.0)
+    half = frame((100, 200), (600, 200)).keypoints / (2, 2, 1)
+    people = People2D(COCO_18, half, np.ones(2), np.full(2, -1))
+    assert tracker.update(people, 0.1, (600, 200)).ids.tolist() == [1, 2]
+    assert tracker.update(people, 0.2, (600, 400)).ids.tolist() == [3, 4]
+
+
+# --- what is expected, and what looks tell of it ----------------------------------------------------------------------
+
+def test_people_are_expected_where_they_walk_to(tracker):
+    for i in range(10):
+        tracker.update(frame((100 + 10 * i, 200)), 0.1 * i)
+    there = tracker.expected(1.0)
+    assert there.ids.tolist() == [1] and there.spread == pytest.approx([0.1 * TRACKING.spread_growth])
+    np.testing.assert_allclose(there.keypoints[0, :, :2], BODY + np.array([200, 200]), atol=1)
+    # after the time for which people are expected to walk on, they stand
+    assert tracker.expected(1.6).keypoints[0, 0, 0] == tracker.expected(1.7).keypoints[0, 0, 0]
+
+
+def test_a_person_at_the_border_is_less_visible_and_more_likely_to_leave(tracker):
+    tracker.update(frame((600, 200), (-10, 200)), 0.0)
+    inside, border = tracker.expected(0.0).visibility
+    assert inside == TRACKING.open_view and border < 0.5 * inside
+    middle, leaving = tracker.expected(1.0).existence / tracker.expected(0.0).existence
+    assert middle == pytest.approx(np.exp(-1 / TrackingParams().track_timeout))
+    assert leaving == pytest.approx(np.exp(-1 / EXISTENCE.leaving))
+
+
+def test_a_person_who_was_missed_is_not_reported_and_one_whose_look_is_not_due_is():
+    tracker = ImageTracker(TrackingParams())
+    people = tracker.update(looks(frame((100, 200), (500, 200), (900, 200))), BEGIN, SIZE)
+    seen, missed, waiting = people.ids.tolist()
+    named = replace(frame((104, 200)), ids=np.array([seen]))
+    found = tracker.update(looks(named, [missed]), BEGIN + 0.1, SIZE)
+    assert found.ids.tolist() == [seen, waiting] and found.looked.tolist() == [True, False]
+    np.testing.assert_allclose(found.xy[1], BODY + np.array([900, 200]), atol=1e-3)
+    expected = tracker.expected(BEGIN + 0.1, SIZE, COCO_18)
+    there = dict(zip(expected.ids.tolist(), expected.existence))
+    assert there[seen] > there[waiting] > there[missed]
+    # not looked at again, the one who was missed is not reported either
+    again = tracker.update(looks(named), BEGIN + 0.2, SIZE)
+    assert again.ids.tolist() == [seen, waiting]
+
+
+def test_a_person_who_is_looked_for_in_vain_ends():
+    tracker = ImageTracker(TrackingParams(track_timeout=60.0))
+    tracker.update(looks(frame((600, 200))), BEGIN, SIZE)
+    stamps, lived = BEGIN + 0.1 * np.arange(1, 100), 0
+    born = tracker.expected(BEGIN, SIZE, COCO_18).existence[0]
+    while len(tracker.expected(stamps[lived], SIZE, COCO_18)):
+        assert len(tracker.update(looks(frame(), [1]), stamps[lived], SIZE)) == 0
+        lived += 1
+    odds = [np.log(one / (1 - one)) for one in (born, EXISTENCE.ended)]
+    seconds = (odds[0] - odds[1]) / -of_miss(TRACKING.open_view, 1.0) * EXISTENCE.independent
+    assert 0.1 * lived == pytest.approx(seconds, abs=0.11)
+
+
+def test_new_limits_hold_at_once():
+    tracker = ImageTracker(TrackingParams())
+    tracker.update(looks(frame((600, 200))), BEGIN, SIZE)
+    tracker.params = TrackingParams(track_timeout=0.5)
+    assert tracker.update(looks(frame((600, 200))), BEGIN + 0.6, SIZE).ids.tolist() == [2]

@@ -1,4 +1,6 @@
 """Lifting: the joint's window in the cloud, at borders, holes and other resolutions."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -38,6 +40,11 @@ def lifted(points, *joints, size=(W, H), **params):
 def test_no_people():
     people = lift_by_window(People2D.empty(COCO_18), (W, H), OrganizedCloud(*pixel_cloud()))
     assert people.xyz.shape == (0, K, 3)
+
+
+def test_ids_and_existence_stay():
+    people = lift_by_window(replace(one_person((40, 20)), existence=[0.75]), (W, H), OrganizedCloud(*pixel_cloud()))
+    assert (people.ids.tolist(), people.existence.tolist()) == ([4], [0.75])
 
 
 @pytest.mark.parametrize('x, y', [(-0.51, 20), (W - 0.5, 20), (40, -0.51), (40, H - 0.5), (-1e9, 0), (1e9, 1e9)])

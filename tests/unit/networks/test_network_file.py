@@ -6,6 +6,7 @@ import pytest
 
 import tiny_networks
 from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
@@ -241,7 +242,7 @@ def test_its_people_lie_where_the_network_saw_them(tmp_path, people):
     detector = create_detector(build(DetectorSettings, {
         'pose_model': str(path), 'net_input_width': 128, 'net_input_height': 128, 'look_closer': 0,
         'compiled_cache': 'off'}))
-    found = detector.detect(np.full((128, 100, 3), 255, np.uint8))
+    found = people_in(np.full((128, 100, 3), 255, np.uint8), detector)
     assert len(found) == 1
     np.testing.assert_allclose(found.scores, [0.9 * mean], atol=1e-3)
     expected = (STANDING + np.array([20, 0])) * mean - 0.5 - np.array([14, 0])
@@ -270,7 +271,7 @@ def test_people_of_queries_lie_where_they_are_whatever_the_aspect(tmp_path, read
     path = network_file(tmp_path, size=(128, 128), sizes=sizes, **outputs)
     detector = create_detector(build(DetectorSettings, {
         'pose_model': str(path), 'look_closer': 0, 'compiled_cache': 'off', 'backend': reader}))
-    found = detector.detect(np.full((128, 100, 3), 255, np.uint8))
+    found = people_in(np.full((128, 100, 3), 255, np.uint8), detector)
     score = 0.9 if form != 'RF-DETR' else 0.9 / (0.9 + (2 / 128 ** 2) ** 0.2)
     np.testing.assert_allclose(found.scores, [score], atol=1e-3)
     for joint, place in zip(COCO_17.joints, STANDING * (1, 1.2) + 0.01):

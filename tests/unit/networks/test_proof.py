@@ -15,6 +15,7 @@ import pytest
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, EnsembleParams
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import by_name, proof, weights
@@ -52,7 +53,7 @@ def test_the_default_networks_find_its_people_together_and_would_prove_themselve
     for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
         need_weights(model)
     detector = create_detector(settings())
-    alike = proof._similarities(detector.detect(TRUTH.bgr).keypoints, COCO_18, TRUTH)
+    alike = proof._similarities(people_in(TRUTH.bgr, detector).keypoints, COCO_18, TRUTH)
     assert alike.shape == (2, 2) and alike.max(axis=0).min() > 0.95
     for model in (MOVENET_MULTIPOSE, MOVENET_THUNDER):
         found = proof.measure(detector.setup.networks[model.name], model)
@@ -347,7 +348,7 @@ def test_a_network_is_fetched_by_name_proves_itself_and_is_used(served, capsys):
         assert by_name.proved_models() == (MODELS['rtmo_s'],)
     for params in ({'pose_model': 'rtmo-s'}, {'mode': 'best'}):
         detector = create_detector(settings(**params))
-        assert detector.recipe.passes[0].model.name == 'rtmo_s' and len(detector.detect(TRUTH.bgr)) == 2
+        assert detector.recipe.passes[0].model.name == 'rtmo_s' and len(people_in(TRUTH.bgr, detector)) == 2
 
 
 def test_a_network_that_finds_other_people_is_refused_with_both_figures(served, capsys, caplog):

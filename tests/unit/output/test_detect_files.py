@@ -7,21 +7,23 @@ import numpy as np
 import pytest
 
 from disk_limits import file_size_limit
+from openpose_ros_pkg.detect.detection import KnownPeople
 from openpose_ros_pkg.detect_files import main
 from openpose_ros_pkg.output.openpose_json import read_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
 
-class FakeDetector:
-    """Sees as many people as the grey level of the picture tells: level 20 is two people, side by side."""
+class People:
+    """As many people as the grey level of the picture tells: level 20 is two people, side by side."""
 
     def __init__(self):
-        self.levels = []
+        self.levels, self.stamps = [], []
 
-    def detect(self, bgr):
-        count = round(float(bgr.mean()) / 10)
+    def __call__(self, frame):
+        count = round(float(frame.bgr.mean()) / 10)
         self.levels.append(count * 10)
+        self.stamps.append(frame.stamp)
         keypoints = np.full((count, 18, 3), 0.5, np.float32)
         keypoints[..., :2] = np.arange(18 * 2).reshape(18, 2) / 2
         keypoints[..., 0] += 25 * np.arange(count)[:, np.newaxis]
@@ -29,14 +31,15 @@ class FakeDetector:
 
 
 @pytest.fixture
-def detector():
-    return FakeDetector()
+def shown():
+    return People()
 
 
 @pytest.fixture
-def run(detector):
-    """Run the command with the fake detector; return the exit status."""
-    return lambda *arguments: main([str(argument) for argument in arguments], create=lambda *_: detector)
+def run(shown):
+    """Run the command, told who is in the pictures; return the exit status."""
+    return lambda *arguments: main([str(argument) for argument in arguments],
+                                   create=lambda settings: KnownPeople(COCO_18, shown))
 
 
 def picture(path, level):
@@ -62,7 +65,7 @@ def test_nothing_to_save_is_refused(run, tmp_path, capsys):
     assert 'nothing to save: give --write-json' in capsys.readouterr().err
 
 
-def test_pictures_are_saved_under_their_names_without_ids(run, tmp_path, capsys):
+def test_pictures_are_saved_under_their_names_without_ids(run, shown, tmp_path, capsys):
     folder = tmp_path / 'in'
     for name, level in (('street.png', 20), ('empty.png', 0)):
         picture(folder / name, level)
@@ -74,18 +77,22 @@ def test_pictures_are_saved_under_their_names_without_ids(run, tmp_path, capsys)
     assert people.ids.tolist() == [-1, -1]
     assert people.xy[1, 2].tolist() == [27.0, 2.5]
     assert len(read_json(tmp_path / 'j/empty_keypoints.json', COCO_18)) == 0
+    assert shown.stamps == [0.0, 0.0]  # without a history
     assert 'sizes: [ 2, ' in (tmp_path / 'k/street_pose.yml').read_text()
     assert capsys.readouterr().out == '2 frames with 2 people; 6 files and video frames written\n'
 
 
-def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, tmp_path):
-    source = video(tmp_path / 'walk.avi', [20, 20, 10])
+def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, shown, tmp_path):
+    source, other = video(tmp_path / 'walk.avi', [20, 20, 10]), video(tmp_path / 'other.avi', [10])
     assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 0
     assert names(tmp_path / 'j') == [f'walk_00000000000{number}_keypoints.json' for number in range(3)]
     ids = [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())]
     assert ids == [[1, 2], [1, 2], [1]]
     written = cv2.VideoCapture(str(tmp_path / 'out.avi'))
     assert (written.get(cv2.CAP_PROP_FRAME_COUNT), written.get(cv2.CAP_PROP_FPS)) == (3, 12)
+    assert shown.stamps == pytest.approx([1 / 12, 2 / 12, 3 / 12])  # above 0, which would mean that there is none
+    assert run(source, other, '--write-json', tmp_path / 'both') == 0
+    assert read_json(tmp_path / 'both/other_000000000000_keypoints.json').ids.tolist() == [1]
 
 
 def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, capsys):
@@ -103,26 +110,26 @@ def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, ca
     assert '4 inputs could not be read' in output.out
 
 
-def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, capsys):
+def test_what_is_there_is_skipped_unless_overwritten(run, shown, tmp_path, capsys):
     picture(tmp_path / 'in/a.png', 10)
     video(tmp_path / 'in/v.avi', [20, 20])
     command = (tmp_path / 'in', '--write-json', tmp_path / 'j')
     assert run(*command) == 0
-    assert detector.levels == [10, 20, 20]
+    assert shown.levels == [10, 20, 20]
     picture(tmp_path / 'in/b.png', 30)
     (tmp_path / 'j/v_000000000001_keypoints.json').unlink()
     assert run(*command) == 0
-    assert detector.levels[3:] == [30, 20, 20]  # a is there; the video is done as a whole, as ids go on in it
+    assert shown.levels[3:] == [30, 20, 20]  # a is there; the video is done as a whole, as ids go on in it
     assert '1 inputs skipped' in capsys.readouterr().out
     assert run(*command, '--overwrite') == 0
-    assert detector.levels[6:] == [10, 30, 20, 20]
+    assert shown.levels[6:] == [10, 30, 20, 20]
 
 
-def test_results_in_the_folder_of_the_inputs_are_no_inputs(run, detector, tmp_path):
+def test_results_in_the_folder_of_the_inputs_are_no_inputs(run, shown, tmp_path):
     picture(tmp_path / 'a.png', 10)
     command = (tmp_path, '--write-images', tmp_path, '--write-video', tmp_path / 'v.avi', '--overwrite')
     assert [run(*command), run(*command)] == [0, 0]
-    assert detector.levels == [10, 10]
+    assert shown.levels == [10, 10]
 
 
 def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
@@ -135,16 +142,15 @@ def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, number):
-    source = video(tmp_path / 'v.avi', [10] * 10)
-    detect = detector.detect
+def test_an_interrupt_leaves_complete_files(run, tmp_path, capsys, monkeypatch, number):
+    source, people_of = video(tmp_path / 'v.avi', [10] * 10), People.__call__
 
-    def interrupted(bgr):
-        if len(detector.levels) == 4:
+    def interrupted(self, frame):
+        if len(self.levels) == 4:
             os.kill(os.getpid(), number)
-        return detect(bgr)
+        return people_of(self, frame)
 
-    detector.detect = interrupted
+    monkeypatch.setattr(People, '__call__', interrupted)
     # a shell without job control has what it starts in the background ignore SIGINT
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 130
@@ -167,12 +173,12 @@ def test_a_video_on_a_full_disk_is_not_reported_as_written(run, tmp_path, capsys
     assert names(tmp_path) == ['v.avi']
 
 
-def test_a_folder_is_worked_through_in_natural_order(run, detector, tmp_path):
+def test_a_folder_is_worked_through_in_natural_order(run, shown, tmp_path):
     for name, level in (('image10.png', 30), ('image2.png', 20), ('Image1.PNG', 10)):
         picture(tmp_path / 'in' / name, level)
     (tmp_path / 'in/notes.txt').write_text('not a picture')
     assert run(tmp_path / 'in', '--write-json', tmp_path / 'j') == 0
-    assert detector.levels == [10, 20, 30]
+    assert shown.levels == [10, 20, 30]
 
 
 def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):

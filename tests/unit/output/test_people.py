@@ -35,6 +35,22 @@ def test_people_are_looked_at_unless_said_otherwise():
     assert both.looked.tolist() == [True, False] and both.select(np.array([1])).looked.tolist() == [False]
 
 
+def test_people_are_there_unless_said_otherwise():
+    people = People2D(COCO_18, keypoints(), [0.5], [7])
+    both = people.joined(People2D(COCO_18, keypoints(), [0.5], [8], existence=[0.75]))
+    assert both.existence.dtype == np.float64 and both.existence.tolist() == [1.0, 0.75]
+    assert both.select(np.array([1])).existence.tolist() == [0.75]
+    assert people_3d().existence.tolist() == [1.0] and people_3d(existence=[0.75]).existence.tolist() == [0.75]
+
+
+@pytest.mark.parametrize('existence', [[], [0.5, 0.5], [1.25], [-0.25], [np.nan]])
+def test_existence_that_is_no_probability_of_each_person_is_refused(existence):
+    for people in (lambda: People2D(COCO_18, keypoints(), [0.5], [7], existence=existence),
+                   lambda: people_3d(existence=existence)):
+        with pytest.raises(ValueError, match='existence: expected'):
+            people()
+
+
 @pytest.mark.parametrize('values, scores, ids, text', [
     (np.zeros((K, 3)), [0.5], [0], r'expected .* got'), (np.zeros((1, K - 1, 3)), [0.5], [0], r'expected .* got'),
     (keypoints(), [], [0], r'expected .* got'), (keypoints(), [0.5], [0, 1], r'expected .* got'),

@@ -123,10 +123,11 @@ def test_bad_frames_are_refused_and_the_others_are_read(folder, damage, text):
 @pytest.mark.parametrize('length, playback, expected', [
     (4, 'loop', [0, 1, 2, 3, 0, 1, 2, 3, 0]),
     (4, 'forth_and_back', [0, 1, 2, 3, 2, 1, 0, 1, 2]),
+    (4, 'pause', [0, 1, 2, 3, None, None, 0, 1, 2]),
     (4, 'once', [0, 1, 2, 3]),
     (2, 'forth_and_back', [0, 1, 0, 1, 0, 1, 0, 1, 0]),
     (1, 'forth_and_back', [0] * 9),
 ], ids=str)
 def test_the_order_in_which_frames_are_played(length, playback, expected):
     assert playback in PLAYBACKS
-    assert list(islice(play_order(length, playback), 9)) == expected
+    assert list(islice(play_order(length, playback, pause=2), 9)) == expected

@@ -11,7 +11,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import SmoothingParams
-from skeleton_extract_3d.track.completion import Completion, complete, hidden_and_there, walk_on
+from skeleton_extract_3d.track.completion import Completion, complete, walk_on
 from synthetic_scene import Person, Room, joints_of, pinhole, render, standing
 
 INDEX = COCO_18.index
@@ -27,7 +27,7 @@ def person(x=0.0, z=2.6, scale=1.0, **values):
 
 def tracks(*xyz, has=True, stamp=0.0, velocity=(0, 0, 0), stature=1.75):
     """Return tracks of people that know the joints of a mask and walk."""
-    result = tracks_of(xyz, stamp, has, stature, sightings=np.full(len(xyz), 10))
+    result = tracks_of(xyz, stamp, has, stature)
     joints, root = (each._replace(velocity=np.zeros_like(each.velocity) + velocity)
                     for each in (result.joints, result.root))
     return replace(result, joints=joints, root=root)
@@ -133,50 +133,51 @@ def room(wall=5.0, front=None):
     return DepthImage(depth, CAMERA)
 
 
-def unseen(those, points, frames=1):
+def unseen(those, points, frames=1, elapsed=DT):
     """Return tracks of people who are not detected for a number of frames, after each of them."""
     result = []
     for i in range(1, frames + 1):
-        those = walk_on(those, FrameView(points, CAMERA, i * DT, DT))
+        those = walk_on(those, FrameView(points, CAMERA, i * elapsed, elapsed))
         result.append(those)
     return result
 
 
-def there(those, points):
-    """Return who is there without having been detected."""
-    return hidden_and_there(those, FrameView(points, CAMERA, 1.0, DT)).tolist()
-
-
-@pytest.mark.parametrize('x, wall, sightings, expected', [
-    (0.0, 2.0, 10, True), (0.0, 5.0, 10, False), (-8.0, 2.0, 10, False), (0.0, 2.0, 1, False)],
-    ids=['behind a wall', 'in plain view', 'beside the image', 'hardly ever detected'])
-def test_a_person_out_of_sight_is_reported_where_the_view_is_hidden(x, wall, sightings, expected):
-    one = replace(tracks(person(x=x, z=3.0)), sightings=np.array([sightings]))
-    assert there(one, room(wall=wall)) == [expected]
-
-
 def test_a_person_who_walks_behind_something_walks_on_ever_more_slowly_and_less_surely():
-    start, points = tracks(person(x=-1.0, z=3.0), velocity=(1.0, 0, 0)), room(wall=2.0)
-    after = unseen(start, points, 40)
-    assert all(there(one, points) == [True] for one in after)
+    start = tracks(person(x=-1.0, z=3.0), velocity=(1.0, 0, 0))
+    after = unseen(start, room(wall=2.0), 40)
     x = np.array([one.root.position[0, 0, 0] for one in (start, *after)])
     steps = np.diff(x)
     assert steps[0] == pytest.approx(0.1, rel=0.15) and (np.diff(steps) < 0).all() and (steps > 0).all()
     # walks on for about that time
-    assert x[-1] - x[0] == pytest.approx(METHOD.track.completion.rest_time, abs=0.1)
-    assert (np.diff([one.joints.sigmas()[0] for one in after], axis=0) > 0).all()
+    assert x[-1] - x[0] == pytest.approx(METHOD.track.out_of_sight.stopping_time, abs=0.1)
+    sigmas = np.array([one.joints.sigmas()[0] for one in after])
+    assert (np.diff(sigmas, axis=0) > 0).all()
+    # the person may have gone on, or stopped at once
+    true = np.array([x[0] + 0.1 * np.arange(41), np.full(41, x[0])])
+    assert (np.abs(true - x)[:, 1:20] < 2 * sigmas[:19].min(axis=1)).all()
     # of all joints, trunk and limbs move alike
     moved = after[-1].joints.position - start.joints.position
     np.testing.assert_allclose(moved, np.full((1, 18, 3), (x[-1] - x[0], 0, 0)), atol=1e-9)
+
+
+@pytest.mark.parametrize('frames', [1, 2, 60])
+def test_motion_out_of_sight_is_the_same_at_any_rate(frames):
+    start, points = tracks(person(x=-1.0, z=3.0), velocity=(1.0, 0, 0)), room(wall=2.0)
+    after, other = (unseen(start, points, count, 2 / count)[-1] for count in (frames, 20))
+    np.testing.assert_allclose(after.root.position, other.root.position, atol=1e-9)
+    np.testing.assert_allclose(after.root.velocity, other.root.velocity, atol=1e-9)
+
+
+def test_no_person_runs_out_of_sight():
+    start = tracks(person(x=-1.0, z=3.0), velocity=(8.0, 0, 0))
+    assert unseen(start, room(wall=2.0))[0].root.position[0, 0, 0] == pytest.approx(-0.8, abs=0.02)
 
 
 def test_hidden_people_do_not_walk_into_free_view():
     # a wall from the middle to the right hides a person who walks to the left and is not detected there: they stopped
     one = tracks(person(x=0.7, z=3.0), velocity=(-1.5, 0, 0))
     after = unseen(one, room(front=0.0), 30)
-    assert all(there(each, room(front=0.0)) == [True] for each in after)
     assert 0.0 < after[-1].root.position[0, 0, 0] < 0.7
     # without the wall's end the person would have come out
-    free = tracks(person(x=0.7, z=3.0), velocity=(-1.5, 0, 0))
-    free = unseen(free, room(wall=2.0), 30)[-1]
+    free = unseen(one, room(wall=2.0), 30)[-1]
     assert free.root.position[0, 0, 0] < -0.2

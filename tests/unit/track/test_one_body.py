@@ -8,7 +8,7 @@ from estimating import new_estimator, tracks_of, update
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.one_body import apart, separate
+from skeleton_extract_3d.track.one_body import apart, sharing
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import (
     VISIBLE,
@@ -24,31 +24,19 @@ from synthetic_scene import (
     without_joints,
 )
 
-LONGEST = METHOD.track.identity.gap
+SURE = METHOD.track.one_body.sure
 SWAP = list(COCO_18.swap)
 UPPER = [joint for joint, name in enumerate(COCO_18.joints) if not name.endswith(('hip', 'knee', 'ankle'))]
 LEFT = [joint for joint, name in enumerate(COCO_18.joints) if name.startswith('left')]
 FRAME = render(pinhole(320, 180), [Person(0, 0.0, 2.6, standing())], Room(wall=6.0))
 
 
-class Numbered:
-    """The people of a frame, as numbers."""
-
-    def __init__(self, indices):
-        self.indices = np.asarray(indices)
-
-    def select(self, kept):
-        return Numbered(self.indices[kept])
-
-
-def left(bodies, alone, stamp):
-    """Return who of bodies, (18, 3) each, the first followed for longest, is left; and since when they were alone."""
-    tracks = tracks_of(bodies, alone=np.array(alone, float), born=np.arange(len(bodies), dtype=float))
-    completion = Completion(tracks, tracks.has, tracks.has, np.zeros(tracks.has.shape))
-    seen, people, _ = separate(completion, Numbered(range(len(tracks))), stamp)
-    assert len(seen.tracks) == len(seen.trusted) == len(seen.placed) == len(seen.sigma) == len(people.indices)
-    assert seen.tracks.ids.tolist() == people.indices.tolist()
-    return people.indices.tolist(), seen.tracks.alone.tolist()
+def taken(*bodies, looked=True, sure=True, **values):
+    """Return which of bodies, (18, 3) each, the first followed for longest, are in the place of another one."""
+    tracks = tracks_of(bodies, **{'born': np.arange(len(bodies), dtype=float), 'existence': np.full(
+        len(bodies), 0.99 if sure else SURE - 0.1), **values})
+    seen = Completion(tracks, tracks.has, tracks.has, np.zeros(tracks.has.shape))
+    return sharing(seen, np.broadcast_to(looked, len(bodies))).tolist()
 
 
 def body(x=0.0):
@@ -56,16 +44,24 @@ def body(x=0.0):
 
 
 def test_no_people_and_one_alone():
-    assert left([], [], 10.0) == ([], [])
-    assert left([body()], [9.9], 10.0) == ([0], [10.0])
+    assert taken() == [] and taken(body()) == [False]
 
 
 @pytest.mark.parametrize('other', [body(0.1), body(0.1)[SWAP]], ids=['copy', 'left and right exchanged'])
-def test_a_person_in_the_place_of_another_for_too_long_goes(other):
-    stays, alone = left([body(), other], [9.9, 9.9], 10.0)
-    assert stays == [0, 1] and alone == [10.0, 9.9]
-    assert left([body(), other], [9.9, 10.01 - LONGEST], 10.0)[0] == [0, 1]
-    assert left([body(), other], [9.9, 9.99 - LONGEST], 10.0)[0] == [0]
+def test_of_two_in_one_place_one_is_the_other(other):
+    assert taken(body(), other) == [False, True]
+    assert taken(body(), other, born=np.array([2.0, 1.0])) == [True, False], 'who is followed for longer stays'
+    assert taken(body(), other, looked=[False, True]) == [True, False], 'a network saw the other one'
+    assert taken(body(), other, body(0.12)) == [False, True, True]
+
+
+def test_of_a_chain_of_bodies_those_who_are_near_one_that_stays_go():
+    assert taken(body(), body(0.12), body(0.24)) == [False, True, False]
+
+
+@pytest.mark.parametrize('apart_by, sure, expected', [(0.2, True, False), (0.2, False, True), (0.3, False, False)])
+def test_unsure_people_need_more_room(apart_by, sure, expected):
+    assert taken(body(), body(apart_by), sure=sure) == [False, expected]
 
 
 def test_hidden_people_are_not_in_the_place_of_visible_ones():
@@ -128,17 +124,3 @@ def test_two_who_touch_stay_two(pair):
         assert people.ids.tolist() == [1, 2]
     off = np.linalg.norm(people.xyz - frame.xyz, axis=2)
     assert (np.nanmedian(off, axis=1) < 0.15).all()
-
-
-def test_a_person_who_was_put_on_another_by_mistake_keeps_the_id():
-    """For half a second, a network finds one of two a second time instead of the other."""
-    frame = render(pinhole(320, 180), [Person(0, -0.25, 2.6, standing()), Person(1, 0.25, 2.6, standing())],
-                   Room(wall=6.0))
-    twice = frame.people.select(np.array([0, 0]))
-    estimator = new_estimator()
-    for i in range(40):
-        wrong = 20 <= i < 28
-        people = update(estimator, frame, i / 15, twice if wrong else frame.people).people
-        if not wrong and i != 28:
-            assert people.ids.tolist() == [1, 2]
-            assert np.median(np.linalg.norm(people.xyz - frame.xyz, axis=2)) < 0.04

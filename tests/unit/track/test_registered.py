@@ -1,8 +1,7 @@
-"""Tracks without a crop are registered with the points of a frame, for a short time."""
+"""Tracks that are not looked at are registered with the points of a frame, for a short time."""
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from estimating import new_estimator, update
 from openpose_ros_pkg.people import People2D
@@ -41,23 +40,27 @@ def error(people, frame):
     return np.sqrt((apart ** 2).mean())
 
 
-def extrapolated(estimator, stamp):
-    return replace(estimator.expected(stamp, (CAMERA.width, CAMERA.height)), looked=np.zeros(1, bool))
+def unlooked(estimator, frame, number):
+    """Return the estimate of a frame in which no network looks at the person."""
+    return update(estimator, frame, 1 + number / RATE, NO_PEOPLE, missed=())
 
 
-@pytest.mark.parametrize('reported', [True, False], ids=['extrapolated', 'not reported'])
-def test_the_points_tell_that_a_person_stopped(reported):
+def test_the_points_tell_that_a_person_stopped():
     estimator, before = followed(LOOKS)
     frame = frame_at(stopping(LOOKS))
     for i in range(4):
-        stamp = 1 + (LOOKS + i) / RATE
-        found = update(estimator, frame, stamp, extrapolated(estimator, stamp) if reported else NO_PEOPLE)
+        found = unlooked(estimator, frame, LOOKS + i)
         assert found.people_2d.ids.tolist() == before.people_2d.ids.tolist() and not found.people_2d.looked.any()
         assert error(found.people, frame) < 0.04  # extrapolation alone: 80 mm per frame
     hidden = before.people.status[0] != MEASURED
     assert not (found.people.status[0, hidden] == MEASURED).any()
     inside = found.people_2d.present[0] & (frame.vis[0] == VISIBLE)
     assert np.linalg.norm(found.people_2d.xy[0] - frame.people.xy[0], axis=1)[inside].max() < 0.06 / 2.5 * 270
+
+
+def test_the_body_of_a_person_in_free_view_whom_a_network_does_not_see_is_not_that_person():
+    estimator, _ = followed(LOOKS)
+    assert len(update(estimator, frame_at(stopping(LOOKS)), 1 + LOOKS / RATE, NO_PEOPLE).people_2d) == 0
 
 
 def test_a_person_whom_networks_see_is_where_they_see_it():
@@ -70,13 +73,12 @@ def test_a_person_whom_networks_see_is_where_they_see_it():
 
 def test_a_person_who_is_gone_is_not_found_by_the_points():
     estimator, _ = followed(LOOKS)
-    found = update(estimator, frame_at(), 1 + LOOKS / RATE, NO_PEOPLE)
-    assert len(found.people_2d) == 0
+    assert len(unlooked(estimator, frame_at(), LOOKS).people_2d) == 0
 
 
 def test_without_a_look_a_person_is_found_for_a_short_time():
     estimator, _ = followed(LOOKS)
     frame, last = frame_at(stopping(LOOKS)), LOOKS - 1
     frames = range(LOOKS, LOOKS + int(LONGEST * RATE) + 2)
-    there = [len(update(estimator, frame, 1 + i / RATE, NO_PEOPLE).people_2d) for i in frames]
+    there = [len(unlooked(estimator, frame, i).people_2d) for i in frames]
     assert there == [int((i - last) / RATE <= LONGEST) for i in frames]

@@ -15,6 +15,7 @@ RETURNING = METHOD.track.returning
 RED, BLUE = ((40, 40, 180), (40, 40, 40)), ((170, 70, 30), (90, 90, 90))
 FPS = 10.0
 LEFT, RIGHT = (-0.9, 2.6), (0.9, 2.8)
+UPPER_ARMS = [i for i, joint in enumerate(COCO_18.joints) if joint.split('_')[-1] in ('neck', 'shoulder', 'elbow')]
 WITHOUT_HIPS = [i for i, joint in enumerate(COCO_18.joints) if 'hip' not in joint]
 
 
@@ -101,14 +102,21 @@ def test_a_person_does_not_jump_to_another_place(away, expected):
     assert story.sees(((1.4, 4.2), RED)) == expected
 
 
-def test_a_person_who_comes_without_clothes_in_view_waits_a_moment_for_the_id():
+def test_a_person_of_whom_little_is_in_view_waits_a_moment_for_the_id():
     story = Story()
     assert story.sees((LEFT, RED)) == [1]
     story.sees_no_person_for(3.0)
-    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap / 2, joints=WITHOUT_HIPS) == []
+    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap / 2, joints=UPPER_ARMS) == []
     assert story.sees((LEFT, RED), seconds=0.2) == [1]
     story.sees_no_person_for(3.0)
-    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap + 0.3, joints=WITHOUT_HIPS) == [2]
+    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap + 0.3, joints=UPPER_ARMS) == [2]
+
+
+def test_a_person_in_plain_view_whose_clothes_are_not_gets_an_id_at_once():
+    story = Story()
+    assert story.sees((LEFT, RED)) == [1]
+    story.sees_no_person_for(3.0)
+    assert story.sees((LEFT, RED), seconds=METHOD.track.identity.gap / 2, joints=WITHOUT_HIPS) == [2]
 
 
 def test_where_a_person_left_stays_where_it_is_in_the_room_when_the_camera_moves():

@@ -4,9 +4,6 @@ from typing import Callable, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_bridges.capsules import PARTS
-from skeleton_extract_3d.people import MISSING
-
 # Steps of the search for a bound: to a hundredth of a millimetre in 100 m.
 _STEPS = 24
 # Spheres that stand for a link between two frames.
@@ -103,30 +100,6 @@ def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: L
 
     distances = distances - known.radii - (links.radii + links.away)[:, np.newaxis]
     return Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
-
-
-def farther(parts: MovingParts, others: MovingParts, way: np.ndarray) -> np.ndarray:
-    """Return by how much people (T) are farther from those of another frame (U) than a way (T,) and errors, (T, U) [m].
-
-    The same parts are compared by their middles, and the median counts; inf: there are none that both know.
-    """
-    (middles, sigmas), (other_middles, other_sigmas) = _by_track(parts), _by_track(others)
-    apart = np.full((len(middles), len(other_middles)), np.inf)
-    for row in range(len(middles) if len(other_middles) else 0):
-        distances = np.linalg.norm(other_middles - middles[row], axis=2) - 2 * np.hypot(other_sigmas, sigmas[row])
-        both = np.isfinite(distances).any(axis=1)
-        apart[row, both] = np.nanmedian(distances[both], axis=1) - way[row]
-    return apart
-
-
-def _by_track(parts: MovingParts) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the middles (T, P, 3) and sigma (T, P) of all parts of each track, NaN where they are not known [m]."""
-    tracks, rows = np.unique(parts.tracks, return_inverse=True)
-    middles, sigmas = np.full((len(tracks), len(PARTS), 3), np.nan), np.full((len(tracks), len(PARTS)), np.nan)
-    known = parts.status != MISSING
-    middles[rows[known], parts.parts[known]] = parts.ends[known].mean(axis=1)
-    sigmas[rows[known], parts.parts[known]] = parts.sigma[known].max(axis=1)
-    return middles, sigmas
 
 
 def as_wide(mask: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -7,9 +7,10 @@ and velocity v. Two statements hold of it, and the best one counts:
     walking    it is within 1.6 m/s t of where it was, which has variance s^2; a limb moves about its root too, by
                at most 2.0 m/s t, and no further than it reaches
 
-Both speeds are from ISO 13855: walking, and upper limbs. A lost track is one that was last known a while ago. A part
-that is not MEASURED is also within reach of the nearest joint that is, of which the same is said. Errors have heavier
-tails than normal ones: Student's t with three degrees of freedom.
+Both speeds are from ISO 13855: walking, and upper limbs. A person is an id; where it is not in the newest frame, its
+track is lost: it is where it was last known, also when another id appears near it. A part that is not MEASURED is also
+within reach of the nearest joint that is, of which the same is said. Errors have heavier tails than normal ones:
+Student's t with three degrees of freedom.
 
 **The bound** is the greatest b with which the probability that a person is nearer than b is 1 - p at most, as a sum
 over people (Boole). Of one person the part and link count with which that is most probable: errors of the joints of a
@@ -17,7 +18,7 @@ body depend on each other, as those of one depth, one size and one identity.
 """
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Optional, Sequence, Set, Tuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -33,7 +34,7 @@ from openpose_ros_bridges.capsules import (
     reaches_of,
 )
 from openpose_ros_bridges.guard import View
-from openpose_ros_bridges.moving_parts import Links, Margins, MovingParts, as_wide, farther, greatest, margins_of, tail
+from openpose_ros_bridges.moving_parts import Links, Margins, MovingParts, as_wide, greatest, margins_of, tail
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_pkg.params.constants import constant
 from skeleton_extract_3d.body.body import BODY, BodyConstants
@@ -116,6 +117,7 @@ class SeparationEstimator:
         self._parts = self._reaches = MovingParts.none()
         self._newest: Optional[float] = None
         self._unplaced: Sequence[int] = ()
+        self._nameless = False
         self._view: Optional[View] = None
 
     def take(self, people: People3D, stamp: float, view: Optional[View] = None) -> None:
@@ -128,37 +130,16 @@ class SeparationEstimator:
         if self._newest is not None and stamp < self._newest:
             return
         parts, reaches = self._of(people, stamp)
-        lost = ~np.isin(self._parts.tracks, self._seen_again(parts, stamp))
+        lost = ~np.isin(self._parts.persons, parts.persons)
         kept = lost & (stamp - self._parts.stamps <= self._params.lost_timeout)
         self._parts, self._reaches = self._parts.where(kept).and_of(parts), self._reaches.where(kept).and_of(reaches)
         # a person without a position may be anywhere, unless it is known from before
-        placed, known = set(parts.tracks - self._tracks), set(self._parts.persons.tolist()) - {0}
-        self._unplaced = [name for row, name in enumerate(people.ids.tolist())
-                          if row not in placed and name not in known]
+        known = set(self._parts.persons.tolist())
+        self._unplaced = [name for name in people.ids.tolist() if name not in known]
+        # it can not be told from others when it is lost
+        self._nameless = bool((people.ids <= 0).any())
         self._tracks += len(people)
         self._newest, self._view = stamp, view
-
-    def _seen_again(self, parts: MovingParts, stamp: float) -> Sequence[int]:
-        """Return the tracks that parts of a new frame go on.
-
-        A track goes on with the person of the same id, or, if it is of the frame before, with the nearest one, where
-        the person may have got there. It is lost else.
-        """
-        speed = self._constants.walking + self._constants.limbs
-        tracks, first = np.unique(self._parts.tracks, return_index=True)
-        other = np.unique(parts.tracks, return_index=True)[1]
-        ids, stamps, new_ids = self._parts.persons[first], self._parts.stamps[first], parts.persons[other]
-        beyond = farther(self._parts, parts, speed * (stamp - stamps))
-        has_id = (ids[:, np.newaxis] == new_ids) & (new_ids > 0)  # 0: a person without an id
-        may_be = (beyond <= 0) & (has_id | (stamps == self._newest)[:, np.newaxis])
-        again: Set[int] = set()
-        taken: Set[int] = set()
-        for row, column in sorted(np.argwhere(may_be).tolist(), key=lambda pair: (not has_id[tuple(pair)],
-                                                                                  beyond[tuple(pair)])):
-            if row not in again and column not in taken:
-                again.add(row)
-                taken.add(column)
-        return tracks[sorted(again)].tolist()
 
     def at(self, now: float, links: Links) -> Separation:
         """Return how near people are to links at a time [s]."""
@@ -177,6 +158,8 @@ class SeparationEstimator:
                                age=age if math.isnan(found.age) else found.age)
         if self._unplaced:
             return found._replace(distance=math.nan, bound=0.0, reason=f'person {self._unplaced[0]} has no position')
+        if self._nameless:
+            return found._replace(bound=0.0, reason='a person has no id')
         return found if not params.guard else self._guarded(found, max(age, 0.0), links)
 
     def _guarded(self, found: Separation, age: float, links: Links) -> Separation:

@@ -1,6 +1,6 @@
 """One set of people out of what several cameras see: the order of all steps."""
 import itertools
-from typing import Dict, Iterator, Mapping, NamedTuple, Optional, Sequence
+from typing import Dict, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -15,29 +15,21 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import MISSING, People3D
 
 
-class _Known(NamedTuple):
-    """Persons of cameras: their tracks, and when a camera saw each of them last [s]."""
-
-    ids: Mapping[CameraPerson, int]
-    seen: Mapping[CameraPerson, float]
-
-
 class PeopleFusion:
     """Tracks people with several cameras; not thread-safe.
 
     Args:
         ids: where new people's ids come from; None: 1, 2, 3, ...
+
+    Attributes:
+        known: ids of the fused people by the persons of the cameras.
     """
 
     def __init__(self, ids: Optional[Iterator[int]] = None, constants: FusionConstants = FUSION) -> None:
         self._ids = itertools.count(FIRST_ID) if ids is None else ids
         self._constants, self._correction = constants, Correction(constants)
-        self._tracks, self._known = Tracks.empty(0.0), _Known({}, {})
-
-    @property
-    def known(self) -> Mapping[CameraPerson, int]:
-        """Ids of the fused people by the persons of the cameras."""
-        return self._known.ids
+        self._tracks = Tracks.empty(0.0)
+        self.known: Mapping[CameraPerson, int] = {}
 
     def update(self, sightings: Sequence[Sighting], stamp: float) -> People3D:
         """Return the people at a time.
@@ -49,36 +41,30 @@ class PeopleFusion:
         """
         constants = self._constants
         if stamp < self._tracks.stamp or not len(self._tracks):
-            self._tracks, self._known = Tracks.empty(stamp), _Known({}, {})
+            self._tracks, self.known = Tracks.empty(stamp), {}
         tracks = self._tracks.predicted(stamp, constants.motion)
         tracks = tracks.select(stamp - tracks.seen <= constants.motion.most_gap)
         distinct = [sighting.distinct() for sighting in sightings]
-        tracks, matches = associate(tracks, distinct, self._known.ids, self._ids, constants)
+        tracks, matches = associate(tracks, distinct, self.known, self._ids, constants)
         if not matches.all_have_depth:
-            tracks, matches = tracks_where_rays_meet(tracks, matches, self._known.ids, self._ids, constants)
+            tracks, matches = tracks_where_rays_meet(tracks, matches, self.known, self._ids, constants)
         tracks, matches = merge(tracks, matches, constants.association)
         if not matches.all_have_depth:
             tracks = place_by_size(tracks, matches, constants)
         tracks, joints = self._correction.corrected(tracks, matches)
         self._tracks = tracks
-        self._known = _remembered(self._known, tracks, matches, stamp, constants.motion.most_gap)
+        self.known = _persons_of(tracks, matches, self.known)
         return _reported(tracks, joints, constants)
 
 
-def _remembered(known: _Known, tracks: Tracks, matches: Matches, stamp: float, most_gap: float) -> _Known:
-    """Return the persons of cameras with those of a frame, without those not seen for long or whose tracks have ended.
-
-    Args:
-        stamp: of the frame [s].
-        most_gap: they are forgotten after this [s].
-    """
+def _persons_of(tracks: Tracks, matches: Matches, before: Mapping[CameraPerson, int]) -> Mapping[CameraPerson, int]:
+    """Return the ids of tracks by the persons of the cameras: the newest one of each camera and track."""
     new: Dict[CameraPerson, int] = {
         (sighting.camera, person): int(tracks.ids[row]) for sighting, rows in matches.pairs
         for person, row in zip(sighting.ids.tolist(), rows.tolist()) if row >= 0}
-    ids, alive = {**known.ids, **new}, set(tracks.ids.tolist())
-    seen = {**known.seen, **dict.fromkeys(new, stamp)}
-    kept = [person for person, at in seen.items() if ids[person] in alive and tracks.stamp - at <= most_gap]
-    return _Known({person: ids[person] for person in kept}, {person: seen[person] for person in kept})
+    replaced, alive = {(camera, track) for (camera, _), track in new.items()}, set(tracks.ids.tolist())
+    return {**{person: track for person, track in before.items()
+               if track in alive and (person[0], track) not in replaced}, **new}
 
 
 def _reported(tracks: Tracks, joints: FusedJoints, constants: FusionConstants) -> People3D:

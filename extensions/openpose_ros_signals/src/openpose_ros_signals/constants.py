@@ -25,7 +25,7 @@ class HoldConstants:
 
 @dataclass(frozen=True)
 class PersonConstants:
-    """Which joints count as known, and which ids are the same person."""
+    """Which joints count as known, and for how long what a person did counts."""
 
     most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
     sure_sigma: float = constant(0.042, 'Motions to and fro, and knees on the floor, are told by joints with a lesser '
@@ -33,9 +33,6 @@ class PersonConstants:
     statures: int = constant(100, 'The stature is the median of this many newest frames.', unit='frames')
     least_stature: float = constant(0.4, 'Stature estimates below this are ignored.', unit='m')
     gap: float = constant(1.0, 'A person that was not seen for longer begins anew.', unit='s')
-    step: float = constant(0.25, 'A new id whose trunk is this near to where a person was lost is that person.',
-                           unit='statures')
-    stride: float = constant(1.5, 'The distance grows with the time between by this.', unit='statures/s')
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from skeleton_extract_3d.body.body import (
     MEASURED_KINDS,
     NECK,
     SHOULDERS,
-    TRUNK,
     BodyConstants,
     joint_indices,
 )
@@ -111,12 +110,6 @@ def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     joints, status, sigma = (values_in(values, people.skeleton, COCO_18, missing) for values, missing in (
         (people.xyz, np.nan), (people.status, MISSING), (people.sigma, np.nan)))
     return joints.astype(np.float64), status, np.where(status == MISSING, np.nan, sigma.astype(np.float64))
-
-
-def trunk_place(joints: np.ndarray) -> np.ndarray:
-    """Return the middle of the joints (18, 3) of the trunk that are known or inferred, (3,) [m]; NaN if none is."""
-    known = joints[TRUNK][np.isfinite(joints[TRUNK, 0])]
-    return np.asarray(known.mean(axis=0)) if len(known) else _NONE
 
 
 def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float,

@@ -7,7 +7,7 @@ import numpy as np
 from openpose_ros_signals import motion
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
-from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, trunk_place, unit, unless_hidden
+from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit, unless_hidden
 from openpose_ros_signals.gestures import Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
 from openpose_ros_signals.pointing import pointing_of, with_points, with_targets
@@ -71,14 +71,12 @@ class Person:
 
     Attributes:
         since, stamp: when the person was seen first and last [s].
-        place, placed: (3,) where the trunk was last, see `trunk_place`, and when [s]; NaN if it was never seen.
         stature: [m].
     """
 
     def __init__(self, since: float, constants: SignalConstants = SIGNALS) -> None:
         self._constants = constants
         self.since = self.stamp = since
-        self.place, self.placed = np.full(3, np.nan), np.nan
         self.stature = constants.body.adult_stature
         self._statures: Deque[float] = deque(maxlen=constants.person.statures)
         self._bodies: Deque[Body] = deque()
@@ -117,9 +115,6 @@ class Person:
             self.stature = float(np.median(np.array(self._statures)))
         body = body_of(stamp, seen.joints, up, self.stature, constants)
         self.stamp = stamp
-        place = trunk_place(seen.joints[0])
-        if np.isfinite(place).all():
-            self.place, self.placed = place, stamp
         self._bodies.append(body)
         for side, arms in enumerate(self._arms):
             arms.append(arm_of(body, side))

@@ -1,4 +1,4 @@
-"""Crops: what a network sees of one person, the people that it finds there, and the refinement of a search by them."""
+"""Crops: what a network sees of one person, and the people that it finds there."""
 import time
 from dataclasses import dataclass, replace
 from typing import List, NamedTuple, Optional, Sequence, Tuple
@@ -8,35 +8,15 @@ import numpy as np
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import decode_direct
-from openpose_ros_pkg.detect.following import FOLLOWING, disagreement
-from openpose_ros_pkg.detect.joint_assignment import Tracked, share_out
-from openpose_ros_pkg.detect.occlusion_masks import (
-    COVER,
-    LAYERS,
-    Foreground,
-    cover_others,
-    foregrounds,
-    median_depths,
-    vote_behind,
-)
+from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import PERSON_BOX, CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.views import ComputedView, PreparedImage, PreparedView, Setup, View, decode_views
-from openpose_ros_pkg.ensemble import (
-    ENSEMBLE,
-    Opinions,
-    Sources,
-    mean_scores,
-    most_alike,
-    person_scores,
-    sigmas,
-    similarity,
-    surest,
-)
+from openpose_ros_pkg.detect.views import ComputedView, PreparedView, Setup, View, decode_views
+from openpose_ros_pkg.ensemble import ENSEMBLE, sigmas, similarity, surest
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import ExpectedPeople, Poses, keypoints_in, no_points, values_in
+from openpose_ros_pkg.people import Poses, keypoints_in, values_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -184,94 +164,6 @@ def in_joints(poses: Poses, source: SkeletonModel, target: SkeletonModel) -> Pos
     """Return poses of one joint set in another; see `keypoints_in`."""
     told = None if poses.sigmas is None else values_in(poses.sigmas, source, target, np.nan)
     return poses._replace(keypoints=keypoints_in(poses.keypoints, source, target), sigmas=told)
-
-
-class Candidates(NamedTuple):
-    """Candidates for people after the vote, also below the thresholds."""
-
-    opinions: List[Opinions]  # of each person
-    keypoints: np.ndarray  # (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints
-    points: Optional[np.ndarray] = None  # see `Poses`
-
-    def poses(self, sources: Sources) -> Poses:
-        """Return the people without the opinions on them."""
-        return Poses(self.keypoints, person_scores(self.keypoints, sources.asked(self.opinions)), self.points)
-
-
-def refine(frame: PreparedImage, people: Candidates, expected: Optional[ExpectedPeople] = None
-           ) -> Tuple[Candidates, float]:
-    """Vote again on the surest people with crops of them; doubtful ones seldom become people by it.
-
-    Tracked people who are missing are looked for on crops too, see `joint_assignment`.
-
-    Args:
-        expected: by tracks in space; None: no such tracks.
-
-    Returns:
-        The people with the opinions on crops, and the time that the networks took [s].
-    """
-    setup, recipe, skeleton = frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
-    size, scores = (frame.bgr.shape[1], frame.bgr.shape[0]), people.poses(recipe.sources).scores
-    surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
-    refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
-    tracked = Tracked.within(expected, skeleton, size)
-    shared = share_out([people.opinions[i] for i in refined], [people.keypoints[i] for i in refined], tracked)
-    shown = np.array(shared.poses, np.float32).reshape(-1, len(skeleton.joints), 3)
-    in_front = foregrounds(shown, skeleton, frame.depth, size)
-    found, seen, seconds = _crop_opinions(frame, shown, in_front)
-    opinions, keypoints, points = list(people.opinions), list(people.keypoints), no_points(len(people.opinions))
-    points[refined] = seen[:len(refined)]
-    for row, (of_person, on_crops, foreground) in enumerate(zip(shared.opinions, found, in_front)):
-        if row < len(refined):
-            opinions[refined[row]] = {**of_person, **on_crops}
-            keypoints[refined[row]] = vote_behind(opinions[refined[row]], foreground, recipe)
-            continue
-        track = shared.missing[row - len(refined)]
-        on_crops = {number: pose for number, pose in on_crops.items()
-                    if mean_scores(pose, recipe.sources.known[number]) >= COVER.sure_joint
-                    and _is_there(pose, tracked.poses[track], tracked.depths[track], frame)}
-        if on_crops:
-            opinions.append({**of_person, **on_crops})
-            keypoints.append(vote_behind(opinions[-1], foreground, recipe))
-            points = np.concatenate([points, seen[row:row + 1]])
-    return Candidates(opinions, np.array(keypoints, np.float32).reshape(-1, len(skeleton.joints), 3),
-                      points if recipe.whole_body else None), seconds
-
-
-def _crop_opinions(frame: PreparedImage, people: np.ndarray, in_front: Sequence[Optional[Foreground]]
-                   ) -> Tuple[List[Opinions], np.ndarray, float]:
-    """Return the opinions on crops of people, (P, K, 3), by person, all their points (P, 133, 3), see `Poses`, and the
-    time that the networks took [s].
-    """
-    setup, recipe, skeleton = frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
-    crops = [prepare_crops(CrowdImage(frame.bgr, people, skeleton), people, one, in_front)
-             for one in recipe.refinements]
-    begin = time.perf_counter()
-    computed = [compute_crops(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
-    seconds = time.perf_counter() - begin
-    opinions: List[Opinions] = [{} for _ in people]
-    points = no_points(len(people))
-    for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
-        for i, crop in enumerate(views):
-            found = decode_crop(crop, one.model, setup)
-            pose = most_alike(found.keypoints, people[i], people, sigmas(skeleton))
-            if pose is not None:
-                opinions[i][number] = pose
-                if found.points is not None:  # such a network sees one person
-                    points[i] = found.points[0]
-    return opinions, points, seconds
-
-
-def _is_there(pose: np.ndarray, expected: np.ndarray, depth: float, frame: PreparedImage) -> bool:
-    """Return whether a pose on a crop, (K, 3), is where a person is expected, and some joints are at the depth."""
-    if disagreement(pose, expected) > FOLLOWING.agreement:
-        return False
-    sure = pose[:, 2] >= COVER.sure_joint
-    if frame.depth is not None:
-        surfaces = median_depths(frame.depth, pose[:, :2], (frame.bgr.shape[1], frame.bgr.shape[0]))
-        with np.errstate(invalid='ignore'):
-            sure &= np.abs(surfaces - depth) < LAYERS.reach
-    return bool(sure.sum() >= frame.setup.acceptance.person_joints)
 
 
 def quarter_turns(people: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:

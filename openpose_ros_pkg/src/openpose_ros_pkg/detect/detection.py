@@ -1,14 +1,11 @@
-"""Detection: from an image to the people in it, with track ids. Networks implement it, and a client of the service."""
-import threading
-from dataclasses import dataclass
-from typing import Any, Callable, Hashable, NamedTuple, Optional, Protocol, Tuple
+"""Detection: from an image to the people in it. Networks implement it, and a client of the service."""
+from dataclasses import dataclass, replace
+from typing import Any, Callable, Hashable, Iterator, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
-from openpose_ros_pkg.stream.fair_lock import FairLock
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,99 +33,87 @@ class ImageFrame:
     stamp: float  # of the image [s]; 0 or less: the image has no history
     bgr: np.ndarray  # (H, W, 3) uint8 BGR; not modified
     depth: Optional[DepthView] = None  # of the image; None: unknown
-    follow: bool = True  # False: the image is searched in full, whatever was seen before
     source: Any = None  # what the frame was made from, such as a message; not used here
-    # in a stream, since the image that came before, whatever became of that one [s], inf: the first; None: no stream,
-    # as the next image may wait for the people of this one
-    interval: Optional[float] = None
+
+    @property
+    def size(self) -> Tuple[int, int]:
+        """Width and height [px]."""
+        return self.bgr.shape[1], self.bgr.shape[0]
 
 
-Wanted = Callable[[float], bool]
-"""Whether the networks are wanted for another image within a time [s]."""
+class Looks(NamedTuple):
+    """What was looked at in an image, and what was found there.
+
+    Attributes:
+        people: the P detections; `ids` are those of the expected people on whose crops they were found, -1: new people.
+        missed: (M,) int64 ids of the expected people who were looked at and not found. Expected people who are neither
+            here nor among the detections were not looked at.
+        seconds: that the networks took [s].
+    """
+
+    people: People2D
+    missed: np.ndarray
+    seconds: float = 0.0
+
+    @classmethod
+    def of_all(cls, people: People2D, expected: ExpectedPeople) -> 'Looks':
+        """Return the detections of a search of the whole image, which found no expected person by a crop."""
+        return cls(people, expected.ids)
 
 
-def never_wanted(seconds: float) -> bool:
-    """Say that no other image comes."""
-    return False
+class NextPart(NamedTuple):
+    """What a search does next, unless it is stopped before."""
+
+    seconds: float  # that it will take [s]
+    owed: bool = False  # whether it is to be done also where a frame waits
 
 
 class Detection(Protocol):
-    """Finds the people in images. Any thread may call it.
-
-    To pipeline, a thread prepares the next image and finishes the last one while another one computes, and searches an
-    image that is finished; `compute`, `search` and `finish` take the frames of a camera in order. What passes between
-    the stages belongs to the implementation.
-    """
+    """Finds the people in images; one thread at a time uses it, with the frames of each camera in order."""
 
     @property
     def skeleton(self) -> SkeletonModel:
         """Joint set of the people."""
 
     @property
-    def lock(self) -> FairLock:
-        """To be held during `compute` and `search`."""
+    def gives_ids(self) -> bool:
+        """Whether its people have ids of another tracker, which are kept where people are not tracked in space."""
 
-    def prepare(self, frame: ImageFrame) -> Any:
-        """Check an image and bring it to the sizes that the networks want.
+    def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
+        """Look at the expected people; with `in_full`, and where no older image helps, search the whole image too.
 
         Raises:
             BadInputError: not such an image, or an empty one.
         """
 
-    def compute(self, prepared: Any, expected: Optional[ExpectedPeople] = None) -> Any:
-        """Find the people who are expected, with `lock` held; all people where none is.
+    def remember(self, frame: ImageFrame, ids: np.ndarray) -> None:
+        """Learn which ids, (P,), the tracker gave to the detections in the newest image of a camera; -1: none."""
 
-        Args:
-            expected: where tracks in space expect people in the image, with their ids there; None: no such tracks.
+    def search(self, frame: ImageFrame) -> Iterator[NextPart]:
+        """Search the rest of the newest image of a camera, for people of its next image.
+
+        Each part is announced and then searched, by the following `next`; iteration may stop at any time.
         """
 
-    def search(self, computed: Any, wanted: Wanted = never_wanted) -> bool:
-        """Look for other people in the newest computed image, who are then expected in the next one, with `lock` held.
 
-        Args:
-            wanted: whether another image needs the networks within a time, which puts the search off.
-
-        Returns:
-            Whether a part of the image was searched.
-        """
-
-    def finish(self, computed: Any) -> People2D:
-        """Return the people of a computed image, with ids that they keep in the images of a camera."""
-
-
-Search = Tuple[ImageFrame, Callable[[Optional[ExpectedPeople]], People2D]]
-"""An image, and what returns its people, given the people that tracks in space expect in it."""
-
-
-class IndependentDetection:
-    """A `Detection` that searches each image in full; several at a time, where `search` begins that.
+class KnownPeople:
+    """A `Detection` that is told who is in an image, in place of networks.
 
     Args:
-        search: called when an image is prepared; what it returns is called when its turn comes, with the people that
-            tracks in space expect in the image, and returns the people, whose ids do not count.
-        tracking: limits of tracking in the image.
+        people_of: returns the people of an image; their ids do not count.
     """
 
-    def __init__(self, skeleton: SkeletonModel,
-                 search: Callable[[ImageFrame], Callable[[Optional[ExpectedPeople]], People2D]],
-                 tracking: TrackingParams) -> None:
-        self.skeleton, self._search = skeleton, search
-        self.lock = FairLock()
-        self._trackers = PerCamera(lambda: KeypointTracker(tracking))
-        self._tracking_lock = threading.Lock()
+    gives_ids = False
 
-    def prepare(self, frame: ImageFrame) -> Search:
-        return frame, self._search(frame)
+    def __init__(self, skeleton: SkeletonModel, people_of: Callable[[ImageFrame], People2D]) -> None:
+        self.skeleton, self._people_of = skeleton, people_of
 
-    def compute(self, prepared: Search, expected: Optional[ExpectedPeople] = None) -> Tuple[ImageFrame, People2D]:
-        frame, result = prepared
-        return frame, result(expected)
+    def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
+        people = self._people_of(frame)
+        return Looks.of_all(replace(people, ids=np.full(len(people), -1)), expected)
 
-    def search(self, computed: Tuple[ImageFrame, People2D], wanted: Wanted = never_wanted) -> bool:
-        """Do nothing: no person is expected."""
-        return False
+    def remember(self, frame: ImageFrame, ids: np.ndarray) -> None:
+        """Do nothing: no look depends on another one."""
 
-    def finish(self, computed: Tuple[ImageFrame, People2D]) -> People2D:
-        frame, people = computed
-        with self._tracking_lock:
-            return self._trackers.of(frame.camera).update(people, frame.stamp)
+    def search(self, frame: ImageFrame) -> Iterator[NextPart]:
+        return iter(())

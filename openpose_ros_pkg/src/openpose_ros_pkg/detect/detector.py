@@ -1,16 +1,12 @@
-"""From an image to the people in it: views, networks, decoders, and one opinion out of several."""
+"""The networks of a recipe: which are loaded, and what takes their place."""
 import logging
 from dataclasses import dataclass, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import Candidates, CrowdImage, compute_crops, found_by, prepare_crops, refine
-from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
-from openpose_ros_pkg.detect.head_recovery import heads_for, recover
 from openpose_ros_pkg.detect.recipe_choice import (
-    RATE,
     chosen_for_rate,
     fitted_to_rate,
     followed_share,
@@ -19,8 +15,7 @@ from openpose_ros_pkg.detect.recipe_choice import (
     seconds_per_pixel,
 )
 from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, DetectorSettings, Recipe
-from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, Setup, prepare_views
-from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, stacked, vote
+from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.by_name import published
@@ -28,9 +23,7 @@ from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import ExpectedPeople, People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
-from openpose_ros_pkg.stream.fair_lock import FairLock
 
 _log = logging.getLogger(__name__)
 
@@ -45,18 +38,6 @@ class CandidateConstants:
 
 
 CANDIDATES = CandidateConstants()
-
-
-@dataclass(frozen=True)
-class ComputedImage:
-    """What was found in an image."""
-
-    image_size: Tuple[int, int]  # (width, height) [px]
-    poses: Poses  # in pixels of the image; of several opinions also people and joints below the thresholds
-    network_seconds: float  # that the networks took [s]
-    setup: Setup
-    # of the networks on these people, except those at the end, found by the depth; none where there is one opinion
-    opinions: Sequence[Opinions] = ()
 
 
 class Networks:
@@ -125,17 +106,12 @@ class Networks:
 
 
 class Detector:
-    """Find people in images. Any thread may call it; the networks compute one image at a time.
-
-    To pipeline, call `prepare`, `compute` and `finish` in place of `detect`.
+    """The networks that find people, and what is computed with them.
 
     Args:
         settings: what is computed, and from which thresholds on.
         networks: load the networks that this takes.
         following: whether people are followed: then `target_rate` changes how often the image is searched, not how.
-
-    Attributes:
-        lock: to be held during `compute`; threads get it in the order in which they ask for it.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
@@ -145,7 +121,6 @@ class Detector:
     def __init__(self, settings: DetectorSettings, networks: Networks,
                  following: FollowingParams = NEVER_FOLLOWED) -> None:
         self._networks, self._following = networks, following
-        self.lock = FairLock()
         self._setup = _setup(*self._load(settings.detector), settings)
 
     @property
@@ -183,7 +158,7 @@ class Detector:
         return dict(self._networks.not_installed)
 
     def reconfigure(self, settings: DetectorSettings) -> None:
-        """Take other parameters for all frames that are prepared from now on; runtime and model folder stay.
+        """Take other parameters for all images from now on; runtime and model folder stay.
 
         Raises:
             ParameterError, ModelError: a network can not be loaded, or has another joint set; nothing changes.
@@ -195,75 +170,6 @@ class Detector:
             raise ParameterError(f'{recipe.description} gives the joint set {recipe.skeleton.name}, but people have '
                                  f'that of {self.skeleton.name} while this runs: start again with these parameters')
         self._setup = _setup(recipe, loaded, settings)
-
-    def warm_up(self, in_full: bool = True) -> None:
-        """Let the networks see crops of a blank image, and all of it, so that they are compiled before the first image.
-
-        Args:
-            in_full: whether images will be searched in full.
-        """
-        recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, RATE.image_size
-        blank = self.prepare(np.zeros((height, width, 3), np.uint8))
-        rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
-        person = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)[None]
-        with self.lock:
-            if in_full:
-                self.compute(blank)
-            for refinement in recipe.crops:
-                crop, = prepare_crops(CrowdImage(blank.bgr, person, recipe.skeleton), person, refinement)
-                for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
-                    compute_crops(people * [crop], networks[refinement.model.name])
-
-    def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None, expected: Optional[ExpectedPeople] = None
-               ) -> People2D:
-        """Return the people in an image, (H, W, 3) uint8 BGR, the surest first, without ids; no joint lies beyond it.
-
-        Args:
-            expected: by tracks in space; None: no such tracks.
-
-        Raises:
-            BadInputError: not such an image, or an empty one.
-        """
-        prepared = self.prepare(bgr, depth=depth)
-        with self.lock:
-            computed = self.compute(prepared, expected)
-        return self.finish(computed)
-
-    def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedImage:
-        return prepare_frame(bgr, self._setup, depth=depth)
-
-    def compute(self, frame: PreparedImage, expected: Optional[ExpectedPeople] = None) -> ComputedImage:
-        """Compute the networks for a prepared image, and find the people, with `lock` held.
-
-        Crop refinement needs the people of the full image, so decoding lies between the networks.
-
-        Args:
-            expected: by tracks in space; None: no such tracks.
-        """
-        setup, recipe, size = frame.setup, frame.setup.recipe, (frame.bgr.shape[1], frame.bgr.shape[0])
-        prepared = frame.views or _views(frame.bgr, recipe)
-        views = [[view.compute(setup.networks[one.model.name]) for view in of_pass]
-                 for one, of_pass in zip(recipe.passes, prepared)]
-        seconds = sum(view.seconds for of_pass in views for view in of_pass)
-        by_passes = [found_by(one, of_pass, frame.bgr, setup) for one, of_pass in zip(recipe.passes, views)]
-        seconds += sum(of_pass.seconds for of_pass in by_passes)
-        found = [poses for of_pass in by_passes for poses in of_pass.opinions]
-        poses, opinions = found[0], []
-        if recipe.is_ensemble:
-            people = _voted(found, recipe)
-            if recipe.refinements:
-                people, crop_seconds = refine(frame, people, expected)
-                seconds += crop_seconds
-            opinions = people.opinions
-            poses = people.poses(recipe.sources)
-            if frame.depth is not None:
-                recovered = recover(frame, accepted_people(poses, setup.acceptance, size)[0])
-                poses = poses.joined(recovered.poses)
-                seconds += recovered.seconds
-        return ComputedImage(size, poses, seconds, setup, opinions)
-
-    def finish(self, frame: ComputedImage) -> People2D:
-        return accepted_people(frame.poses, frame.setup.acceptance, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
@@ -282,8 +188,7 @@ class Detector:
             _log.info('mode best is %s with the joint set %s: both depend on the networks that are installed by name',
                       recipe.description, recipe.skeleton.name)
         if rate > 0 and not (recipe.refinements and follows):
-            with self.lock:  # the same networks may be computing frames
-                recipe = fitted_to_rate(recipe, loaded, rate, self.threads)
+            recipe = fitted_to_rate(recipe, loaded, rate, self.threads)
         names = [model.name for model in recipe.models]
         return recipe, {name: loaded[name] for name in names}
 
@@ -291,8 +196,7 @@ class Detector:
                     ) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the most accurate of recipes that this processor computes at a rate [Hz], and its networks."""
         def measure(recipe: Recipe, networks: Dict[str, Backend]) -> Dict[str, float]:
-            with self.lock:
-                return seconds_per_pixel(recipe, networks, self.threads)
+            return seconds_per_pixel(recipe, networks, self.threads)
 
         share = followed_share if follows else full_search_share
         choice = chosen_for_rate(recipes, self._networks.load_any, measure,
@@ -305,23 +209,6 @@ def create_detector(settings: DetectorSettings, following: FollowingParams = NEV
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
 
 
-def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Optional[DepthView] = None
-                  ) -> PreparedImage:
-    """Check an image and bring it to the sizes that the networks want; see `Detector.detect`.
-
-    Args:
-        views: False: only check it, as the networks may not see all of it.
-    """
-    _check_image(bgr)
-    if not views:
-        return PreparedImage(bgr, [], setup, depth)
-    return PreparedImage(bgr, _views(bgr, setup.recipe), setup, depth, heads_for(depth, setup.recipe))
-
-
-def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:
-    return [prepare_views(bgr, one) for one in recipe.passes]
-
-
 def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings,
            constants: CandidateConstants = CANDIDATES) -> Setup:
     decode, direct = settings.decode, settings.direct
@@ -331,15 +218,7 @@ def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSetti
     return Setup(recipe, networks, decode, direct, settings)
 
 
-def _voted(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:
-    """Group the opinions of the passes by person, and vote on each person."""
-    joint_sigmas = sigmas(recipe.skeleton)
-    people = group([poses.keypoints for poses in opinions], joint_sigmas)
-    weights = recipe.sources.weights[:recipe.pass_opinions]
-    return Candidates(people, vote(stacked(people, len(weights), len(joint_sigmas)), weights, joint_sigmas))
-
-
-def _check_image(bgr: np.ndarray) -> None:
+def check_image(bgr: np.ndarray) -> None:
     """Raise BadInputError unless it is a non-empty (H, W, 3) uint8 image."""
     if not isinstance(bgr, np.ndarray) or bgr.dtype != np.uint8 or bgr.ndim != 3 or bgr.shape[2] != 3:
         actual = f'{bgr.shape} {bgr.dtype}' if isinstance(bgr, np.ndarray) else type(bgr).__name__

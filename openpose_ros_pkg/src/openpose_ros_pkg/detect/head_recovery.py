@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView, Head
 from openpose_ros_pkg.detect.occlusion_masks import COVER, LAYERS, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import PreparedImage, PreparedView, View
+from openpose_ros_pkg.detect.views import PreparedView, SearchedImage, View
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
@@ -115,19 +115,15 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def heads_for(view: Optional[DepthView], recipe: Recipe, constants: HeadConstants = HEADS) -> List[Head]:
-    """Return what looks like a head, for `recover`; nothing without depth, or where no network shows one person."""
-    return [] if view is None or crop_of_one(recipe) is None else heads(view, constants)
-
-
-def recover(frame: PreparedImage, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
+def recover(frame: SearchedImage, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton of the detected people explains, on crops; none without depth."""
     bgr, view, setup = frame.bgr, frame.depth, frame.setup
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
-    seen = heads_for(view, setup.recipe, constants) if frame.heads is None else frame.heads
-    free = [] if view is None else _unexplained(seen, people.keypoints, bgr, view, constants)[:constants.most]
     found: List[np.ndarray] = []
+    free: List[Head] = []
     seconds = 0.0
+    if one is not None and view is not None:
+        free = _unexplained(heads(view, constants), people.keypoints, bgr, view, constants)[:constants.most]
     if one is not None and view is not None and free:
         crops = [_prepare(bgr, head, view, one, constants) for head in free]
         begin = time.perf_counter()

@@ -1,150 +1,177 @@
-"""Detection by networks in the images of any number of cameras: tracked people are expected, and found on crops."""
-import threading
+"""Detection by networks in the images of cameras: expected people are found on crops, others by search."""
 import time
 from dataclasses import dataclass, field, replace
-from typing import Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crop_search import Run, SearchPlan, assign, likely, look, search_part
-from openpose_ros_pkg.detect.detection import ImageFrame, Wanted, never_wanted
-from openpose_ros_pkg.detect.detector import ComputedImage, Detector, prepare_frame
-from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, voted, without_shared_crops
-from openpose_ros_pkg.detect.head_recovery import recover
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame, Looks, NextPart
+from openpose_ros_pkg.detect.detector import Detector, check_image, create_detector
+from openpose_ros_pkg.detect.existence import EXISTENCE
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams, Person, PersonMemory, voted
+from openpose_ros_pkg.detect.head_recovery import HEADS
+from openpose_ros_pkg.detect.look import Look, Networks, Run, SearchPlan
 from openpose_ros_pkg.detect.recipe_choice import RATE
-from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, small_grey
-from openpose_ros_pkg.detect.tracking import (
-    TRACKING,
-    ImageTracks,
-    PerCamera,
-    PersonIds,
-    TrackingConstants,
-    TrackingParams,
+from openpose_ros_pkg.detect.recipes import DetectorSettings
+from openpose_ros_pkg.detect.schedule import (
+    NO_GREY,
+    Budget,
+    Part,
+    Schedule,
+    changed_columns,
+    small_grey,
 )
-from openpose_ros_pkg.detect.views import PreparedImage, Setup
-from openpose_ros_pkg.ensemble import Opinions, accepted_people
-from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D, Poses, keypoints_in
+from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera
+from openpose_ros_pkg.detect.views import SearchedImage
+from openpose_ros_pkg.ensemble import accepted_people, person_scores
+from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
-from openpose_ros_pkg.stream.fair_lock import FairLock
-
-
-@dataclass(frozen=True)
-class PreparedDetection:
-    """An image that is ready for the networks, and how it is searched, whatever is reconfigured meanwhile."""
-
-    frame: ImageFrame
-    image: PreparedImage
-    plan: SearchPlan
-
-
-@dataclass(frozen=True)
-class ComputedDetection:
-    """What the networks found in an image."""
-
-    frame: ImageFrame  # the image
-    network_seconds: float  # time that the networks took [s]
-    found: Union[ComputedImage, People2D]  # output of a full search; where people are followed: the people, with ids
-    followed: Optional['Followed'] = None  # where the rest of the image is to be searched
-
-
-class Followed(NamedTuple):
-    """An image after the crops of the people that were expected in it."""
-
-    prepared: PreparedDetection
-    persons: Sequence[FollowedPerson]  # the P people that were found
-    people: People2D  # the same, with ids
-    lost: bool  # whether crops no longer show a person who was there a moment ago
 
 
 @dataclass(frozen=True, eq=False)
 class CameraMemory:
-    """What is remembered of the images of one size of a camera; each step replaces it as a whole."""
+    """What is known of the newest image of a camera, and what is remembered of those before."""
 
-    following: Following  # the tracked people
-    stamp: float = 0.0  # of the newest frame [s]
-    searched_by: object = None  # pace's networks and recipe of the schedule
-    schedule: Schedule = field(default_factory=Schedule)  # of the parts of the image
-    budget: Budget = field(default_factory=lambda: Budget(0.0))  # of the newest frame
-    grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the frame that was searched last
-    people: int = 0  # number of people in the newest frame
-    taken: float = 0.0  # time that the newest frame took [s]
-    full: float = 0.0  # time that full searches of all cameras had taken until then [s]
-    interval: float = 0.0  # between the newest two frames, in a stream those that came, not only computed ones [s]
-    waited: float = 0.0  # part of it in which the networks were busy, not the camera silent [s]
+    stamp: float  # of the image [s]
+    begun: float  # time that all cameras had taken the networks when it began [s]
+    image: SearchedImage  # the newest one
+    plan: SearchPlan  # that it is searched with
+    schedule: Schedule
+    budget: Budget
+    detections: People2D  # the P detections in the image
+    persons: Sequence[Person] = ()  # all people looked for in it, those of the detections first
+    # of the tracked people, by their ids, and of people whom the search found, who are looked at in the next image
+    memories: Mapping[int, PersonMemory] = field(default_factory=dict)
+    candidates: Sequence[Person] = ()
+    grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the one that was searched last
+    boxes: Sequence[np.ndarray] = ()  # (2, 2) each [px], of the people in that
 
-    def begun(self, plan: SearchPlan, frame: ImageFrame, full: float, beside: Sequence[Budget]
-              ) -> Tuple['CameraMemory', bool]:
-        """Return the memory at the begin of a frame, and whether it is searched in full, as no person is expected.
+    @classmethod
+    def first(cls, frame: ImageFrame, plan: SearchPlan) -> 'CameraMemory':
+        """Return what is known of the first image of a camera."""
+        return cls(frame.stamp, 0.0, SearchedImage(frame.bgr, plan.setup, frame.depth), plan,
+                   Schedule(plan.parts(frame.size), constants=plan.schedule),
+                   Budget(plan.schedule.most_saved, constants=plan.schedule),
+                   People2D.empty(plan.setup.recipe.skeleton))
+
+    def expected(self, people: ExpectedPeople) -> List[Person]:
+        """Return the people to look for in the image: those of tracks, and candidates of the image before."""
+        persons = []
+        for pose, number, *numbers in zip(people.keypoints, people.ids.tolist(), people.spread.tolist(),
+                                          people.existence.tolist(), people.visibility.tolist()):
+            memory = self.memories.get(number)
+            if memory is not None:
+                scores = np.where(pose[:, 2] > 0, np.maximum(memory.scores, _LEAST_SCORE), 0.0)
+                pose = np.concatenate([pose[:, :2], scores[:, None]], axis=1).astype(np.float32)
+            persons.append(Person(pose, number, memory, *numbers))
+        return [*persons, *self.candidates]
+
+    def with_ids(self, ids: np.ndarray) -> 'CameraMemory':
+        """Return the memory with the ids (P,) that the tracker gave to the detections; -1: none."""
+        named = [replace(person, number=int(number)) for person, number in zip(self.persons, ids)]
+        memories = {person.number: person.remembered(scores, self.stamp)
+                    for person, scores in zip(named, self.detections.confidence)}
+        others = self.persons[len(named):]
+        missed = {one.number: one.remembered(one.scores, self.stamp) for one in others if one.opinions}
+        memories = {**self.memories, **missed, **memories}
+        memories.pop(-1, None)
+        return replace(self, persons=[*named, *others], memories=memories, candidates=self._candidates(named))
+
+    def in_full(self) -> 'CameraMemory':
+        """Return the memory after all of the image was searched."""
+        searched = dict.fromkeys(self.schedule.parts, self.stamp)
+        return replace(self, budget=Budget(constants=self.plan.schedule),
+                       schedule=replace(self.schedule, searched=searched, urgency={}))
+
+    def after_crops(self, people: Sequence[Person], interval: float, spent: float, cameras: int) -> 'CameraMemory':
+        """Return the memory after crops of people; see `Budget.after_frame`."""
+        urgent = [person.box for person in people if not person.found and person.number >= 0
+                  and (person.opinions or person.visibility < self.plan.schedule.hidden)]
+        return replace(self, schedule=self.schedule.in_boxes(urgent),
+                       budget=self.budget.after_frame(interval, spent, self.whole(), cameras))
+
+    def whole(self) -> float:
+        """Return what a search of all of the image takes [s]."""
+        return sum(self.plan.of_part(part, self.image.size[1]) for part in self.schedule.parts)
+
+    def with_changes(self, people: Sequence[Person]) -> 'CameraMemory':
+        """Return the memory with the parts urgent in which the image changed outside of all people."""
+        schedule = self.plan.schedule
+        grey, boxes = small_grey(self.image.bgr, schedule), [person.box for person in people]
+        columns = changed_columns(grey, self.grey, self.image.size, [*boxes, *self.boxes], schedule)
+        return replace(self, grey=grey, boxes=boxes, schedule=self.schedule.changed(columns))
+
+    def next(self, at_once: bool = False) -> Optional['Step']:
+        """Return what is searched next in the image; None: there is no time for it.
 
         Args:
-            full: time that full searches of all cameras took so far [s].
-            beside: budgets of other cameras.
+            at_once: whether time that is not saved yet may be taken, where the image changed.
         """
-        stamp, (height, width) = frame.stamp, frame.bgr.shape[:2]
-        interval, tracks = stamp - self.stamp, self.following.tracks
-        # the camera is not silent while the networks work: else, on a slow machine, each full search would make a gap
-        # that asks for the next one
-        worked = self.taken + full - self.full
-        busy = plan.rate > 0 and worked > plan.schedule.followed_share * interval
-        searched_by = (plan.first_pace, plan.setup.recipe)
-        anew = (self.searched_by != searched_by or interval < -tracks.constants.reset_backstep
-                or interval >= tracks.timeout or (interval > self.following.lost_time and not busy))
-        late = busy and interval > self.following.lost_time and not anew
-        in_stream = frame.interval is not None and plan.rate > 0
-        between = interval if frame.interval is None else frame.interval
-        begun = replace(self, stamp=max(stamp, self.stamp), interval=between, waited=interval if late else 0.0,
-                        schedule=replace(self.schedule, frames=self.schedule.frames + 1))
-        if anew:
-            begun = replace(begun, following=replace(self.following, memories={}), stamp=stamp, people=0,
-                            searched_by=searched_by, schedule=Schedule(plan.parts((width, height)), period=plan.period,
-                                                                       constants=plan.schedule),
-                            budget=Budget.of_rate(plan.rate, plan.schedule, in_stream), grey=NO_GREY)
-        # a client that asks seldom gives time, also where a full search takes most of it
-        gives_time = not anew and (not busy or (late and interval - worked > 1 / plan.rate))
-        costs = plan.costs(begun.schedule.parts, height, begun.people)
-        known = between if gives_time or (in_stream and not anew) else 0.0
-        return replace(begun, budget=begun.budget.begun(known, costs, beside)), anew and not in_stream
+        plan, part = self.plan, self.schedule.next(self.stamp)
+        seconds = plan.of_part(part, self.image.size[1]) if part else HEADS.most * plan.of_person
+        owed = part is not None and self.budget.owes(seconds)
+        credit = plan.schedule.most_saved if at_once and part in self.schedule.urgency else 0.0
+        if not (owed or self.budget.affords(seconds - credit)) or (part is None and self.image.depth is None):
+            return None
+        return Step(part, NextPart(seconds, owed))
+
+    def after(self, step: 'Step', runs: Sequence[Run]) -> 'CameraMemory':
+        """Return the memory after a step, with the runs of the networks in it."""
+        spent = step.announced.seconds if self.plan.pace.fixed else sum(run.seconds for run in runs)
+        return replace(self, budget=self.budget.after_part(spent),
+                       schedule=self.schedule.done(step.part, self.stamp) if step.part else self.schedule)
+
+    def after_search(self, people: Sequence[Person]) -> 'CameraMemory':
+        """Return the memory after a search for people of the next image, with the people found so far."""
+        memories = {person.number: person.remembered(person.scores, self.stamp) for person in people
+                    if person.number >= 0 and person.found}
+        return replace(self, persons=people, memories={**self.memories, **memories},
+                       candidates=self._candidates(people))
+
+    def _candidates(self, people: Sequence[Person]) -> List[Person]:
+        """Return the people without a track who are worth a look in the next image."""
+        setup = self.plan.setup
+        new = [person for person in people if person.number < 0 and person.found]
+        poses = np.array([person.pose for person in new], np.float32).reshape(-1, len(setup.recipe.skeleton.joints), 3)
+        scores = person_scores(poses, setup.recipe.sources.asked([person.opinions for person in new]))
+        joints = (poses[..., 2] >= setup.acceptance.joint_score).sum(axis=1)
+        return [person for person, score, count in zip(new, scores, joints)
+                if score >= setup.acceptance.person_score and count >= setup.acceptance.person_joints]
 
 
-class _Answer(NamedTuple):
-    """The people of a frame, the camera's memory after it, time of the networks [s], their runs, and what is left."""
+class Step(NamedTuple):
+    """A step of a search: the part, None: heads in the depth, and how it is announced."""
 
-    people: People2D
-    memory: CameraMemory
-    seconds: float
-    runs: Tuple[Run, ...] = ()
-    followed: Optional[Followed] = None
+    part: Optional[Part]
+    announced: NextPart
+
+
+# Score of an expected joint that was not detected lately.
+_LEAST_SCORE = 1e-3
 
 
 class NetworkDetection:
-    """Find people in the images of any number of cameras; they keep their ids. Any thread may call it.
+    """Finds people by networks; one thread at a time uses it.
 
-    With following, `compute` lets networks see crops of the people expected in an image. `search` goes on with the rest
-    of it, for people of the next images: it is cut into parts, one pass over one strip each, which are spread over the
-    images as the time allows. Where no person is to be reported, `compute` searches at once. Without history (first
-    image, gap, stamps that jump back, stamp 0) it searches the image in full, but for a stream: there the first images
-    are searched as the time allows, too. Each size of the images of a camera has
-    its own memory; where a camera changes to a new size of the same aspect, ids stay.
+    `look` lets a network see crops of the expected people whose turn it is. `search` goes on with the rest of the
+    image: it is cut into parts, one pass over one strip each. Whom it finds is looked at on a crop in the next image.
 
     Args:
-        detector: finds the people.
-        tracking: limits of tracks.
-        following: whether people are followed instead of being searched for in every image.
+        detector: the networks.
+        following: whether frames are published before the search.
         pace: [s] per pixel of the networks, by their names, from then on fixed; None: it is measured.
+        clock: that times the networks [s].
     """
 
-    def __init__(self, detector: Detector, tracking: TrackingParams, following: FollowingParams,
-                 pace: Optional[Dict[str, float]] = None, constants: TrackingConstants = TRACKING) -> None:
+    gives_ids = False
+
+    def __init__(self, detector: Detector, following: FollowingParams, pace: Optional[Dict[str, float]] = None,
+                 clock: Callable[[], float] = time.perf_counter) -> None:
         self.detector = detector
-        self._tracking, self._following, self._constants = tracking, following, constants
-        # by camera and size of the images
-        self._memories = PerCamera(lambda: CameraMemory(Following(ImageTracks(self._tracking, constants))))
-        self._first_id = FIRST_ID  # of a camera that is not remembered
-        self._ids = PerCamera(lambda: PersonIds(self._first_id), self._forget_ids)
-        self._full = 0.0  # time that full searches of all cameras took so far [s]
-        self._tracking_lock = threading.Lock()
-        self._fixed_pace = pace
+        self._following, self._fixed_pace, self._clock = following, pace, clock
+        self._memories: PerCamera[Optional[CameraMemory]] = PerCamera(lambda: None)  # by camera and size of images
         self._plan = SearchPlan.of(detector, following, pace)
+        self._worked = 0.0  # time that the images of all cameras took so far [s]
 
     @property
     def skeleton(self) -> SkeletonModel:
@@ -152,267 +179,202 @@ class NetworkDetection:
 
     @property
     def description(self) -> str:
-        """Whether people are followed, for the log."""
-        if not self._plan.follows:
-            return 'searched for in every image'
-        return 'followed, and searched for ' + (
-            'as far as the rate allows' if self._plan.rate > 0 else f'in every image of {self._plan.period}')
+        """When frames are published, for the log."""
+        return ('looked at where they are expected; the rest of the image is searched after publishing'
+                if self._plan.follows else 'searched for in every image')
 
-    @property
-    def lock(self) -> FairLock:
-        return self.detector.lock
+    def reconfigure(self) -> None:
+        """Use the present parameters of the detector from the next image on."""
+        setup = self.detector.setup
+        if self._plan.setup.settings.detector == setup.settings.detector:
+            self._plan = replace(self._plan, setup=setup)
+        else:
+            self._plan = SearchPlan.of(self.detector, self._following, self._fixed_pace)
 
-    def reconfigure(self, tracking: TrackingParams) -> None:
-        """Use other limits, and the present parameters of the detector, from the next frame on; ids stay."""
-        with self.lock, self._tracking_lock:
-            self._tracking = tracking
-            for key, memory in self._memories.items():
-                tracks = replace(memory.following.tracks, params=tracking)
-                self._memories.put(key, replace(memory, following=replace(memory.following, tracks=tracks)))
-            setup = self.detector.setup
-            if self._plan.setup.settings.detector == setup.settings.detector:
-                self._plan = replace(self._plan, setup=setup)
-            else:
-                self._plan = SearchPlan.of(self.detector, self._following, self._fixed_pace)
-
-    def warm_up(self, streams: bool) -> None:
-        """Let the networks compute crops of a blank image and the parts of it that they will search.
-
-        Args:
-            streams: whether all images belong to streams, so that none is searched in full where people are followed.
-        """
-        in_full = not (streams and self._plan.follows and self._plan.rate > 0)
-        self.detector.warm_up(in_full)
+    def warm_up(self) -> None:
+        """Let the networks see crops and parts of a blank image, so that they are compiled before the first one."""
         plan, (width, height) = self._plan, RATE.image_size
-        blank = np.zeros((height, width, 3), np.uint8)
-        parts = plan.parts(RATE.image_size) if plan.follows else ()
-        by_size = {(part.number, part.right - part.left): part for part in parts if part.right - part.left < width}
-        with self.lock:
-            for part in by_size.values():
-                self._learn(search_part(plan.setup, blank, part).runs)
+        networks = Networks(SearchedImage(np.zeros((height, width, 3), np.uint8), plan.setup), self._clock)
+        rows = np.linspace(0.0, height - 1.0, len(self.skeleton.joints))
+        pose = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1).astype(np.float32)
+        for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
+            networks.look(people * [Person(pose)], range(people))
+        by_size = {(part.number, part.right - part.left): part for part in plan.parts(RATE.image_size)}
+        for part in by_size.values():
+            networks.search_part(part)
+            self._learn(networks.search_part(part)[1], self._clock())
 
-    def detect(self, frame: ImageFrame, expected: Optional[ExpectedPeople] = None) -> People2D:
-        """Do `prepare`, `compute`, `search` and `finish`."""
-        prepared = self.prepare(frame)
-        with self.lock:
-            computed = self.compute(prepared, expected)
-            self.search(computed)
-        return self.finish(computed)
+    def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
+        check_image(frame.bgr)
+        begin, plan = self._clock(), self._plan
+        memory, interval, idle = self._begun(frame, expected)
+        networks = Networks(memory.image, self._clock)
+        if not plan.setup.recipe.is_ensemble:
+            return self._one_network(networks, memory, expected)
+        in_full |= not plan.follows or idle > plan.schedule.bridged
+        persons = memory.expected(expected)
+        chosen = _chosen(persons, memory, interval)
+        if in_full:
+            look = _searched(persons, networks, memory)
+            memory = memory.in_full()
+        else:
+            look = networks.look(persons, chosen)
+            memory = memory.after_crops(look.people, interval, len(chosen) * plan.of_person, self._cameras(frame.stamp))
+            look, memory = _searched_at_once(look, networks, memory)
+        looks, memory = _decided(look.people, memory)
+        self._keep(frame, memory)
+        self._learn(look.runs, begin)
+        return looks._replace(seconds=self._clock() - begin)
 
-    def prepare(self, frame: ImageFrame) -> PreparedDetection:
-        plan = self._plan
-        follows = plan.follows and frame.follow and frame.stamp > 0
-        return PreparedDetection(frame, prepare_frame(frame.bgr, plan.setup, not follows, frame.depth), plan)
+    def remember(self, frame: ImageFrame, ids: np.ndarray) -> None:
+        memory = self._newest(frame)
+        if memory is not None:
+            self._keep(frame, memory.with_ids(ids))
 
-    def compute(self, prepared: PreparedDetection, expected: Optional[ExpectedPeople] = None) -> ComputedDetection:
-        plan, frame, begin = prepared.plan, prepared.frame, time.perf_counter()
-        if prepared.image.views:
-            computed = self.detector.compute(prepared.image, expected)
-            height, width = frame.bgr.shape[:2]
-            foreseen = plan.costs(plan.parts((width, height)), height, 0).search if plan.pace.fixed else 0.0
-            with self._tracking_lock:
-                self._full += foreseen if plan.pace.fixed else time.perf_counter() - begin
-            return ComputedDetection(frame, computed.network_seconds, computed)
-        with self._tracking_lock:
-            key, memory = self._remembered(frame)
-            beside = [other.budget for name, other in self._memories.items()
-                      if name != key and abs(frame.stamp - other.stamp) <= other.following.constants.lost_time]
-            memory, in_full = memory.begun(plan, frame, self._full, beside)
-            ids = self._ids.of(frame.camera)
-            if in_full:
-                answer = _search_in_full(self.detector, prepared, memory, ids)
-                foreseen = memory.budget.costs.search + answer.memory.people * plan.of_person
-            else:
-                in_space = None if expected is None else keypoints_in(expected.keypoints, expected.skeleton,
-                                                                      plan.setup.recipe.skeleton)
-                wanted = never_wanted if frame.interval is None else lambda seconds: self.lock.wanted
-                answer = _follow(prepared, memory, in_space, ids, wanted)
-                foreseen = answer.memory.budget.spent
-            taken = foreseen if plan.pace.fixed else time.perf_counter() - begin
-            self._full += taken if in_full else 0.0
-            self._memories.put(key, replace(answer.memory, taken=taken, full=self._full))
-            self._learn(answer.runs)
-        return ComputedDetection(frame, answer.seconds, answer.people, answer.followed)
+    def search(self, frame: ImageFrame) -> Iterator[NextPart]:
+        memory = self._newest(frame)
+        if memory is None or not memory.plan.follows:
+            return
+        memory = memory.with_changes(memory.persons)
+        networks, step = Networks(memory.image, self._clock), memory.next()
+        while step is not None:
+            self._keep(frame, memory)
+            yield step.announced
+            begin, people = self._clock(), memory.persons
+            look = networks.search(people, step.part) if step.part else networks.heads(people, frame.stamp)
+            self._learn(look.runs, begin)
+            memory = memory.after_search(look.people).after(step, look.runs)
+            step = memory.next() if step.part else None
+        self._keep(frame, memory)
 
-    def search(self, computed: ComputedDetection, wanted: Wanted = never_wanted) -> bool:
-        followed, frame, begin = computed.followed, computed.frame, time.perf_counter()
-        if followed is None:
-            return False
-        with self._tracking_lock:
-            key, memory = self._remembered(frame)
-            if memory.stamp != frame.stamp:
-                return False  # of a newer image, of another run of the clock, or of a camera that was forgotten
-            answer = _search(followed, memory, self._ids.of(frame.camera), wanted)
-            spent = answer.memory.budget.spent - memory.budget.spent
-            taken = spent if followed.prepared.plan.pace.fixed else time.perf_counter() - begin
-            self._memories.put(key, replace(answer.memory, taken=memory.taken + taken))
-            self._learn(answer.runs)
-        return bool(answer.runs)
-
-    def finish(self, computed: ComputedDetection) -> People2D:
-        if isinstance(computed.found, People2D):
-            return computed.found
-        people, frame = self.detector.finish(computed.found), computed.frame
-        with self._tracking_lock:
-            ids = self._ids.of(frame.camera)
-            if frame.stamp <= 0:
-                return replace(people, ids=ids.give(len(people)))
-            key, memory = self._remembered(frame)
-            tracks, people = memory.following.tracks.updated(people, frame.stamp, ids)
-            self._memories.put(key, replace(memory, following=replace(memory.following, tracks=tracks)))
-            return people
-
-    def _remembered(self, frame: ImageFrame) -> Tuple[Hashable, CameraMemory]:
-        """Return camera and size of a frame, and the memory of such images.
-
-        Where they have no tracks, those of the camera's images of another resolution a moment ago go on.
+    def _begun(self, frame: ImageFrame, expected: ExpectedPeople) -> Tuple[CameraMemory, float, float]:
+        """Return the memory at the begin of an image, the time since the one before, and how long no image of any
+        camera was computed in it [s]; infinite: no image before helps.
         """
-        size = (frame.bgr.shape[1], frame.bgr.shape[0])
-        memory = self._memories.of((frame.camera, size))
-        if not memory.following.tracks.covers(frame.stamp):
-            for (camera, other_size), other in reversed(self._memories.items()):  # the newest first
-                tracks, scale = other.following.tracks, np.divide(size, other_size)
-                if (camera == frame.camera and abs(scale[0] / scale[1] - 1) <= self._constants.same_aspect
-                        and tracks.covers(frame.stamp)):
-                    following = replace(memory.following, tracks=tracks.scaled(scale))
-                    return (frame.camera, size), replace(memory, following=following)
-        return (frame.camera, size), memory
+        plan, memory = self._plan, self._memories.of((frame.camera, frame.size))
+        if (memory is None or memory.plan.first_pace is not plan.first_pace or frame.stamp <= 0
+                or frame.stamp < memory.stamp - TRACKING.reset_backstep):
+            return replace(CameraMemory.first(frame, plan), begun=self._worked), np.inf, np.inf
+        interval = max(frame.stamp - memory.stamp, 0.0)
+        idle = interval - (self._worked - memory.begun)
+        candidates = [_seen_before(person, memory, interval) for person in memory.candidates]
+        memories = {number: one for number, one in memory.memories.items() if number in expected.ids}
+        return replace(memory, stamp=frame.stamp, begun=self._worked, plan=plan, memories=memories,
+                       image=SearchedImage(frame.bgr, plan.setup, frame.depth),
+                       candidates=candidates if idle <= plan.schedule.bridged else ()), interval, idle
 
-    def _learn(self, runs: Sequence[Run]) -> None:
+    def _one_network(self, networks: Networks, memory: CameraMemory, expected: ExpectedPeople) -> Looks:
+        """Return the people that one network alone finds, as it has them."""
+        (found,), (run,) = networks.search_part(memory.schedule.parts[0])
+        people = accepted_people(found.poses, memory.plan.setup.acceptance, memory.image.size)[0]
+        return Looks.of_all(people, expected)._replace(seconds=run.seconds)
+
+    def _newest(self, frame: ImageFrame) -> Optional[CameraMemory]:
+        """Return the memory of an image, if it is the newest one of its camera."""
+        memory = self._memories.of((frame.camera, frame.size))
+        return memory if memory is not None and memory.stamp == frame.stamp and frame.stamp > 0 else None
+
+    def _keep(self, frame: ImageFrame, memory: CameraMemory) -> None:
+        if frame.stamp > 0:
+            self._memories.put((frame.camera, frame.size), memory)
+
+    def _cameras(self, stamp: float) -> int:
+        """Return the number of cameras in use at a stamp [s]."""
+        return sum(abs(stamp - memory.stamp) <= memory.plan.schedule.bridged
+                   for memory in self._memories.all() if memory is not None) or 1
+
+    def _learn(self, runs: Sequence[Run], begin: float) -> None:
+        """Take account of the runs of networks in a step that began at a time of the clock [s]."""
         self._plan = replace(self._plan, pace=self._plan.pace.after(runs))
-
-    def _forget_ids(self, ids: PersonIds) -> None:
-        """Give no camera the ids of one that is forgotten: it may be the same."""
-        self._first_id = max(self._first_id, ids.next)
+        self._worked += self._clock() - begin
 
 
-def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: CameraMemory, ids: PersonIds) -> _Answer:
-    frame, setup = prepared.frame, prepared.plan.setup
-    computed = detector.compute(prepared.image)
-    poses, opinions = computed.poses, computed.opinions
-    persons = [_person(pose, of_person, setup) for pose, of_person in zip(poses.keypoints, opinions)]
-    persons += [_recovered(pose, setup) for pose in poses.keypoints[len(persons):]]
-    people, kept = accepted_people(poses, setup.acceptance, computed.image_size)
-    following, people = memory.following.updated(people, [persons[i] for i in kept], frame.stamp, ids)
-    memory = replace(memory, following=following, people=len(kept), grey=small_grey(frame.bgr, prepared.plan.schedule),
-                     schedule=memory.schedule.all_done(frame.stamp))
-    return _Answer(people, memory, computed.network_seconds)
+def create_detection(settings: DetectorSettings) -> NetworkDetection:
+    """Return a detection, with its own networks, that searches every image in full."""
+    return NetworkDetection(create_detector(settings), NEVER_FOLLOWED)
 
 
-def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optional[np.ndarray], ids: PersonIds,
-            wanted: Wanted) -> _Answer:
-    """Return the people of an image who are found on crops where they are expected; if there are none, search at once.
+def people_in(bgr: np.ndarray, detector: Detector, depth: Optional[DepthView] = None) -> People2D:
+    """Return the people, without ids, in an image without history, (H, W, 3) uint8 BGR; the surest first.
 
-    Args:
-        in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
-        wanted: whether other cameras need the networks.
+    Raises:
+        BadInputError: not such an image, or an empty one.
     """
-    frame, image, plan, setup = prepared.frame, prepared.image, prepared.plan, prepared.plan.setup
-    recipe, cost, size = setup.recipe, plan.of_person, (frame.bgr.shape[1], frame.bgr.shape[0])
-    people = memory.following.expected(frame.stamp, in_space, memory.waited)
-    crops = memory.budget.crops_of(len(people), cost, memory.interval, memory.following.constants.unlooked_time)
-    looked = look(image, people, sorted(range(len(people)), key=lambda i: -people[i].urgency)[:crops])
-    people = without_shared_crops(looked.people, recipe)
-    lost = [person for person in people if person.lost]
-    reported = [person for person in people if person.reported]
-    accepted, kept = accepted_people(voted(reported, recipe, frame.stamp), setup.acceptance, size)
-    found = [reported[i] for i in kept]
-    accepted = replace(accepted, looked=np.array([person.found for person in found], bool))
-    following = memory.following.looked_for([person for person in people if person.opinions], frame.stamp)
-    following, accepted = following.updated(accepted, found, frame.stamp, ids)
-    memory = replace(memory, following=following, schedule=memory.schedule.lost(person.box for person in lost),
-                     budget=memory.budget.after_crops(cost * crops), people=len(found))
-    followed = Followed(prepared, found, accepted, any(person.recent for person in lost))
-    if found:
-        return _Answer(accepted, memory, looked.seconds, looked.runs, followed)
-    answer = _search(followed, memory, ids, wanted)
-    return answer._replace(seconds=looked.seconds + answer.seconds, runs=looked.runs + answer.runs)
+    detection = NetworkDetection(detector, NEVER_FOLLOWED)
+    return detection.look(ImageFrame('', 0.0, bgr, depth), ExpectedPeople.none(detection.skeleton)).people
 
 
-class _Searched(NamedTuple):
-    """What the search of parts of an image found: its people, first those of the crops, and what it took."""
-
-    persons: List[FollowedPerson]
-    schedule: Schedule
-    budget: Budget
-    seconds: float = 0.0
-    runs: Tuple[Run, ...] = ()
+def _seen_before(person: Person, memory: CameraMemory, interval: float) -> Person:
+    """Return a candidate of the image before, as it is expected in this one, after a time [s]."""
+    pose = person.expected if person.crop is None else person.crop
+    return Person(pose, memory=person.remembered(pose[:, 2], memory.stamp), spread=TRACKING.spread_growth * interval)
 
 
-def _search(followed: Followed, memory: CameraMemory, ids: PersonIds, wanted: Wanted) -> _Answer:
-    """Search parts of an image after the crops; return the people who are found besides.
+def _chosen(people: Sequence[Person], memory: CameraMemory, interval: float) -> List[int]:
+    """Return the indices of the people who are looked at in an image, a time [s] after the one before."""
+    plan, stamp, schedule = memory.plan, memory.stamp, memory.plan.schedule
+    shares = [max(person.visibility, schedule.least_visibility) for person in people]
+    waits = [share * (person.since_look(stamp) + interval / 2) for share, person in zip(shares, people)]
+    due = [person.number < 0 or wait >= schedule.look_interval
+           for wait, person in zip(waits, people)]
+    allowed = (1 - schedule.search_share) * schedule.followed_share * min(interval, schedule.bridged)
+    most = max(sum(due), int(min(allowed / max(plan.of_person, 1e-9), len(people))))
+    order = sorted(range(len(people)), key=lambda i: (not due[i], -waits[i]))
+    return order[:min(most, plan.setup.recipe.max_refined)]
 
-    They are confirmed on crops, and expected in the next image. What the search tells of the others takes part in the
-    vote from the next image on.
+
+def _searched(people: Sequence[Person], networks: Networks, memory: CameraMemory) -> Look:
+    """Return the people of an image after a search of all of it, and a look at all who are expected or were found."""
+    found = list(people)
+    runs: List[Run] = []
+    for part in memory.schedule.parts:
+        passed, _ = networks.passed(found, part)
+        found, runs = passed.people, [*runs, *passed.runs]
+    # sources that saw the place of a new person before another one found it did not find the person
+    unfound = dict.fromkeys(range(memory.plan.setup.recipe.pass_opinions))
+    found = [*found[:len(people)], *(replace(one, opinions={**unfound, **one.opinions}) for one in found[len(people):])]
+    chosen = [*range(len(people)), *networks.likely(found, len(people))][:memory.plan.setup.recipe.max_refined]
+    look = networks.look(found, chosen)
+    runs += look.runs
+    if memory.image.depth is not None and memory.plan.setup.recipe.refinements:
+        look = networks.heads(look.people, memory.stamp)
+        runs += look.runs
+    return Look(look.people, tuple(runs))
+
+
+def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> Tuple[Look, CameraMemory]:
+    """Return the people of an image after a search for those who are missing in it, as far as there is time.
+
+    These are visible people who may be beside their crop, and any person where no crop shows one.
     """
-    prepared, plan, setup = followed.prepared, followed.prepared.plan, followed.prepared.plan.setup
-    frame, image, known = prepared.frame, prepared.image, followed.people
-    size, nothing = (frame.bgr.shape[1], frame.bgr.shape[0]), People2D.empty(setup.recipe.skeleton)
-    if _may_wait(memory, frame.stamp) and wanted(min(memory.budget.costs.parts.values(), default=0.0)):
-        return _Answer(nothing, memory, 0.0)
-    grey = small_grey(frame.bgr, plan.schedule)
-    columns = changed_columns(grey, memory.grey, size, [person.box for person in followed.persons], plan.schedule)
-    memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
-    searched = _search_parts(followed, memory, wanted)
-    if searched.schedule is memory.schedule:
-        return _Answer(nothing, memory, 0.0)
-    persons, budget, seconds = without_shared_crops(searched.persons, setup.recipe), searched.budget, searched.seconds
-    new = [person for person in persons[len(known):] if person.found]
-    poses = Poses(known.keypoints, np.full(len(known), np.inf)).joined(voted(new, setup.recipe, frame.stamp))
-    cost = plan.most_heads * plan.of_person
-    if frame.depth is not None and budget.affords(cost) and not wanted(cost):
-        recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
-        poses, budget = poses.joined(recovered.poses), budget.after(plan.of_person * recovered.crops)
-        seconds += recovered.seconds
-        new += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
-    people, kept = accepted_people(poses, setup.acceptance, size)
-    others = np.flatnonzero(kept >= len(known))
-    following = memory.following.told(dict(zip(known.ids.tolist(), persons)), frame.stamp)
-    following, people = following.updated(people.select(others), [new[i - len(known)] for i in kept[others]],
-                                          frame.stamp, ids, known.ids.tolist())
-    memory = replace(memory, following=following, schedule=searched.schedule, budget=budget,
-                     people=len(known) + len(people))
-    return _Answer(people, memory, seconds, searched.runs)
+    schedule, runs, before = memory.plan.schedule, list(look.runs), sum(person.found for person in look.people)
+    missing = sum(bool(person.opinions) and not person.found and person.existence >= EXISTENCE.reported
+                  and person.visibility >= schedule.hidden and person.spread > schedule.most_spread
+                  for person in look.people)
+    likely = any(person.found or (person.existence >= EXISTENCE.reported and not person.opinions)
+                 for person in look.people)
+    if likely and not missing:
+        return look, memory
+    missing, memory = missing if likely else len(memory.schedule.parts), memory.with_changes(look.people)
+    step = memory.next(at_once=True)
+    while step is not None and step.part is not None and sum(person.found for person in look.people) < before + missing:
+        look = networks.search(look.people, step.part)
+        runs += look.runs
+        memory = memory.after(step, look.runs)
+        step = memory.next(at_once=True)
+    return Look(look.people, tuple(runs)), memory
 
 
-def _search_parts(followed: Followed, memory: CameraMemory, wanted: Wanted) -> _Searched:
-    """Search parts of an image, the most urgent first, as far as the budget goes.
-
-    Another image, or one that will come before the end of the next part, ends it, unless that has waited too long. The
-    first image is searched by the pass that takes least, whatever the budget.
-    """
-    image, plan = followed.prepared.image, followed.prepared.plan
-    stamp, setup = followed.prepared.frame.stamp, plan.setup
-    state = _Searched(list(followed.persons), memory.schedule, memory.budget)
-    may_wait = _may_wait(memory, stamp)
-    at_first = memory.schedule.parts[0].number if not memory.schedule.searched else None
-    for part in memory.schedule.due(stamp, memory.budget.rate > 0 or followed.lost):
-        cost = memory.budget.costs.parts[part]
-        if not (state.budget.affords(cost) or part.number == at_first) or (may_wait and wanted(cost)):
-            break
-        found = search_part(setup, image.bgr, part, state.persons)
-        persons, new = assign(found.found, state.persons, setup)
-        new = likely(new, setup)
-        looked = look(image, [*persons, *new], range(len(persons), len(persons) + len(new)))
-        state = _Searched(looked.people, state.schedule.done(part, stamp),
-                          state.budget.after(cost + plan.of_person * (found.crops + len(new))),
-                          state.seconds + found.seconds + looked.seconds, state.runs + found.runs + looked.runs)
-        may_wait = True
-    return state
-
-
-def _may_wait(memory: CameraMemory, stamp: float) -> bool:
-    """Return whether the search can be put off at a time [s]."""
-    return stamp - memory.schedule.newest < memory.schedule.constants.patience
-
-
-def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> FollowedPerson:
-    """Return a person, (K, 3), found by a full search; sources without an opinion did not find the person."""
-    crops = [opinions[number] for number in sorted(opinions) if number >= setup.recipe.pass_opinions]
-    return FollowedPerson(pose, crop=crops[0] if crops else None,
-                          opinions={number: opinions.get(number) for number in range(len(setup.recipe.weights))})
-
-
-def _recovered(pose: np.ndarray, setup: Setup) -> FollowedPerson:
-    """Return a person, (K, 3), found by the depth alone."""
-    return FollowedPerson(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
+def _decided(people: Sequence[Person], memory: CameraMemory) -> Tuple[Looks, CameraMemory]:
+    """Return the detections in an image by all opinions on its people, and the memory with them."""
+    setup = memory.plan.setup
+    found = [person for person in people if person.found]
+    detections, kept = accepted_people(voted(found, setup.recipe, memory.stamp), setup.acceptance, memory.image.size)
+    refused = [found[i] for i in np.setdiff1d(np.arange(len(found)), kept)]
+    named = [found[i] for i in kept]
+    rest = [*refused, *(person for person in people if not person.found)]
+    detections = replace(detections, ids=np.array([-1 if one.elsewhere else one.number for one in named], np.int64))
+    missed = [one.number for one in rest if one.number >= 0 and one.opinions] + [
+        one.number for one in named if one.elsewhere]
+    memory = replace(memory, detections=detections, persons=[*named, *rest])
+    return Looks(detections, np.array(missed, np.int64)), memory

@@ -11,9 +11,8 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.views import PreparedView, View
-from openpose_ros_pkg.ensemble import Opinions, area, stacked, vote_with_crops
+from openpose_ros_pkg.ensemble import area
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
@@ -196,36 +195,25 @@ def _cells(values: np.ndarray, axis: int, grid: np.ndarray, image_size: Tuple[in
     return np.minimum(np.maximum((values + 0.5) * count / image_size[axis], 0), count - 1).astype(np.int64)
 
 
-def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Recipe,
-                layers: LayerConstants = LAYERS) -> np.ndarray:
-    """Vote on a person who may be behind others; see `vote_with_crops`.
+def doubted(poses: np.ndarray, foreground: Foreground, layers: LayerConstants = LAYERS) -> np.ndarray:
+    """Return poses, (S, K, 3), with lower scores of the joints that lie on a nearer person."""
+    poses = poses.copy()
+    covered = foreground.covers(poses[..., :2].reshape(-1, 2)).reshape(poses.shape[:2])
+    poses[..., 2] *= np.where(covered, layers.doubt, 1.0)
+    return poses
 
-    Joints that a full search places on a nearer person are doubted, unless no crop shows the person: then there is no
-    other source. Of two joints of a pair in one place the surer one stays.
 
-    Args:
-        foreground: in front of the person; None: no person, or unknown.
+def without_twins(keypoints: np.ndarray, skeleton: SkeletonModel, layers: LayerConstants = LAYERS) -> np.ndarray:
+    """Return a person, (K, 3), with the surer of two joints of a pair that are in one place, for people behind others.
     """
-    if foreground is not None and max(opinions, default=0) >= recipe.pass_opinions:
-        opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground, layers.doubt)
-                    for number, pose in opinions.items()}
-    poses = stacked([opinions], len(recipe.weights), len(recipe.skeleton.joints))[0]
-    keypoints = vote_with_crops(poses, recipe.sources)
-    if foreground is None:
-        return keypoints
-    nearest, index = layers.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index
+    result, index = keypoints.copy(), skeleton.index
+    nearest = layers.one_place * np.sqrt(area(keypoints))
     for part in _OUTER:
         if {f'left_{part}', f'right_{part}'} <= index.keys():
             pair = [index[f'left_{part}'], index[f'right_{part}']]
             if np.hypot(*(keypoints[pair[0], :2] - keypoints[pair[1], :2])) < nearest:
-                keypoints[min(pair, key=lambda joint: keypoints[joint, 2])] = np.nan, np.nan, 0
-    return keypoints
-
-
-def _doubted(pose: np.ndarray, foreground: Foreground, doubt: float) -> np.ndarray:
-    pose = pose.copy()
-    pose[foreground.covers(pose[:, :2]), 2] *= doubt
-    return pose
+                result[min(pair, key=lambda joint: keypoints[joint, 2])] = np.nan, np.nan, 0
+    return result
 
 
 def cover_others(crop: PreparedView, person: np.ndarray, others: np.ndarray, skeleton: SkeletonModel,

@@ -51,6 +51,8 @@ class TargetRateConstants:
     image_size: Tuple[int, int] = constant(
         (960, 540), 'Width and height of a foreseen image, for whose ratio the networks are compiled before the first '
                     'one; for another ratio that takes 0.3 to 1.6 s then.', unit='px')
+    search_time: float = constant(
+        0.2, 'Where people are followed, each image is searched once in this time, or in that of a frame.', unit='s')
     timed_runs: int = constant(3, 'Runs of a network that are timed; the quickest counts.')
 
 
@@ -256,7 +258,7 @@ def followed_share(recipe: Recipe, pace: Dict[str, float], rate: float, constant
     """
     of_passes, _ = _parts(recipe, pace, constants.image_size)
     of_person, people = _of_person(recipe.refinements, pace), min(constants.expected_people, recipe.max_refined)
-    return (people * of_person * rate + of_passes / max(1 / rate, schedule.search_time)) / schedule.followed_share
+    return (people * of_person * rate + of_passes / max(1 / rate, constants.search_time)) / schedule.followed_share
 
 
 def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: float, threads: int,

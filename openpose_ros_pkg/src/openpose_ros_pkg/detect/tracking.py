@@ -1,14 +1,17 @@
 """Track people from frame to frame: ids from the positions of their keypoints in the image."""
-import threading
+import itertools
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Collection, Dict, Generic, Hashable, List, Optional, Sequence, Tuple, TypeVar
+from typing import Callable, Dict, Generic, Hashable, Iterator, List, Optional, Sequence, Tuple, TypeVar
 
 import numpy as np
 
 from openpose_ros_pkg.assignment import match
+from openpose_ros_pkg.detect.detection import Looks
+from openpose_ros_pkg.detect.existence import EXISTENCE, decayed, of_detection, of_miss, with_evidence
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import FIRST_ID, People2D
+from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D
+from openpose_ros_pkg.skeletons import SkeletonModel
 
 Value = TypeVar('Value')
 
@@ -33,6 +36,11 @@ class TrackingConstants:
     same_aspect: float = constant(
         0.01, 'Images of a camera at two resolutions show the same view where the ratios of their sides differ by no '
               'more than this share.')
+    spread_growth: float = constant(
+        0.5, 'Growth of the standard deviation of the place of a person, as a share of its size.', unit='1/s')
+    open_view: float = constant(
+        0.95, 'Visibility of people in the image, where no depth tells whether something is in front of them.')
+    least_score: float = constant(0.2, 'Score of a detection that tells nothing of the existence of a person.')
     most_tracks: int = constant(
         1000, 'Tracks that are kept of a camera: with stamps that stand still no track ever times out.')
 
@@ -59,173 +67,184 @@ class _Track:
     """A tracked person."""
 
     id: int  # never used again
-    xy: np.ndarray  # (K, 2) float64 [px], the last known or predicted place of each joint; NaN: never detected
+    keypoints: np.ndarray  # (K, 3) float64 x, y [px], score: the last known place of each joint; NaN, NaN, 0: none
     velocity: np.ndarray  # (2,) [px/s] of the person as a whole
     size: float  # [px]
     stamp: float  # of the last detection [s]
+    existence: float  # probability that the person is there, at `looked`
+    looked: float  # stamp of the last look [s]
 
     def shift(self, stamp: float, constants: TrackingConstants) -> np.ndarray:
         """Return the predicted motion of the person since the last detection, (2,) [px]."""
         return self.velocity * min(max(stamp - self.stamp, 0.0), constants.extrapolation)
 
-    def updated(self, xy: np.ndarray, size: float, stamp: float, constants: TrackingConstants) -> '_Track':
-        """Return the track after a detection of the person at (K, 2) positions."""
+    def at(self, stamp: float, constants: TrackingConstants) -> np.ndarray:
+        """Return the predicted keypoints, (K, 3)."""
+        return self.keypoints + np.append(self.shift(stamp, constants), 0.0)
+
+    def updated(self, keypoints: np.ndarray, size: float, stamp: float, constants: TrackingConstants) -> '_Track':
+        """Return the track after a detection of the person with (K, 3) keypoints."""
         if stamp < self.stamp:
             return self
         elapsed = max(stamp - self.stamp, constants.least_elapsed)
-        shared = np.isfinite(xy - self.xy).all(axis=1)
+        apart = (keypoints - self.keypoints)[:, :2]
+        shared = np.isfinite(apart).all(axis=1)
         velocity, shift = self.velocity, self.shift(stamp, constants)
         if stamp > self.stamp and shared.any():
             # the median: one misplaced joint does not move the person
-            shift = np.median((xy - self.xy)[shared], axis=0)
+            shift = np.median(apart[shared], axis=0)
             velocity = velocity + constants.gain * (shift / elapsed - velocity)
-        known = np.isfinite(xy).all(axis=1)
-        return _Track(self.id, np.where(known[:, None], xy, self.xy + shift), velocity,
-                      max(float(size), self.size + constants.gain * (float(size) - self.size)), stamp)
+        known = np.isfinite(keypoints[:, :1])
+        return replace(self, keypoints=np.where(known, keypoints, self.keypoints + np.append(shift, 0.0)),
+                       velocity=velocity, stamp=stamp,
+                       size=max(float(size), self.size + constants.gain * (float(size) - self.size)))
 
 
-class PersonIds:
-    """Gives ids, each of them once; not thread-safe. `next` comes next."""
-
-    def __init__(self, first: int = FIRST_ID) -> None:
-        self.next = first
-
-    def give(self, count: int) -> np.ndarray:
-        """Return new ids, (count,) int64."""
-        self.next += count
-        return np.arange(self.next - count, self.next, dtype=np.int64)
-
-
-@dataclass(frozen=True)
-class ImageTracks:
-    """The tracks in the images of a camera; `updated` returns those after the next frame.
+class ImageTracker:
+    """Gives the people in the images of one camera ids that stay the same while they are in view; not thread-safe.
 
     People are matched to tracks as a whole (Hungarian method) by the mean distance of their joints from a prediction
     with constant velocity, relative to their size. A person who matches no track starts a new one at once.
+
+    Args:
+        ids: of new tracks; None: 1, 2, 3, ...
     """
 
-    params: TrackingParams
-    constants: TrackingConstants = TRACKING
-    _tracks: Tuple[_Track, ...] = ()
-    _newest: Optional[float] = None
+    def __init__(self, params: TrackingParams, ids: Optional[Iterator[int]] = None,
+                 constants: TrackingConstants = TRACKING) -> None:
+        self.params = params
+        self._ids, self._constants = itertools.count(FIRST_ID) if ids is None else ids, constants
+        self._tracks: Tuple[_Track, ...] = ()
+        self._newest: Optional[float] = None
+        self._size: Tuple[int, int] = (0, 0)
 
-    @property
-    def timeout(self) -> float:
-        """How long a person who is not detected is remembered [s]."""
-        return self.params.track_timeout
+    def expected(self, stamp: float, size: Tuple[int, int], skeleton: SkeletonModel) -> ExpectedPeople:
+        """Return the people expected in an image of (width, height) [px] at a stamp [s]."""
+        tracks = [track for track in self._alive(stamp, size)
+                  if self._existence(track, stamp, size) >= EXISTENCE.ended]
+        if not tracks:
+            return ExpectedPeople.none(skeleton)
+        keypoints = np.stack([track.at(stamp, self._constants) for track in tracks])
+        return ExpectedPeople(
+            skeleton, keypoints.astype(np.float32), np.array([track.id for track in tracks]),
+            np.array([self._existence(track, stamp, size) for track in tracks]),
+            np.array([self._visibility(track, stamp, size) for track in tracks]),
+            np.array([self._constants.spread_growth * max(stamp - track.stamp, 0.0) for track in tracks]))
 
-    def covers(self, stamp: float) -> bool:
-        """Return whether tracks may live at a time [s]: frames came shortly before."""
-        return self._newest is not None and (
-            -self.constants.reset_backstep <= stamp - self._newest <= self.params.track_timeout)
+    def update(self, looks: Looks, stamp: float, size: Tuple[int, int]) -> People2D:
+        """Return the people of an image with their ids: the detections, and then people whose look was not due.
 
-    def scaled(self, scale: np.ndarray) -> 'ImageTracks':
-        """Return the tracks in images with (2,) scale times as many pixels along x and y."""
-        return replace(self, _tracks=tuple(
-            replace(track, xy=(track.xy + 0.5) * scale - 0.5, velocity=track.velocity * scale,
-                    size=track.size * float(scale.mean())) for track in self._tracks))
-
-    def updated(self, people: People2D, stamp: float, ids: PersonIds, given: Collection[int] = ()
-                ) -> Tuple['ImageTracks', People2D]:
-        """Return the tracks after a frame at a stamp [s], and its people with their ids; `ids` are for new tracks.
-
-        Args:
-            given: ids of tracks that other people of the frame have.
-
-        A frame that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
+        An image that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
         back end all tracks.
         """
+        people = looks.people
+        if stamp <= 0:
+            return replace(people, ids=self._given(len(people)))
         newest = stamp if self._newest is None or self._jumps(stamp) else max(stamp, self._newest)
-        alive = self._alive(stamp)
-        others = [track for track in alive if track.id in given]
-        tracks = [track for track in alive if track.id not in given]
-        sizes = person_sizes(people.xy, self.constants)
-        named = np.full(len(people), -1, np.int64)
-        for t, p in self._match(tracks, people, sizes, stamp):
-            tracks[t] = tracks[t].updated(people.xy[p].astype(np.float64), sizes[p], stamp, self.constants)
-            named[p] = tracks[t].id
-        new = np.flatnonzero(named < 0)
-        named[new] = ids.give(len(new))
-        tracks += [_Track(int(named[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp)
-                   for p in new]
-        kept = tuple((others + tracks)[-self.constants.most_tracks:])
-        return replace(self, _tracks=kept, _newest=newest), replace(people, ids=named)
+        tracks, sizes = self._alive(stamp, size), person_sizes(people.xy, self._constants)
+        matched = dict(self._match(tracks, people, sizes, stamp))
+        looked = {*looks.missed.tolist(), *people.ids.tolist()}
+        evidence = of_detection(people.scores, self._constants.least_score)
+        ids, existence = np.full(len(people), -1, np.int64), with_evidence(0.5, evidence)
+        after: List[_Track] = []
+        waiting: List[_Track] = []
+        for row, track in enumerate(tracks):
+            there = self._existence(track, stamp, size)
+            if row in matched:
+                person = matched[row]
+                ids[person], existence[person] = track.id, with_evidence(there, evidence[person])
+                track = replace(track.updated(people.keypoints[person].astype(np.float64), sizes[person], stamp,
+                                              self._constants),
+                                existence=float(existence[person]), looked=max(stamp, track.looked))
+            elif track.id in looked:
+                miss = of_miss(self._visibility(track, stamp, size), stamp - track.looked)
+                track = replace(track, existence=float(with_evidence(there, miss)), looked=stamp)
+            elif track.looked == track.stamp < stamp and there >= EXISTENCE.reported:
+                waiting.append(track)
+            after.append(track)
+        new = np.flatnonzero(ids < 0)
+        ids[new], existence[new] = self._given(len(new)), np.minimum(existence[new], EXISTENCE.born)
+        after += [_Track(int(ids[p]), people.keypoints[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp,
+                         float(existence[p]), stamp) for p in new]
+        self._tracks, self._newest, self._size = tuple(after[-self._constants.most_tracks:]), newest, size
+        named = replace(people, ids=ids, existence=existence)
+        return named.joined(self._predicted(waiting, people.skeleton, stamp, size)) if waiting else named
 
-    def expected(self, stamp: float) -> Tuple[List[int], List[np.ndarray]]:
-        """Return the ids of the tracks, and where their joints are expected, (K, 2) float64 [px] each.
+    def _given(self, count: int) -> np.ndarray:
+        return np.array(list(itertools.islice(self._ids, count)), np.int64)
 
-        Joints that were never detected are NaN. Where stamps jump back, there are none.
-        """
-        tracks = self._alive(stamp)
-        return [track.id for track in tracks], [track.xy + track.shift(stamp, self.constants) for track in tracks]
+    def _predicted(self, tracks: Sequence[_Track], skeleton: SkeletonModel, stamp: float, size: Tuple[int, int]
+                   ) -> People2D:
+        """Return people at the places that their tracks predict."""
+        keypoints = np.stack([track.at(stamp, self._constants) for track in tracks]).astype(np.float32)
+        outside = ~((keypoints[..., :2] >= 0) & (keypoints[..., :2] <= np.subtract(size, 1))).all(axis=2)
+        keypoints[outside] = np.nan, np.nan, 0
+        return People2D(skeleton, keypoints, keypoints[..., 2].mean(axis=1), np.array([track.id for track in tracks]),
+                        np.zeros(len(tracks), bool),
+                        existence=np.array([self._existence(track, stamp, size) for track in tracks]))
+
+    def _existence(self, track: _Track, stamp: float, size: Tuple[int, int]) -> float:
+        """Return the probability that a person is there at a stamp [s], before a look at it."""
+        inside = _inside(track.at(stamp, self._constants), size)
+        lasting = max(self.params.track_timeout if inside > 0.5 else EXISTENCE.leaving, 1e-3)
+        return float(decayed(track.existence, stamp - track.looked, lasting))
+
+    def _visibility(self, track: _Track, stamp: float, size: Tuple[int, int]) -> float:
+        return self._constants.open_view * _inside(track.at(stamp, self._constants), size)
 
     def _jumps(self, stamp: float) -> bool:
-        return self._newest is not None and stamp < self._newest - self.constants.reset_backstep
+        return self._newest is not None and stamp < self._newest - self._constants.reset_backstep
 
-    def _alive(self, stamp: float) -> List[_Track]:
-        return [] if self._jumps(stamp) else [
-            track for track in self._tracks if stamp - track.stamp <= self.params.track_timeout]
+    def _alive(self, stamp: float, size: Tuple[int, int]) -> List[_Track]:
+        """Return the tracks at a stamp [s], in images of (width, height) [px]."""
+        scale = np.divide(size, np.maximum(self._size, 1))
+        if self._jumps(stamp) or abs(scale[0] / scale[1] - 1) > self._constants.same_aspect:
+            return []
+        tracks = [track for track in self._tracks if stamp - track.stamp <= self.params.track_timeout]
+        if size == self._size:
+            return tracks
+        # of x, y, score; an integer is the centre of a pixel
+        scales, middle = np.append(scale, 1.0), np.array([0.5, 0.5, 0.0])
+        return [replace(track, keypoints=(track.keypoints + middle) * scales - middle,
+                        velocity=track.velocity * scale, size=track.size * float(scale.mean())) for track in tracks]
 
     def _match(self, tracks: Sequence[_Track], people: People2D, sizes: np.ndarray, stamp: float
                ) -> List[Tuple[int, int]]:
         """Return pairs of the indices of track and person."""
         if not tracks or not len(people):
             return []
-        expected = np.stack([track.xy + track.shift(stamp, self.constants) for track in tracks])
+        expected = np.stack([track.at(stamp, self._constants)[:, :2] for track in tracks])
         scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
         return match(distances, distances <= self.params.image_track_gate)
 
 
-class KeypointTracker:
-    """Gives the people in the images of one camera ids that stay the same while they are in view; not thread-safe."""
-
-    def __init__(self, params: TrackingParams) -> None:
-        self._tracks, self._ids = ImageTracks(params), PersonIds()
-
-    def update(self, people: People2D, stamp: float) -> People2D:
-        """Return the people of a frame with their ids; see `ImageTracks.updated`."""
-        self._tracks, named = self._tracks.updated(people, stamp, self._ids)
-        return named
-
-
 class PerCamera(Generic[Value]):
-    """A value for each camera, made when the camera is first used; any thread may call it.
+    """A value for each camera, made when the camera is first used.
 
-    Of more than `most` cameras, the least recently used one is forgotten: `forgotten` is called with its value.
+    Of more than `most` cameras, the least recently used one is forgotten.
     """
 
-    def __init__(self, create: Callable[[], Value], forgotten: Callable[[Value], None] = lambda value: None,
-                 most: int = TRACKING.most_cameras) -> None:
-        self._create, self._forgotten, self._most = create, forgotten, most
+    def __init__(self, create: Callable[[], Value], most: int = TRACKING.most_cameras) -> None:
+        self._create, self._most = create, most
         self._values: Dict[Hashable, Value] = {}  # the longest unused first
-        self._lock = threading.Lock()
 
     def of(self, camera: Hashable) -> Value:
-        with self._lock:
-            value = self._values.pop(camera) if camera in self._values else self._create()
-            self._keep(camera, value)
-            return value
+        """Return the value of a camera."""
+        value = self._values.pop(camera) if camera in self._values else self._create()
+        self.put(camera, value)
+        return value
 
     def put(self, camera: Hashable, value: Value) -> None:
         """Replace the value of a camera."""
-        with self._lock:
-            self._values.pop(camera, None)
-            self._keep(camera, value)
-
-    def _keep(self, camera: Hashable, value: Value) -> None:
+        self._values.pop(camera, None)
         self._values[camera] = value
         if len(self._values) > self._most:
-            self._forgotten(self._values.pop(next(iter(self._values))))
+            self._values.pop(next(iter(self._values)))
 
     def all(self) -> List[Value]:
-        with self._lock:
-            return list(self._values.values())
-
-    def items(self) -> List[Tuple[Any, Value]]:
-        """Return all cameras and their values, the least recently used first."""
-        with self._lock:
-            return list(self._values.items())
+        """Return the values of all cameras."""
+        return list(self._values.values())
 
 
 def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -261,3 +280,11 @@ def _middles(xy: np.ndarray) -> np.ndarray:
     count = known.sum(axis=1)[:, None]
     total = np.where(known[..., None], xy, 0.0).sum(axis=1)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _inside(keypoints: np.ndarray, size: Tuple[int, int]) -> float:
+    """Return the share of the known joints of a person, (K, 3), that lie in an image of (width, height) [px]."""
+    xy = keypoints[:, :2]
+    known = np.isfinite(xy).all(axis=1)
+    with np.errstate(invalid='ignore'):
+        return float(((xy >= 0) & (xy <= np.subtract(size, 1))).all(axis=1).sum() / max(known.sum(), 1))

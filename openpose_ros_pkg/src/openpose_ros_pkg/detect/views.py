@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.detect.detection import DepthView, Head
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
@@ -130,15 +130,17 @@ class PreparedView:
 
 
 @dataclass(frozen=True)
-class PreparedImage:
-    """An image and what the networks will see of it."""
+class SearchedImage:
+    """An image, and what it is searched with."""
 
     bgr: np.ndarray  # (H, W, 3) uint8, the image
-    # of each pass of the recipe; none: they are prepared when all of the image is computed
-    views: Sequence[Sequence[PreparedView]]
     setup: Setup
     depth: Optional[DepthView] = None  # of the image; None: it is not known
-    heads: Optional[Sequence[Head]] = None  # what looks like one in the depth; None: not looked for yet
+
+    @property
+    def size(self) -> Tuple[int, int]:
+        """Width and height [px]."""
+        return self.bgr.shape[1], self.bgr.shape[0]
 
 
 @dataclass(frozen=True)

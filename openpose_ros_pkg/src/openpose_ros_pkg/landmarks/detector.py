@@ -1,6 +1,5 @@
 """Hands and faces of the people in images, followed from image to image."""
 import logging
-import threading
 from dataclasses import dataclass, field
 from typing import (
     Callable,
@@ -94,7 +93,7 @@ class _Task(NamedTuple):
 
 
 class LandmarkDetector:
-    """Find hands and faces of people whose bodies are known. Any thread may call it.
+    """Find hands and faces of people whose bodies are known; one thread at a time uses it.
 
     A hand or a face is searched by the body. Then it is followed: in the next image it is searched where it was. Where
     a network for whole bodies has found the points of people, they are taken from these: no other network runs.
@@ -113,7 +112,6 @@ class LandmarkDetector:
         self._networks: Dict[Kind, LandmarkNetwork] = {}
         self._faults: Dict[Kind, str] = {}
         self._memories = PerCamera(LandmarkMemory)
-        self._lock = threading.Lock()  # the networks compute one image at a time
         self.reconfigure(params)
 
     @property
@@ -128,17 +126,15 @@ class LandmarkDetector:
 
     def reconfigure(self, params: LandmarkParams) -> None:
         """Take other parameters from the next image on; a network that is wanted now is loaded."""
-        with self._lock:
-            for kind in () if self._whole_body else _kinds(params):
-                if kind not in self._networks:
-                    self._add(kind)
-            self._params = params
+        for kind in () if self._whole_body else _kinds(params):
+            if kind not in self._networks:
+                self._add(kind)
+        self._params = params
 
     def warm_up(self) -> None:
         """Run the networks on blank crops: the first image then takes no longer than the others."""
-        with self._lock:
-            for network in self._networks.values():
-                network.warm_up()
+        for network in self._networks.values():
+            network.warm_up()
 
     def detect(self, bgr: np.ndarray, people: People2D, hidden: Optional[np.ndarray], camera: Hashable, stamp: float,
                seconds: Optional[float] = None) -> Landmarks2D:
@@ -158,30 +154,29 @@ class LandmarkDetector:
             bodies = no_points(len(people))
         # without a stamp there is no history; places in images of another size are other places
         key = (camera, bgr.shape[:2])
-        with self._lock:
-            memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
-            memory = memory.begun(stamp, constants, self._backstep)
-            sources: Dict[Kind, Source] = dict(self._networks) if bodies is None else {
-                kind: WholeBodyLandmarks(kind, bodies, constants) for kind in _kinds(params)}
-            tasks = [_Task(sources[kind], target, memory.observed.get(target.name))
-                     for kind, target in _targets(people, hidden, params) if kind in sources]
-            if bodies is None:
-                tasks = [task for task in tasks if not memory.waits(task.target, stamp, constants)]
-                tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
-                count = _affordable(tasks, seconds)
-            else:  # first those of people seen in this image
-                there = bodies[..., 2].any(axis=1)
-                tasks.sort(key=lambda task: not there[task.target.person])
-                count = sum(bool(there[task.target.person]) for task in tasks)
-            found = {kind: _carried(tasks[count:], kind, stamp, constants) for kind in (HAND, FACE)}
-            for kind, source in sources.items():
-                chosen = [task for task in tasks[:count] if task.source is source]
-                more, behind = _observed(source, bgr, chosen, stamp, constants)
-                memory = memory.after(chosen, dict(more), behind, stamp)
-                found[kind] += more + _carried([task for task in chosen if task.target in behind], kind, stamp,
-                                               constants)
-            if stamp > 0:
-                self._memories.put(key, memory)
+        memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
+        memory = memory.begun(stamp, constants, self._backstep)
+        sources: Dict[Kind, Source] = dict(self._networks) if bodies is None else {
+            kind: WholeBodyLandmarks(kind, bodies, constants) for kind in _kinds(params)}
+        tasks = [_Task(sources[kind], target, memory.observed.get(target.name))
+                 for kind, target in _targets(people, hidden, params) if kind in sources]
+        if bodies is None:
+            tasks = [task for task in tasks if not memory.waits(task.target, stamp, constants)]
+            tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
+            count = _affordable(tasks, seconds)
+        else:  # first those of people seen in this image
+            there = bodies[..., 2].any(axis=1)
+            tasks.sort(key=lambda task: not there[task.target.person])
+            count = sum(bool(there[task.target.person]) for task in tasks)
+        found = {kind: _carried(tasks[count:], kind, stamp, constants) for kind in (HAND, FACE)}
+        for kind, source in sources.items():
+            chosen = [task for task in tasks[:count] if task.source is source]
+            more, behind = _observed(source, bgr, chosen, stamp, constants)
+            memory = memory.after(chosen, dict(more), behind, stamp)
+            found[kind] += more + _carried([task for task in chosen if task.target in behind], kind, stamp,
+                                           constants)
+        if stamp > 0:
+            self._memories.put(key, memory)
         return Landmarks2D(_hands(_accepted(found[HAND], params.hand_threshold, stamp), people),
                            _faces(_accepted(found[FACE], params.face_threshold, stamp), people))
 

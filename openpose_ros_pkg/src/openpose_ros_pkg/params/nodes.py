@@ -44,8 +44,8 @@ class StreamParams(Parameters):
     """Images that the service node takes from a camera itself, besides those that clients send."""
 
     image_topic: str = parameter(
-        '', 'Image topic of a camera. The newest image is processed as soon as the network is free, without a client '
-            'node; preparing and publishing overlap the network. Empty: that of the camera.')
+        '', 'Image topic of a camera. The newest image is processed as soon as the networks are free, without a client '
+            'node. Empty: that of the camera.')
     camera: str = parameter('', CAMERA_DOC + ' Empty: only images that clients send.')
     camera_ns: str = parameter('', CAMERA_NS_DOC)
 

@@ -1,7 +1,8 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
+import dataclasses
 import functools
 import struct
-from typing import List, Optional, Sequence, Tuple, TypeVar, Union
+from typing import Any, List, Optional, Sequence, Tuple, TypeVar, Union
 
 import cv2
 import numpy as np
@@ -208,14 +209,29 @@ def _rows_of_fields(joints: Tuple[str, ...]) -> Tuple[int, ...]:
     return tuple(joints.index(name) if name in joints else -1 for name in _PARTS)
 
 
-def people_to_array(messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel
-                    ) -> PersonDetectionArray:
-    return PersonDetectionArray(header=header, pose_model=skeleton.name, persons=list(messages))
+def people_to_array(people: People2D, header: Header) -> PersonDetectionArray:
+    """Return the message of one image, see `people_to_messages`."""
+    return PersonDetectionArray(header=header, pose_model=people.skeleton.name,
+                                persons=people_to_messages(people, header), existence=people.existence.tolist())
 
 
 def people_from_array(message: PersonDetectionArray) -> People2D:
-    """Return the people of one frame, see `people_from_messages`; BadInputError: the joint set is unknown."""
-    return people_from_messages(message.persons, skeleton_of(message.pose_model))
+    """Return the people of one frame, see `people_from_messages`.
+
+    Raises:
+        BadInputError: the joint set is unknown, or an existence is no probability or missing.
+    """
+    people = people_from_messages(message.persons, skeleton_of(message.pose_model))
+    try:
+        return dataclasses.replace(people, existence=existence_of(message))
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
+
+
+def existence_of(message: Any) -> Optional[np.ndarray]:
+    """Return the probabilities that the people of an array message are there, (P,); None: the message has none."""
+    existence = getattr(message, 'existence', ())  # messages in bags of version 1.0.0 lack the field
+    return np.array(existence) if len(existence) else None
 
 
 def skeleton_of(pose_model: str) -> SkeletonModel:

@@ -15,7 +15,7 @@ from rospy.core import is_shutdown_requested
 from rospy.impl import registration
 
 from openpose_ros_pkg.allocator import give_back_free_memory, keep_large_blocks
-from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRosError, ParameterError
+from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRosError, ParameterError, StoppedError
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
@@ -97,6 +97,8 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
     logging.getLogger('skeleton_extract_3d').addHandler(core_log)
     try:
         return make(build(kind, rospy.get_param('~', {})))
+    except StoppedError as error:
+        raise rospy.ROSInterruptException(str(error)) from error
     except OpenposeRosError as error:
         rospy.logfatal('%s: %s%s', rospy.get_name(), error, _how_to_delete(error))
         if RESPAWNS in os.environ and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):

@@ -20,7 +20,6 @@ from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
 # Frames whose results wait for a subscriber that does not read: 3 s at 30 Hz, and as many as a topic's queue in `rosbag
@@ -44,7 +43,6 @@ class Drawing(NamedTuple):
     people: People2D
     hidden: Optional[np.ndarray]
     landmarks: Optional[Landmarks2D]
-
 
 
 class PeoplePublisher:
@@ -76,17 +74,17 @@ class PeoplePublisher:
         """Whether the drawn image has a subscriber."""
         return _is_wanted(self._image_publisher) or _is_wanted(self._compressed_publisher)
 
-    def publish(self, messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel,
-                scaled: Optional[Sequence[PersonDetection]] = None) -> None:
+    def publish(self, people: People2D, header: Header, scaled: Optional[Sequence[PersonDetection]] = None) -> None:
         """Publish the people of an image.
 
         Args:
-            messages: one of each person, as `convert.people_to_messages` makes them, with the joints of `skeleton`.
+            people: with keypoints in pixels.
             header: of the image.
             scaled: the messages for detected_poses_keypoints where those are not in pixels.
         """
-        self._array_publisher.publish(convert.people_to_array(messages, header, skeleton))
-        for message in messages if scaled is None else scaled:
+        array = convert.people_to_array(people, header)
+        self._array_publisher.publish(array)
+        for message in array.persons if scaled is None else scaled:
             self._person_publisher.publish(message)
 
     def draw(self, drawing: Drawing) -> None:

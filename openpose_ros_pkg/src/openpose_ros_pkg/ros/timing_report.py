@@ -1,16 +1,19 @@
 """Report how long the stages of a node take: on a topic, and as values for /diagnostics."""
 import time
-from typing import Dict, Sequence
+from typing import Dict, Iterator, List, Sequence
 
 import rospy
 from openpose_ros_msgs.msg import StageTiming as StageTimingMessage
 from openpose_ros_msgs.msg import Timing
 
+from openpose_ros_pkg.detect.detection import NextPart
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.stream.stage_timing import StageTiming
 
 # How far the report looks back [s].
 WINDOW = 10.0
+# Stage that the search of the rest of an image takes.
+SEARCH_STAGE = 'search'
 
 
 class TimingReport:
@@ -28,6 +31,21 @@ class TimingReport:
     def add(self, stage: str, seconds: float) -> None:
         """Note that a stage ended now and took that long [s]."""
         self._timing.add(stage, seconds, time.monotonic())
+
+    def timed_search(self, parts: Iterator[NextPart]) -> Iterator[NextPart]:
+        """Yield the parts of a search; add the time that it took, if any part was searched."""
+        spent: List[float] = []  # until the first part, and by each part [s]
+        try:
+            while True:
+                begin = time.monotonic()
+                part = next(parts, None)
+                spent.append(time.monotonic() - begin)
+                if part is None:
+                    return
+                yield part
+        finally:
+            if len(spent) > 1:
+                self.add(SEARCH_STAGE, sum(spent))
 
     def medians(self) -> Dict[str, str]:
         """Return the median of each stage that occurred, as text."""

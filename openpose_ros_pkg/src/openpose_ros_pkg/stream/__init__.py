@@ -1,1 +1,1 @@
-"""Streams of images: newest wins, pairing by stamp, pipeline, timing."""
+"""Streams of images: newest wins, pairing by stamp, the loop of frames, timing."""

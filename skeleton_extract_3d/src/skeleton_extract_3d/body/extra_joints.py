@@ -30,7 +30,7 @@ def in_skeleton(people: People3D, observed: ObservedPeople, feet: Mapping[str, J
     rows = np.array([COCO_18.index.get(name, -1) for name in skeleton.joints])
     confidence = np.where(rows >= 0, people.confidence[:, rows], 0.0)
     confidence[:len(detected)] = detected.confidence
-    return People3D(skeleton, xyz, confidence, status, sigma, people.ids, velocity)
+    return People3D(skeleton, xyz, confidence, status, sigma, people.ids, velocity, people.existence)
 
 
 def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants) -> Joint:

@@ -26,7 +26,7 @@ def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointG
     xyz[seen] = _STATISTICS[statistic](points.window(u[seen], v[seen], window))
     found = np.isfinite(xyz).all(axis=2)
     return People3D(people.skeleton, xyz, people.confidence, np.where(found, MEASURED, MISSING),
-                    np.full(found.shape, np.nan), people.ids)
+                    np.full(found.shape, np.nan), people.ids, existence=people.existence)
 
 
 def in_coco(people: People3D) -> np.ndarray:

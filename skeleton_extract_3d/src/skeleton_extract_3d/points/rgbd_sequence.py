@@ -24,7 +24,7 @@ from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, ch
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
 DEFAULT_FRAME, WORLD_FRAME = 'camera_optical_frame', 'world'
 # What may come after the last frame when a sequence is played.
-PLAYBACKS = ('loop', 'forth_and_back', 'once')
+PLAYBACKS = ('loop', 'pause', 'forth_and_back', 'once')
 _COLOUR_FOLDERS = ('rgb', 'color')
 _COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png')
 # A rotation matrix that was written with four digits still counts as one.
@@ -114,15 +114,17 @@ class RgbdSequence:
         return RgbdFrame(index / (self.fps or 1.0), bgr, depth)
 
 
-def play_order(length: int, playback: str) -> Iterator[int]:
+def play_order(length: int, playback: str, pause: int = 0) -> Iterator[Optional[int]]:
     """Return the indices of frames in the order in which they are played, see PLAYBACKS; endless unless played once.
 
-    Forth and back shows the first and the last frame once per turn, so that people do not stand still there.
+    With 'pause', `pause` black frames follow the last one, None each. Forth and back shows the first and the last frame
+    once per turn, so that people do not stand still there.
     """
     if playback == 'once':
         return iter(range(length))
     back = range(length - 2, 0, -1) if playback == 'forth_and_back' else range(0)
-    return itertools.cycle([*range(length), *back])
+    black = [None] * pause if playback == 'pause' else []
+    return itertools.cycle([*range(length), *back, *black])
 
 
 def read_sequence_values(folder: Path) -> Dict[str, Any]:

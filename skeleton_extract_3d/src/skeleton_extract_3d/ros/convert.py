@@ -21,7 +21,13 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
-from openpose_ros_pkg.ros.convert import calibration_from_message, check_side, in_order_of_fields, skeleton_of
+from openpose_ros_pkg.ros.convert import (
+    calibration_from_message,
+    check_side,
+    existence_of,
+    in_order_of_fields,
+    skeleton_of,
+)
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
@@ -106,18 +112,18 @@ def velocities_to_messages(people: People3D) -> List[PersonVelocity_3d]:
 
 
 def people_to_array(people: People3D, header: Header) -> PersonDetection_3dArray:
-    """Return the message of one frame: positions and velocities of all people."""
+    """Return the message of one frame: positions, velocities and existence of all people."""
     return PersonDetection_3dArray(header=header, pose_model=people.skeleton.name,
                                    persons=people_to_messages(people, header),
-                                   velocities=velocities_to_messages(people))
+                                   velocities=velocities_to_messages(people), existence=people.existence.tolist())
 
 
 def people_from_array(message: PersonDetection_3dArray) -> People3D:
-    """Return the people of one frame; velocities are NaN where the message has none at all.
+    """Return the people of one frame; velocities are NaN, and existence 1, where the message has none at all.
 
     Raises:
-        BadInputError: the message names an unknown joint set, a joint has a status without a position, or there are
-            velocities of some persons only.
+        BadInputError: the message names an unknown joint set, a joint has a status without a position, an existence is
+            no probability, or there are velocities or existences of some persons only.
     """
     skeleton = skeleton_of(message.pose_model)
     values = np.array([[(part.x, part.y, part.z, part.confidence, part.sigma, part.status)
@@ -126,7 +132,7 @@ def people_from_array(message: PersonDetection_3dArray) -> People3D:
     ids = np.array([person.person_ID for person in message.persons], np.int64)
     try:
         return People3D(skeleton, values[..., :3], values[..., 3], values[..., 5], values[..., 4], ids,
-                        _velocities(message, skeleton))
+                        _velocities(message, skeleton), existence_of(message))
     except ValueError as error:
         raise BadInputError(str(error)) from error
 

@@ -4,8 +4,10 @@ from typing import Tuple
 from openpose_ros_msgs.msg import FaceDetection_3dArray, HandDetection_3dArray
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE, LandmarkPublisher
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.ros import convert
@@ -19,8 +21,9 @@ class LandmarkStage:
     """
 
     def __init__(self, namespace: str, chain: PeopleChain, transforms: FrameTransforms, in_image: LandmarkPublisher,
-                 demand: Demand) -> None:
-        self._chain, self._transforms, self._in_image, self._demand = chain, transforms, in_image, demand
+                 health: Health, demand: Demand) -> None:
+        self._chain, self._transforms, self._in_image = chain, transforms, in_image
+        self._health, self._demand = health, demand
         self._hands = demand.advertise(f'{namespace}/detected_hands_3d', HandDetection_3dArray,
                                        queue_size=RESULTS_QUEUE)
         self._faces = demand.advertise(f'{namespace}/detected_faces_3d', FaceDetection_3dArray,
@@ -33,13 +36,21 @@ class LandmarkStage:
     def publish(self, result: Result, headers: Tuple[Header, Header], drawn: bool) -> Result:
         """Find and publish hands and faces of a frame where they are wanted; return the result with them.
 
+        People are published whatever becomes of these: an error is a warning.
+
         Args:
             headers: of the image and of the points.
             drawn: whether they are drawn.
-
-        Raises:
-            BadInputError, NoTransformError: the points are in no optical frame, or it is not known.
         """
+        try:
+            return self._publish(result, headers, drawn)
+        except NoTransformError:
+            pass  # publishing the people says so
+        except Exception as error:
+            self._health.warn('no hands and faces', str(error) if isinstance(error, BadInputError) else repr(error))
+        return result
+
+    def _publish(self, result: Result, headers: Tuple[Header, Header], drawn: bool) -> Result:
         asked = self._in_image.look(drawn or self._demand.is_wanted(self._hands),
                                     drawn or self._demand.is_wanted(self._faces))
         if not (asked.hands or asked.face):

@@ -26,7 +26,7 @@ SERVICE = 'detect_poses_3d'
 class PeopleNode:
     """Finds people in the images of one camera or several and in space, and serves the detection to others.
 
-    Cameras take turns with the networks, each with its newest image.
+    Cameras and clients take turns with the networks, each camera with its newest image.
 
     Raises:
         ParameterError: `image_topic` is set, or `cameras` are no namespaces.
@@ -45,7 +45,7 @@ class PeopleNode:
         demand = Demand(extraction.is_lazy and not detection.save.active, health)
         requests = TimingReport(DETECTION_STAGES, result='total', topic='~detection/timing')
         self._service = DetectionService(SERVICE, NAMESPACE, detection, health, requests, demand)
-        self._service.warm_up(streams=True)
+        self._service.warm_up()
         self._extractors: List[Extractor] = []
         inputs: List[InputSubscriber] = []
         for camera in cameras:
@@ -57,7 +57,8 @@ class PeopleNode:
             extractor = self._extractor(settings, camera, health, timing, demand)
             self._extractors.append(extractor)
             inputs += demand.inputs
-        self._live = LiveParameters(settings, {*LIVE_IN_DETECTION, *LIVE_PARAMETERS}, self._reconfigure)
+        self._live = LiveParameters(settings, {*LIVE_IN_DETECTION, *LIVE_PARAMETERS},
+                                    lambda new: self._service.loop.call(lambda: self._reconfigure(new)))
         introduce(inputs, **self._service.description, **extractor.describe(extraction.estimator))
         rospy.loginfo('Initialization Successful!')
 
@@ -66,12 +67,10 @@ class PeopleNode:
         params, landmarks = settings.detection.detector, settings.extraction.landmarks
         detector = create_landmark_detector(landmarks, params.backend, params.detector.model_folder,
                                             self._service.whole_body)
-        networks = Networks(self._service, self._service.name, detector, target_rate=params.detector.target_rate,
-                            camera=camera.strip('/'))
-        extractor = Extractor(settings.extraction, networks, health, timing, demand)
-        # a thread within a network would end the program with an abort
-        rospy.on_shutdown(extractor.stop)
-        return extractor
+        service = self._service
+        networks = Networks(service.detection, service.name, detector, service.loop, service.output,
+                            params.detector.target_rate, camera.strip('/'), settings.detection.tracking)
+        return Extractor(settings.extraction, networks, health, timing, demand)
 
     def _reconfigure(self, settings: PeopleSettings) -> None:
         self._service.reconfigure(settings.detection)

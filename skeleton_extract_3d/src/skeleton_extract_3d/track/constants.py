@@ -59,9 +59,8 @@ class IdentityConstants:
         unit='m per Delta E (CIE 1976)')
     gap: float = constant(
         0.2, 'After a longer time without a detection joints without a keypoint move with the others, '
-             'and a new person may be the track; one whose clothes are hidden waits for an id for so long. Of people '
-             'in one place for longer one stays: for some frames, one may be put on the other where they touch.',
-        unit='s')
+             'and a new person may be the track; one whose clothes are hidden waits for an id for so long.', unit='s')
+    plain: int = constant(9, 'A new person with as many measured joints gets an id at once.', unit='joints')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
@@ -121,16 +120,41 @@ class CompletionConstants:
     rest_sigmas: np.ndarray = constant(
         _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
     rest_time: float = constant(
-        0.7, 'Limbs without a keypoint hang straight down, and hidden people stop, within about this time.', unit='s')
+        0.7, 'Limbs without a keypoint hang straight down within about this time.', unit='s')
     speed: float = constant(0.5, 'Standard deviation per axis of the velocity of what is not seen.', unit='m/s')
 
 
 @dataclass(frozen=True)
 class OutOfSightConstants:
-    """Tracks without a detection: their motion, and which are still in view."""
+    """Motion of tracks without a detection."""
 
     greatest_speed: float = constant(2.0, 'They walk at most this fast, also while absent.', unit='m/s')
-    least_sightings: int = constant(3, 'Tracks with fewer detections are not reported.', unit='frames')
+    stopping_time: float = constant(1.0, 'Hidden people stop within about this time.', unit='s')
+    speed_error: float = constant(0.5, 'Error of their speed: they may stop, or turn round, at once.', unit='share')
+
+
+@dataclass(frozen=True)
+class ExistenceIn3DConstants:
+    """What the points tell of the existence of people."""
+
+    lasting: float = constant(
+        4.0, 'Time in which the probability of a person at whom no camera looks falls to 1/e, as a multiple of '
+             '`track_timeout`.')
+    reach: float = constant(0.5, 'A look at a person shows this far to both sides of where it is expected.', unit='m')
+    open_view: float = constant(0.5, 'People of whom more is visible are in free view.', unit='share')
+    registered: float = constant(0.1, 'Log likelihood ratio of a body that moves along with the points.')
+    flat: float = constant(0.03, 'People who stand out by less from a plane around them are pictures.', unit='m')
+    flat_body: float = constant(
+        0.004, 'So are people whose joints lie in one plane, by their median distance from it: 1 % of the frames of '
+               'real people, 85 % of those of pictures (time of flight, 4 m).', unit='m')
+    flat_joints: int = constant(10, 'Joints that are needed to tell.')
+    against_flat: float = constant(-3.0, 'Log likelihood ratio of a detection that is one, or that is too small.')
+    around: float = constant(0.3, 'Distance from the joints at which the surroundings are looked at, and 1.5 times as '
+                                  'far.', unit='m')
+    plane_spread: float = constant(0.02, 'Median distance from their plane up to which surroundings are a plane.',
+                                   unit='m')
+    noise: float = constant(0.004, 'Noise of depths, times the depth squared.', unit='m per m^2')
+    least_points: int = constant(6, 'Points of the person, and of the surroundings, that are needed.')
 
 
 @dataclass(frozen=True)
@@ -141,6 +165,8 @@ class OneBodyConstants:
         0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
               'the joints of two people are apart where they touch.', unit='m')
     least_joints: int = constant(3, 'Joints that both must have for that.', unit='joints')
+    sure: float = constant(
+        0.9, 'People who exist with a lower probability are the same person up to `IdentityConstants.same_place`.')
 
 
 @dataclass(frozen=True)
@@ -183,6 +209,7 @@ class TrackConstants:
     correction: CorrectionConstants = CorrectionConstants()
     completion: CompletionConstants = CompletionConstants()
     out_of_sight: OutOfSightConstants = OutOfSightConstants()
+    existence: ExistenceIn3DConstants = ExistenceIn3DConstants()
     one_body: OneBodyConstants = OneBodyConstants()
     returning: ReturningConstants = ReturningConstants()
     standing: StandingConstants = StandingConstants()

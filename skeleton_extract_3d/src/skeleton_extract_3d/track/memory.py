@@ -4,10 +4,11 @@ from typing import Mapping, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.existence import EXISTENCE
 from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.people import ExpectedPeople
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.people import ExpectedPeople, keypoints_in
+from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.agreement import Agreement
@@ -17,6 +18,7 @@ from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, sti
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import EstimatorSettings, IdentityParams
 from skeleton_extract_3d.track.constants import TrackConstants
+from skeleton_extract_3d.track.existence import after_time, views_of
 from skeleton_extract_3d.track.feet import Feet
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
 
@@ -57,6 +59,15 @@ class Memory:
             return self
         return replace(self, still=stillness(self.still, summary, frame.bgr, method.plausibility))
 
+    def with_existence(self, others: Tracks) -> 'Memory':
+        """Return the memory with the existence that other values of its tracks have; those that ended stay for `at`."""
+        tracks, rows = self.tracks, {number: row for row, number in enumerate(others.ids.tolist())}
+        there = np.array([number in rows for number in tracks.ids.tolist()], bool)
+        row = np.array([rows[number] for number in tracks.ids[there].tolist()], np.int64)
+        existence, looked = tracks.existence.copy(), tracks.looked.copy()
+        existence[there], looked[there] = others.existence[row], others.looked[row]
+        return replace(self, tracks=replace(tracks, existence=existence, looked=looked))
+
     def camera_of(self, size: Tuple[int, int]) -> Optional[CameraModel]:
         """Return the camera at a resolution, width and height [px]; None if it is not known, or has another view."""
         try:
@@ -84,31 +95,38 @@ class Memory:
         return memory, FrameView(frame.grid, camera, stamp, elapsed, frame.floor)
 
     def _recent(self, stamp: float, params: IdentityParams, constants: TrackConstants) -> Tuple[Tracks, Tracks]:
-        """Return the tracks with a detection within `track_timeout`, and those within `return_timeout`."""
+        """Return the tracks that go on, and those that ended within `return_timeout`."""
         tracks = self.tracks
-        recent = stamp - tracks.last_seen <= params.track_timeout
+        # what was detected goes on, whatever it is: a picture is to be known in the next frame, too
+        recent = (stamp - tracks.last_seen <= params.track_timeout) & (
+            (tracks.existence >= EXISTENCE.ended) | (tracks.last_seen == self.stamp))
         recent[:-TRACKING.most_tracks] = False
         gone = self.gone if recent.all() else self.gone.joined(tracks.select(~recent))
         gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
         return tracks.select(recent), gone.select(stamp - gone.last_seen <= params.return_timeout)
 
-    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings
-                 ) -> Optional[ExpectedPeople]:
-        """Return the tracks as people expected in or outside an image of a width and height [px]; scores are 1.
+    def expected(self, frame: Frame, skeleton: SkeletonModel, settings: EstimatorSettings,
+                 method: MethodConstants = METHOD) -> ExpectedPeople:
+        """Return the tracks as people expected in or outside the image of a frame, with the joints of a skeleton.
 
-        Tracks move with constant velocity since the newest frame. None after a gap that ends all tracks, when the clock
-        was reset, and for an unknown camera.
+        Tracks move with constant velocity since the newest frame. There are none after a gap that ends all tracks, when
+        the clock was reset, and for an unknown camera.
         """
-        camera = self.camera_of(image_size)
-        if camera is None or self.stamp is None:
-            return None
-        elapsed = stamp - self.stamp
-        if not -TRACKING.reset_backstep <= elapsed <= settings.identity.track_timeout:
-            return None
-        tracks, joints = self.tracks, self.tracks.joints
-        position = joints.position + max(elapsed, 0.0) * joints.velocity
+        points, elapsed = frame.grid, 0.0 if self.stamp is None else frame.image_time - self.stamp
+        camera = self.camera_of((points.width, points.height))
+        if (camera is None or self.stamp is None
+                or not -TRACKING.reset_backstep <= elapsed <= settings.identity.track_timeout):
+            return ExpectedPeople.none(skeleton)
+        tracks = self.tracks.predicted(elapsed, settings.smoothing, method.body)
+        stamp, position = max(frame.image_time, self.stamp), tracks.joints.position
+        views = views_of(tracks, FrameView(points, camera, stamp, elapsed), method)
         uv = camera.project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
         there = tracks.has & np.isfinite(uv).all(axis=2)
-        keypoints = np.concatenate([np.where(there[..., None], uv, np.nan), there[..., None]], axis=2)
-        depths = (tracks.root.position + max(elapsed, 0.0) * tracks.root.velocity)[:, 0, 2]
-        return ExpectedPeople(COCO_18, keypoints, np.ones(len(tracks)), tracks.ids, depths=depths)
+        scale = np.divide(frame.image_size, (points.width, points.height))
+        keypoints = np.concatenate([np.where(there[..., None], (uv + 0.5) * scale - 0.5, np.nan), there[..., None]],
+                                   axis=2).astype(np.float32)
+        known = np.flatnonzero(there.any(axis=1))
+        return ExpectedPeople(
+            skeleton, keypoints_in(keypoints[known], COCO_18, skeleton), tracks.ids[known],
+            after_time(tracks, views, stamp, settings.identity.track_timeout)[known], views.visible[known],
+            (tracks.root.sigmas()[:, 0] / np.sqrt(3) / (tracks.sizes.stature / 2))[known])

@@ -30,7 +30,8 @@ def report(people: Observations, completion: Completion, hidden: Tracks, stamp: 
         COCO_18, np.where(known[..., None], _joined(position, hidden.joints.position), np.nan),
         _joined(scores, np.zeros((len(hidden), scores.shape[1]))), status,
         np.where(known, _joined(completion.sigma, hidden.joints.sigmas()), np.nan), _joined(tracks.ids, hidden.ids),
-        np.where(known[..., None] & settings.identity.tracking, velocity, np.nan))
+        np.where(known[..., None] & settings.identity.tracking, velocity, np.nan),
+        _joined(tracks.existence, hidden.existence))
 
 
 def _joined(seen: np.ndarray, hidden: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.ensemble import ENSEMBLE, sigmas, similarity
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import HEAD, JOINTS
@@ -32,7 +33,7 @@ class Registered(NamedTuple):
 
     Attributes:
         people: (P,) people.
-        row: (P,) rows of their tracks, -1: none.
+        row: rows of the tracks that were found; they are the last people.
         error: (P, 18) standard deviations of keypoints across the view by registration, 0 where a network saw the
             person [m].
         unseen: (P, 18) bool, joints of these people that were hidden when a network saw them last.
@@ -46,41 +47,35 @@ class Registered(NamedTuple):
     memory: Memory
 
 
-def registered(observed: ObservedPeople, row: np.ndarray, expected: Tracks, memory: Memory, view: FrameView,
+def registered(observed: ObservedPeople, expected: Tracks, track: np.ndarray, memory: Memory, view: FrameView,
                method: MethodConstants = METHOD) -> Registered:
-    """Return the people of a frame; registration moves extrapolated people, and adds tracks without a detection.
+    """Return the people of a frame; registration adds tracks without a detection.
 
     Args:
-        row: (P,) rows of the people's tracks, -1: none.
         expected: the tracks, predicted to the frame.
+        track: rows of the tracks that may be added.
     """
     people, errors = observed.people_2d, np.zeros((len(observed), len(JOINTS)))
     unseen = np.zeros(errors.shape, bool)
-    person, track = _waiting(people, row, expected)
     memory = replace(memory, surfaces=_surfaces(expected.ids[track], memory, method))
-    known = np.array([number in memory.surfaces for number in expected.ids[track].tolist()], bool)
-    person, track = person[known], track[known]
-    found = _found(observed, expected, track, memory, view, method) if known.any() else []
+    track = track[np.array([number in memory.surfaces for number in expected.ids[track].tolist()], bool)]
+    found = _found(observed, expected, track, memory, view, method) if len(track) else []
     there = np.array([one is not None for one in found], bool)
+    if there.any():
+        # a surface belongs to one body: not to one beside the person who was found on it
+        keypoints = np.array([one[0] for one in found if one is not None])
+        alike = similarity(keypoints[:, None], people.keypoints, sigmas(people.skeleton))
+        there[there] = (alike < ENSEMBLE.duplicate).all(axis=1)
     if not there.any():
-        return Registered(people, row, errors, unseen, memory)
-    keypoints, error = (np.array(values) for values in zip(*(one for one in found if one is not None)))
-    old, person, track = person[there] >= 0, person[there], track[there]
-    values = people.keypoints.copy()
+        return Registered(people, track[there], errors, unseen, memory)
+    keypoints, error = (np.array(values) for values in zip(*(found[i] for i in np.flatnonzero(there))))
+    track = track[there]
     hidden = np.array([~memory.surfaces[number].measured for number in expected.ids[track].tolist()])
-    values[person[old]], errors[person[old]], unseen[person[old]] = keypoints[old], error[old], hidden[old]
-    more, count = keypoints[~old], int((~old).sum())
-    scores = more[..., 2].sum(axis=1) / np.maximum((more[..., 2] > 0).sum(axis=1), 1)
-    others = People2D(people.skeleton, more, scores, np.full(count, -1), np.zeros(count, bool))
-    return Registered(replace(people, keypoints=values).joined(others), np.append(row, track[~old]),
-                      np.concatenate([errors, error[~old]]), np.concatenate([unseen, hidden[~old]]), memory)
-
-
-def _waiting(people: People2D, row: np.ndarray, expected: Tracks) -> Tuple[np.ndarray, np.ndarray]:
-    """Return extrapolated people (N,), -1: a track without a detection, and the rows (N,) of their tracks."""
-    unlooked = np.flatnonzero(~people.looked & (row >= 0))
-    alone = np.setdiff1d(np.arange(len(expected)), row)
-    return np.append(unlooked, np.full(len(alone), -1)), np.append(row[unlooked], alone)
+    count = np.maximum((keypoints[..., 2] > 0).sum(axis=1), 1)
+    others = People2D(people.skeleton, keypoints, keypoints[..., 2].sum(axis=1) / count, np.full(len(track), -1),
+                      np.zeros(len(track), bool))
+    return Registered(people.joined(others), track, np.concatenate([errors, error]), np.concatenate([unseen, hidden]),
+                      memory)
 
 
 def _surfaces(ids: np.ndarray, memory: Memory, method: MethodConstants) -> Dict[int, Surface]:

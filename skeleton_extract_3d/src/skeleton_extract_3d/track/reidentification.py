@@ -44,11 +44,14 @@ class Reidentification:
     def __init__(self, params: IdentityParams, ids: Iterator[int], method: MethodConstants = METHOD) -> None:
         self._params, self._ids, self._method = params, ids, method
 
-    def welcome(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float
+    def welcome(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float, given: np.ndarray
                 ) -> Tuple[Memory, Tracks, Observations]:
         """Return the memory, the tracks with one for each new person (row -1), and the people who have a track.
 
         The former track of a reidentified person stays, see `without`.
+
+        Args:
+            given: ids that came with the detections, which hold where people are not tracked; -1: none.
         """
         method = self._method
         new, waiting = _born(people, self._params.birth_joints, method), None
@@ -56,15 +59,18 @@ class Reidentification:
             absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
             rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
                              method)
+            plain = people.lifted.measured[new].sum(axis=1) >= method.track.identity.plain
+            rows = np.where((rows == UNCLEAR) & plain, STRANGER, rows)
             unclear = rows == UNCLEAR
             waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
             if waiting is not None and stamp - waiting < method.track.identity.gap:
                 new, rows = new[~unclear], rows[~unclear]
         if len(new):
-            given = self._named(people.observed.people_2d.ids, new, absent, rows)
+            number = people.observed.people_2d.ids
+            named = self._named(np.where(number >= 0, np.append(given, -1)[number], -1), new, absent, rows)
             row = people.row.copy()
             row[new] = np.arange(len(tracks), len(tracks) + len(new))
-            begun = _begun(people.select(new), stamp, given[new], method)
+            begun = _begun(people.select(new), stamp, named[new], method)
             people, tracks = people._replace(row=row), tracks.joined(_as_before(begun, absent, rows))
         has_track = people.row >= 0
         people = people if has_track.all() else people.select(np.flatnonzero(has_track))
@@ -105,7 +111,7 @@ def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
     if not len(back):
         return begun
     known, others = absent.select(rows[back]), np.flatnonzero(rows < 0)
-    same = replace(begun.select(back), sightings=known.sightings, sizes=known.sizes, clothes=known.clothes)
+    same = replace(begun.select(back), sizes=known.sizes, clothes=known.clothes)
     return begun.select(others).joined(same).select(np.argsort(np.concatenate([others, back])))
 
 

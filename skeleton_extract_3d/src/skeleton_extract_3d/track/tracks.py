@@ -16,6 +16,9 @@ from skeleton_extract_3d.track.appearance import Clothes
 from skeleton_extract_3d.track.constants import BirthConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
 
+# Where a person may be across the view, from the predicted place [standard deviations], and how likely each place is.
+PLACES = np.arange(-2.0, 3.0)
+PLACE_WEIGHTS = np.exp(-PLACES ** 2 / 2) / np.exp(-PLACES ** 2 / 2).sum()
 _IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 Record = TypeVar('Record', bound='Rows')
 
@@ -53,8 +56,8 @@ class Tracks(Rows):
         root: filter of the middle of the trunk, one point per track.
         ids: (T,) int64, never used again.
         born, last_seen: (T,) stamps [s] of the first and the last detection.
-        alone: (T,) stamp at which no older track was last in the same place [s]; -infinite of new tracks.
-        sightings: (T,) int64 frames with a detection.
+        existence: (T,) probability that the person is there, at `looked`.
+        looked, detected: (T,) stamps of the last look, and of the last detection by a network [s].
         has: (T, 18) bool, joints that were ever placed.
         seen: (T, 18) stamp of the last keypoint of each joint [s].
         errors: (T, 18) mean square error of each joint at its last correction, all axes together [m^2].
@@ -62,6 +65,7 @@ class Tracks(Rows):
         left, down: (T, 3) unit vectors of the trunk.
         sizes: stature and bones.
         clothes: mean colours.
+        places: (T, 5) probabilities that the person is at each of `PLACES`.
     """
 
     joints: JointFilter
@@ -69,8 +73,9 @@ class Tracks(Rows):
     ids: np.ndarray
     born: np.ndarray
     last_seen: np.ndarray
-    alone: np.ndarray
-    sightings: np.ndarray
+    existence: np.ndarray
+    looked: np.ndarray
+    detected: np.ndarray
     has: np.ndarray
     seen: np.ndarray
     errors: np.ndarray
@@ -79,6 +84,7 @@ class Tracks(Rows):
     down: np.ndarray
     sizes: Sizes
     clothes: Clothes
+    places: np.ndarray
 
     @classmethod
     @lru_cache(maxsize=1)
@@ -101,11 +107,11 @@ class Tracks(Rows):
         return cls(
             JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.sigma, constants.speed),
             JointFilter.at_rest(root[:, None], constants.sigma, constants.speed),
-            ids, born=stamps, last_seen=stamps, alone=np.full(count, -np.inf), sightings=np.zeros(count, np.int64),
+            ids, born=stamps, last_seen=stamps, existence=np.full(count, 0.5), looked=stamps, detected=stamps,
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
             errors=np.full(known.shape, 3 * constants.sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
-            clothes=Clothes.unknown(count))
+            clothes=Clothes.unknown(count), places=np.broadcast_to(PLACE_WEIGHTS, (count, len(PLACES))))
 
     def in_order(self) -> 'Tracks':
         """Return the tracks by their ids."""

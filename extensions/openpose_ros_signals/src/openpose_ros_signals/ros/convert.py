@@ -48,9 +48,8 @@ def poses_of(array: PersonSignalsArray) -> PoseArray:
 def summary_to_message(people: Sequence[Present], header: Header) -> PeopleSummary:
     """Return the message of the people that are there."""
     return PeopleSummary(header=header, persons=[
-        PersonSummary(since=_time(present.since), signals=_person_to_message(present.signals, Header(
-            stamp=header.stamp - rospy.Duration.from_sec(header.stamp.to_sec() - present.seen),
-            frame_id=header.frame_id))) for present in people])
+        PersonSummary(since=_time(present.since), signals=_person_to_message(present.signals, header))
+        for present in people])
 
 
 def signals_from_array(message: PersonSignalsArray) -> Tuple[records.PersonSignals, ...]:

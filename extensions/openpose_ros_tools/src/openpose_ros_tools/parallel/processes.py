@@ -30,15 +30,10 @@ class ProcessLostError(OpenposeRosError):
 
 
 class ProcessPool:
-    """A number of processes; use it as a context manager. Leaving it ends them at once, whatever they do.
+    """A number of processes; use it as a context manager. Leaving it ends them at once, whatever they do."""
 
-    Args:
-        number: of processes.
-        prepare: called first in every process, with `arguments`; both can be pickled.
-    """
-
-    def __init__(self, number: int, prepare: Callable[..., object] = int, arguments: Tuple[Any, ...] = ()) -> None:
-        self._processes = [_Process(prepare, arguments) for _ in range(number)]
+    def __init__(self, number: int) -> None:
+        self._processes = [_Process() for _ in range(number)]
         self._idle: queue.SimpleQueue[_Process] = queue.SimpleQueue()
         for process in self._processes:
             self._idle.put(process)
@@ -110,8 +105,7 @@ def no_interrupts() -> Iterator[None]:
 class _Process:
     """One process, and those that take its place. Calls go through a pipe, which ends when the process has ended."""
 
-    def __init__(self, prepare: Callable[..., object], arguments: Tuple[Any, ...]) -> None:
-        self._prepare = (prepare, arguments)
+    def __init__(self) -> None:
         self._closed = False
         self._lock = threading.Lock()  # held while a process is started or ended
         self._start()
@@ -145,16 +139,15 @@ class _Process:
             if self._closed:
                 raise CancelledError
             self._pipe, end = context.Pipe()
-            self._process = context.Process(target=_serve, args=(end, *self._prepare), daemon=True)
+            self._process = context.Process(target=_serve, args=(end,), daemon=True)
             with no_interrupts():  # this process ends the new one, not the terminal
                 self._process.start()
             end.close()  # the new process has it alone, so that it ends with that
 
 
-def _serve(pipe: Connection, prepare: Callable[..., object], arguments: Tuple[Any, ...]) -> None:
+def _serve(pipe: Connection) -> None:
     """Answer calls with value and error until the other end of the pipe is closed."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    prepare(*arguments)
     with suppress(EOFError, ConnectionError):
         while True:
             answer = _answer(*pipe.recv())

@@ -1,7 +1,6 @@
-"""Call the detection service with a timeout, two images at a time; the service may start or restart at any time."""
+"""Call the detection service with a timeout; the service may start or restart at any time."""
 import threading
-from collections import deque
-from typing import Deque, List, Optional
+from typing import List, Optional
 
 import rospy
 from openpose_ros_msgs.msg import PersonDetection
@@ -12,50 +11,48 @@ from openpose_ros_pkg.errors import ServiceCallError
 from openpose_ros_pkg.params.nodes import ServiceClientParams
 from openpose_ros_pkg.ros.master.calls import why_unavailable
 
-# How long before the networks become free the next image is sent, so that it is ready by then: rospy sends and receives
-# it, and the service makes of it what the networks see (960 x 540) [s].
-REQUEST_LEAD = 0.015
-
 
 class DetectionClient:
-    """Client of openpose_ros_msgs/GetPersons; `name` is the resolved one of the service.
+    """Client of openpose_ros_msgs/GetPersons for one thread; `name` is the resolved one of the service.
 
     Each call makes its own connection: on one machine that costs no more (measured), and a service that was restarted
-    is found again. While the service computes one image, the next may be sent. `begin` and `result` are for one thread
-    each.
+    is found again.
     """
 
     def __init__(self, service: str, params: ServiceClientParams) -> None:
         self.name = rospy.resolve_name(service)
         self._timeout = params.service_timeout
-        self._hung: Deque[Call] = deque()
+        self._call: Optional[_Call] = None
+        self._ended = False
 
-    def begin(self, image: Image) -> 'Call':
-        """Send an image and return at once; ServiceCallError: a call that was given up has not ended."""
-        # as long as a call can not be ended no other is begun, so that they do not pile up
-        while self._hung:
-            if not self._hung[0].ended.wait(self._timeout):
-                self._hung[0].give_up()
-                raise self._no_answer()
-            self._hung.popleft()
-        return Call(self.name, image)
-
-    def result(self, call: 'Call') -> List[PersonDetection]:
+    def detect(self, image: Image) -> List[PersonDetection]:
         """Return the people in an image, in pixels of that image.
 
         Raises:
-            ServiceCallError: no such service, an error, or no answer within `service_timeout` from now.
+            ServiceCallError: no such service, an error, no answer within `service_timeout`, an earlier call that does
+                not end, or the node ends.
         """
-        if not call.ended.wait(self._timeout):
-            call.give_up()
-            self._hung.append(call)
-            raise self._no_answer()
+        if self._ended:
+            raise self._failed('this node is shutting down')
+        # as long as a call can not be ended no other is begun, so that they do not pile up
+        if self._call is not None:
+            self._await(self._call)
+        self._call = call = _Call(self.name, image)
+        self._await(call)
         if call.error is not None:
             raise self._failed(str(call.error)) from call.error
         return call.detections
 
-    def _no_answer(self) -> ServiceCallError:
-        return self._failed(f'no answer within {self._timeout:g} s')
+    def end(self) -> None:
+        """Give up the call in progress, and begin no other one; any thread may do so."""
+        self._ended = True
+        if self._call is not None:
+            self._call.give_up()
+
+    def _await(self, call: '_Call') -> None:
+        if not call.ended.wait(self._timeout):
+            call.give_up()
+            raise self._failed(f'no answer within {self._timeout:g} s')
 
     def _failed(self, text: str) -> ServiceCallError:
         if reason := why_unavailable(self.name):
@@ -63,7 +60,7 @@ class DetectionClient:
         return ServiceCallError(f'{self.name}: {text}')
 
 
-class Call:
+class _Call:
     """A call in a thread of its own, as rospy waits without limit. `ended` is set with `detections` or `error`."""
 
     def __init__(self, name: str, image: Image) -> None:

@@ -1,22 +1,18 @@
 """The client node: sends the newest image of a camera through the detection service."""
-from typing import List, Tuple
-
 import cv2
 import rospy
-from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.output.draw import draw_people
 from openpose_ros_pkg.params.nodes import ClientSettings
 from openpose_ros_pkg.ros import convert
-from openpose_ros_pkg.ros.client.service_client import REQUEST_LEAD, Call, DetectionClient
+from openpose_ros_pkg.ros.client.service_client import DetectionClient
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
-from openpose_ros_pkg.stream.fair_lock import FairLock
-from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
 
 class StreamingClient:
@@ -30,28 +26,20 @@ class StreamingClient:
         self._health = Health(bad_input='bad image')
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
-        self._pipeline = Pipeline(PipelineStages(self._send, self._await, self._finish), self._health.frame_failed,
-                                  FairLock(), REQUEST_LEAD)
-        self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
+        self._worker = NewestWinsWorker(self._send, self._health.frame_failed, 'requests')
+        self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
         images = image_subscriber(topic, self._settings.transport.image_transport)
-        images.registerCallback(self._pipeline.submit)
+        images.registerCallback(self._worker.submit)
         # only the service knows whether the results have subscribers
         self._demand = Demand(lazy=False, health=self._health)
         self._demand.read(images)
         introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._skeleton.name}')
 
-    def _send(self, message: AnyImage) -> Tuple[Image, Call]:
+    def _send(self, message: AnyImage) -> None:
         image = raw_image(message, self._settings.limits.max_image_megapixels)
         if self._publisher.get_num_connections() > 0:
             self._publisher.publish(image)
-        return image, self._client.begin(image)
-
-    def _await(self, sent: Tuple[Image, Call]) -> Tuple[Image, List[PersonDetection]]:
-        image, call = sent
-        return image, self._client.result(call)
-
-    def _finish(self, answered: Tuple[Image, List[PersonDetection]]) -> None:
-        image, detections = answered
+        detections = self._client.detect(image)
         self._health.frame_done(image.header.stamp)
         if self._settings.client.display:
             people = convert.people_from_messages(detections, self._skeleton)

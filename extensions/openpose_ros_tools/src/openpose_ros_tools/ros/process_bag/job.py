@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 from openpose_ros_fusion.rig import Rig, rig_text
-from openpose_ros_pkg.detect.detector import Detector, create_detector
-from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.detection import Detection
+from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
@@ -22,7 +22,7 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
 # Incremented when the same parameters give other results, so that outputs of older versions do not pass for done.
-_VERSION = 2
+_VERSION = 3
 # Parameters that do not change results.
 _WITHOUT_EFFECT = ('threads', 'compiled_cache', 'camera', 'camera_ns')
 
@@ -33,7 +33,6 @@ class BagSettings:
 
     detector: DetectorSettings
     tracking: TrackingParams
-    following: FollowingParams
     landmarks: LandmarkParams
     keypoint_scale: KeypointScaleParams
     extractor: ExtractorParams
@@ -81,9 +80,8 @@ class BagJob:
     csv_layout: str = 'extended'
     compression: str = 'none'  # of the bag, one of COMPRESSIONS
     mcap: bool = False  # whether the output is a file for Foxglove and ROS 2
-    jobs: int = 1  # number of detector processes; 1: none beside this one; 0: as many as change no result
-    threads: int = 0  # of each detector where the parameters leave it open; 0: one per core
-    create: Callable[[DetectorSettings], Detector] = create_detector  # makes a detector of the parameters
+    threads: int = 0  # of the networks where the parameters leave it open; 0: one per core
+    create: Callable[[DetectorSettings], Detection] = create_detection  # makes what finds people, of the parameters
     run: str = ''  # identifier of what its unfinished outputs are part of, see `PartFiles`
 
     @property

@@ -199,13 +199,11 @@ class Results:
     def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
                             ) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
-        messages = convert_2d.people_to_messages(people, header)
-        array = convert_2d.people_to_array(messages, header, people.skeleton)
+        array = convert_2d.people_to_array(people, header)
         self._write('detected_poses', array, frame)
-        if scale.keypoint_scale != 0:
-            size = (frame.bgr.shape[1], frame.bgr.shape[0])
-            messages = convert_2d.people_to_messages(people, header, scale_keypoints(people.keypoints, size, scale))
-        for message in messages:
+        size = (frame.bgr.shape[1], frame.bgr.shape[0])
+        for message in array.persons if scale.keypoint_scale == 0 else convert_2d.people_to_messages(
+                people, header, scale_keypoints(people.keypoints, size, scale)):
             self._write('detected_poses_keypoints', message, frame)
         if self._table is not None and not self._in_space:
             self._table.write(array)
@@ -289,7 +287,8 @@ def _with_hidden(people_2d: People2D, people: People3D) -> People2D:
     joints = len(people_2d.skeleton.joints)
     without_joints = np.full((hidden, joints, 3), (np.nan, np.nan, 0), np.float32)
     return People2D(people_2d.skeleton, np.concatenate([people_2d.keypoints, without_joints]),
-                    np.concatenate([people_2d.scores, np.zeros(hidden, np.float32)]), people.ids)
+                    np.concatenate([people_2d.scores, np.zeros(hidden, np.float32)]), people.ids,
+                    existence=people.existence)
 
 
 def _fields(landmarks: Landmarks) -> Fields:

@@ -6,7 +6,7 @@ its frame, and the stamp of its image or cloud; header.seq is the number of the 
 done, and do not depend on --workers or threads: the same bag and parameters give the same table to the byte.
 
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --csv walk.csv
-    rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --jobs 4 --copy all
+    rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --copy all
     rosrun openpose_ros_tools process_bag walk.bag -o out.bag --image /cam/color/image_raw/compressed \\
         --depth /cam/aligned_depth_to_color/image_raw --config skeleton_extract_3d_node.yaml --json keypoints/
     rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap      # ROS 2, for Foxglove and ROS 2
@@ -47,7 +47,8 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import Detector, create_detector
+from openpose_ros_pkg.detect.detection import Detection
+from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
@@ -81,12 +82,12 @@ _DETECTORS = ('openpose_ros_service_node', 'openpose_ros_service_node_3d', 'skel
 
 
 def main(arguments: Optional[Sequence[str]] = None,
-         create: Callable[[DetectorSettings], Detector] = create_detector) -> int:
+         create: Callable[[DetectorSettings], Detection] = create_detection) -> int:
     """Run the command; return the exit status.
 
     Args:
         arguments: of the command line; None: those of this process.
-        create: makes the detector of its parameters; with processes a function that can be pickled.
+        create: makes what finds people, of its parameters; with processes a function that can be pickled.
     """
     parser = _parser()
     options = parser.parse_args(arguments)
@@ -125,7 +126,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
 
 
 def _run(options: argparse.Namespace, settings: Dict[str, Any],
-         create: Callable[[DetectorSettings], Detector]) -> int:
+         create: Callable[[DetectorSettings], Detection]) -> int:
     values = {**read_config(options.config), **settings}
     build_settings(values)  # before anything is done
     if options.camera not in ('', AUTO):
@@ -136,9 +137,6 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     jobs = _jobs_of(options, values, create)
     _check_outputs(jobs)
     by_workers = not camera_names(options) and (bool(options.scheduler) or _are_several(options.inputs))
-    if by_workers and (options.jobs or 1) > 1:
-        raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
-                             '--workers')
     todo = [job for job in jobs if options.overwrite or not is_done(job)]
     if len(todo) < len(jobs):
         sys.stdout.write(f'{len(jobs) - len(todo)} of {len(jobs)} bags are done already, with these parameters; '
@@ -233,11 +231,6 @@ def _parser() -> argparse.ArgumentParser:
                        help="a node's YAML file; may be repeated. Its values for topics and saving are not used; --set "
                             'overrides it')
     group = parser.add_argument_group('machines')
-    group.add_argument('--jobs', type=whole_number(1), metavar='N',
-                       help='processes that detect people in the images of one bag and share the cores (default: 1 '
-                            'where there are points, else one for each core, at most 8). 1: this process alone, which '
-                            'takes the least memory and starts soonest. More, with points: images are searched before '
-                            'the tracks in space are known, so that people who touch are told apart less well')
     group.add_argument('--workers', type=whole_number(1), default=os.cpu_count() or 1, metavar='N',
                        help='number of bags that are processed at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS',
@@ -258,10 +251,6 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     """
     several = not camera_names(options) and _are_several(options.inputs)
     bags = _bags(options.inputs)
-    jobs = 1
-    if not several and not options.scheduler:
-        on_processor = values.get('device', 'cpu') == 'cpu'
-        jobs = options.jobs or (0 if on_processor else 1)
     # workers share the cores of this machine; those of a cluster have as many threads as its owner started
     threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
     topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
@@ -272,7 +261,7 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
         result.append(BagJob(bag, output, csv, json, values, topics, options.camera, options.only_2d,
                              copied=tuple(options.copy),
                              markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
-                             compression=options.compression, mcap=output.suffix == MCAP_SUFFIX, jobs=jobs,
+                             compression=options.compression, mcap=output.suffix == MCAP_SUFFIX,
                              threads=1 if options.scheduler else threads, create=create, run=run))
     return [rig_job(result, options)] if camera_names(options) else result
 

@@ -172,7 +172,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
         if views:
             # joints as frames would have the same names for each camera
             alone = replace(settings, extractor=replace(settings.extractor, publish_tf=False))
-            networks = Networks(job.cameras[0], alone, any(view.topics.in_space for view in views), stack)
+            networks = Networks(job.cameras[0], alone)
             done, total = 0, sum(view.images for view in views)
             for camera, view in zip(job.cameras, views):
                 json = None if camera.json is None else parts.folder(camera.json, json_names(camera))

@@ -1,26 +1,20 @@
 """From a bag to its results: each frame once, in order."""
 import itertools
 import logging
-import os
-from collections import deque
 from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Tuple, Union
 
 import genpy
 import rosbag
 
-from openpose_ros_pkg.detect.detection import Detection, ImageFrame, IndependentDetection
-from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
-from openpose_ros_pkg.people import ExpectedPeople, People2D
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
-from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.parallel.threads import prefetched
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
@@ -34,19 +28,15 @@ from openpose_ros_tools.ros.process_bag.input import (
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, build_settings
 from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, json_names
 from openpose_ros_tools.ros.process_bag.preset import with_preset
-from skeleton_extract_3d.chain import PeopleChain, PreparedFrame, Result
+from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.ros.frames import FrameTransforms, points_from_message
 
 _log = logging.getLogger(__name__)
 
-# Number of frames that are read before they are needed, and bytes of copied messages that wait for earlier frames.
+# Number of frames that are read before they are needed.
 _AHEAD = 3
-_MOST_COPIED = 256 << 20
-# One process per core is faster than one network with threads on all cores. Beyond 8, reading the bag and writing,
-# which one process does, are the bottleneck.
-_MOST_JOBS = 8
 _Event = Union[RecordedFrame, BadInputError, StampedMessage]
 
 
@@ -59,7 +49,6 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     Raises:
         BadInputError: the bag can not be read, has not what is wanted, or no frame gave a result.
         ParameterError, ModelError: a parameter or a network is wrong.
-        ProcessLostError: processes end again and again.
         OSError: a result can not be written.
     """
     made = finished_record(job) or job.made_from()
@@ -67,7 +56,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     settings = build_settings(job.values)
     with ExitStack() as stack:
         view = open_camera(job, settings, stack)
-        networks = Networks(job, settings, view.topics.in_space, stack)
+        networks = Networks(job, settings)
         parts = stack.enter_context(PartFiles(job.run))
         json = None if job.json is None else parts.folder(job.json, json_names(job))
         csv = None if job.csv is None else parts.file(job.csv)
@@ -110,55 +99,30 @@ def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCam
 
 
 class Networks:
-    """What finds people, hands and faces in the images of any number of cameras.
+    """What finds people, hands and faces in the images of any number of cameras, one after the other.
 
     Args:
         job: of one of the cameras.
         settings: of all.
-        in_space: whether there are points: then tracks in space tell where people are expected, unless several
-            processes search ahead.
-        stack: ends the processes.
 
     Attributes:
         settings: those.
-        capacity: number of images that have to be in progress, so that no network waits; 0: one after the other, where
-            the history of a camera tells where to look.
     """
 
-    def __init__(self, job: BagJob, settings: BagSettings, in_space: bool, stack: ExitStack) -> None:
+    def __init__(self, job: BagJob, settings: BagSettings) -> None:
         self.settings = settings
-        params = with_threads(settings.detector, job.threads)
-        recipe = recipe_of(params.detector)
+        params = settings.detector
+        if params.backend.threads == 0:
+            params = replace(params, backend=replace(params.backend, threads=job.threads))
         self._landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder,
-                                                   recipe.whole_body)
+                                                   recipe_of(params.detector).whole_body)
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
-        self._make: Callable[[], Detection]
-        jobs, skeleton = job.jobs or (1 if in_space else _most_jobs()), recipe.skeleton
-        if settings.following.wanted(params.detector):
-            self.capacity = 0
-            self._make = partial(NetworkDetection, job.create(params), settings.tracking, settings.following)
-        elif in_space and jobs == 1:
-            self.capacity, detect = 0, job.create(params).detect
-            self._make = partial(IndependentDetection, skeleton,
-                                 lambda image: partial(detect, image.bgr, image.depth), settings.tracking)
-        else:
-            pool = stack.enter_context(DetectorPool(jobs, params, job.create))
-            self.capacity = pool.capacity
-            self._make = partial(IndependentDetection, skeleton, partial(_search_ahead, pool), settings.tracking)
+        self._detection = job.create(params)
 
     def chain(self) -> PeopleChain:
         """Return the chain of a camera that has no history yet."""
-        return PeopleChain(self._make(), self.settings.estimator, self._landmarks)
-
-
-def _most_jobs() -> int:
-    return min(os.cpu_count() or 1, _MOST_JOBS)
-
-
-def _search_ahead(pool: DetectorPool, image: ImageFrame) -> Callable[[Optional[ExpectedPeople]], People2D]:
-    result = pool.submit(image.bgr, image.depth).result
-    return lambda expected: result()
+        return PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
 
 
 def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
@@ -175,7 +139,7 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
         points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
         recording = FrameReader(*view, settings.pairing, points, most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
-        frames = _Frames(chain, networks.capacity, _transforms(job.source, params, stack), results,
+        frames = _Frames(chain, job.camera, _transforms(job.source, params, stack), results,
                          BagReport(counts=recording.counts, topics=view.topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
@@ -196,73 +160,41 @@ def _transforms(source: Path, params: ExtractorParams, stack: ExitStack
     return FrameTransforms(params, recorded.lookup), recorded.read_until
 
 
-class _Pending(NamedTuple):
-    """A frame whose image is being searched."""
-
-    frame: RecordedFrame
-    prepared: PreparedFrame
-
-
 class _Frames:
     """Runs the chain over the frames of a camera and writes the results; see `process`.
 
     Args:
-        capacity: see `Networks`.
+        camera: namespace of the camera.
         transforms: of `_transforms`.
     """
 
-    def __init__(self, chain: PeopleChain, capacity: int,
+    def __init__(self, chain: PeopleChain, camera: str,
                  transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport
                  ) -> None:
-        self._chain, self._capacity, self._transforms, self._results = chain, capacity, transforms, results
+        self._chain, self._camera, self._transforms, self._results = chain, camera, transforms, results
         self._numbers, self._throttle = itertools.count(), Throttle()
         self.report = report
 
     def run(self, events: Iterable[_Event]) -> Iterator[int]:
         """Process all frames; yield the number of images that are done, after each frame."""
-        waiting: Deque[Union[_Pending, BadInputError, StampedMessage]] = deque()
-        frames = copied = 0
-        for event in itertools.chain(events, (None,)):
-            if event is not None:
-                waiting.append(self._begun(event) if isinstance(event, RecordedFrame) else event)
-                frames += isinstance(waiting[-1], _Pending)
-                copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
-            while waiting and (event is None or frames > self._capacity or copied > _MOST_COPIED
-                               or not isinstance(waiting[0], _Pending)):
-                first = waiting.popleft()
-                if isinstance(first, StampedMessage):
-                    self._results.copy(first)
-                    copied -= len(first.raw[1])
-                    continue
-                number = next(self._numbers)
-                self._finish(first, number)
-                frames -= isinstance(first, _Pending)
-                yield number + 1 + self.report.counts.alone[0]
+        for event in events:
+            if isinstance(event, StampedMessage):
+                self._results.copy(event)
+                continue
+            number = next(self._numbers)
+            self._process(event, number)
+            yield number + 1 + self.report.counts.alone[0]
 
-    def _begun(self, frame: RecordedFrame) -> Union[_Pending, BadInputError]:
-        """Begin to search the image of a frame; return why that can not be where it is so."""
-        image = frame.header.stamp.to_sec()
-        points = frame.header if frame.points_header is None else frame.points_header
-        try:
-            return _Pending(frame, self._chain.prepare(Frame(
-                points.frame_id, points.stamp.to_sec(), frame.bgr, frame.points, image_stamp=image)))
-        except BadInputError as error:
-            return error
-
-    def _finish(self, pending: Union[_Pending, BadInputError], number: int) -> None:
+    def _process(self, frame: Union[RecordedFrame, BadInputError], number: int) -> None:
         """Write the results of a frame, or count why there are none."""
         try:
-            if isinstance(pending, BadInputError):
-                raise pending
-            with self._chain.detection.lock:
-                computed = self._chain.compute(pending.prepared)
-                self._chain.search(computed)
-            result = self._chain.finish(computed)
-            if pending.frame.points is None:
-                result = self._chain.add_landmarks(result)
-                self._results.write_2d(pending.frame, number, result.people_2d, result.landmarks.in_image)
+            if isinstance(frame, BadInputError):
+                raise frame
+            result = self._chain.update(self._located(frame))
+            if frame.points is None:
+                self._results.write_2d(frame, number, result.people_2d, result.landmarks.in_image)
             else:
-                result = self._lifted(pending.frame, number, result)
+                self._write_3d(frame, number, result)
         except BadInputError as error:
             self._drop('they can not be used', error, number)
         except NoTransformError as error:
@@ -271,24 +203,31 @@ class _Frames:
             self.report.frames += 1
             self.report.people += len(result.people_2d if result.people_3d is None else result.people_3d)
 
-    def _lifted(self, frame: RecordedFrame, number: int, result: Result) -> Result:
-        """Write the people of a frame in the image and in space; return the result with them."""
-        (transforms, read_until), header = self._transforms, frame.points_header
-        read_until(frame.time)
-        result = self._chain.add_landmarks(self._chain.lift(result.located(transforms.tracking_from_points(header))))
+    def _located(self, recorded: RecordedFrame) -> Frame:
+        """Return a frame for the chain, with the motion of the camera by tf; NoTransformError: there is none."""
+        (transforms, read_until), points = self._transforms, recorded.points_header
+        header = recorded.header if points is None else points
+        frame = Frame((self._camera, header.frame_id), header.stamp.to_sec(), recorded.bgr, recorded.points,
+                      image_stamp=recorded.header.stamp.to_sec())
+        if points is None:
+            return frame
+        read_until(recorded.time)
+        return replace(frame, tracking_from_points=transforms.tracking_from_points(points))
+
+    def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
+        """Write the people of a frame in the image and in space."""
+        transforms, _ = self._transforms
         for doubt in result.doubts:
             self.report.doubts[doubt.event] += 1
             if self._throttle.is_due(doubt.event):
                 _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
         self._results.write_estimate(frame, number, result.estimate)
-        people, header = transforms.in_target_frame(result.people_3d, header)
+        people, header = transforms.in_target_frame(result.people_3d, frame.points_header)
         in_space, _ = transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)
         self._results.write_3d(frame, number, result.estimate, Published(people, landmarks, header))
-        return result
 
     def _drop(self, reason: str, error: Exception, number: int) -> None:
         self.report.dropped[reason] += 1
         if self._throttle.is_due(reason):
             _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
-

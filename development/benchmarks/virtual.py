@@ -1,0 +1,327 @@
+#!/usr/bin/python3
+"""Measure the chain in virtual time: visible people lost, people made up, ids, on machines that are slow or busy.
+
+The chain, its networks and its queue of frames are those of the nodes. The clock is not: networks advance it by their
+work (pixels), times T, times the slowness of the machine and the load of another program, so that the figures do not
+depend on the machine that computes them. T: one pass of mobilenet_thin over 656 x 368 pixels, 50 ms at slowness 1.
+
+lost: person-frames with 6 and more visible joints, of the answered frames, without a report within 0.6 m. ghosts: of
+the reports, those of nobody. switches: another id without a second out of plain view, or the id of another person.
+returned: people after such a second, and how many of them had their id. unreported: longest time in plain view without
+a report; frames that were left out count.
+
+    ./run bench live --virtual SEQUENCE ... --rates 15 30 --slow 1 2 4 --loads 1 4   # the same as ./run bench virtual
+    ./run bench live --virtual SEQUENCE --passes 2          # played, 1.5 s of black images, played once more
+    ./run bench live --virtual --stills FOLDER --rates 0.5 1 1.5   # pictures of COCO, each in three frames of a stream
+"""
+import itertools
+import json
+import sys
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import cv2
+import numpy as np
+
+from chain_runs import BEGIN, VISIBLE, WORK, CountedNetwork, apart_in_image, camera_poses, open_sequence, read_truth
+from common import DEMO, Parser, markdown
+from openpose_ros_pkg.assignment import match
+from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
+from openpose_ros_pkg.detect.detection import NextPart
+from openpose_ros_pkg.detect.detector import Detector, Networks
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.skeletons import COCO_17
+from openpose_ros_pkg.stream.frame_loop import FrameQueue, Taken
+from scoring.people import Found, pair
+from skeleton_extract_3d.chain import PeopleChain, Result
+from skeleton_extract_3d.chain_settings import ChainSettings
+from skeleton_extract_3d.frame import Frame
+from skeleton_extract_3d.points.depth import DepthImage
+
+# T; the start of a network, and what a frame takes besides networks [s]. A single crop uses the cores less well.
+T, START, BESIDES, SINGLE_CROP = 0.05, 0.002, 0.008, 1.5
+PERIOD, BUSY = 3.0, 1.4  # the other program computes in the first part of each period [s]
+# Visible joints of a person in plain view; time out of it after which another id is no switch; black images [s].
+PLAIN, AWAY, BLACK = 6, 1.0, 1.5
+REPEATS, ANNOTATED, SAME = 3, 5, 0.5  # frames of a picture; key points of people who count; greatest distance
+
+
+class Machine:
+    """A clock [s] that work advances."""
+
+    now, slow, load = 0.0, 1.0, 1.0
+
+    def clock(self) -> float:
+        return self.now
+
+    def work(self, seconds: float) -> None:
+        """Compute for some seconds of an idle machine of slowness 1."""
+        self.now += seconds * self.slow * (self.load if self.now % PERIOD < BUSY else 1.0)
+
+
+class VirtualNetwork(CountedNetwork):
+    """A network whose work advances the clock of a machine."""
+
+    def __init__(self, model: str, network: Backend, machine: Machine) -> None:
+        super().__init__(network)
+        self._model, self._machine = model, machine
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        pixels = sum(image.shape[0] * image.shape[1] * image.shape[2] for image in images)
+        single = self._model == 'movenet_thunder' and sum(map(len, images)) == 1
+        self._machine.work(START + T * WORK[self._model] * pixels * (SINGLE_CROP if single else 1.0))
+        return super().infer_many(images)
+
+
+class VirtualNetworks(Networks):
+    """Networks of a machine."""
+
+    machine = Machine()
+
+    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
+        recipe, networks = super().load(recipe)
+        return recipe, {name: VirtualNetwork(name, network, self.machine) for name, network in networks.items()}
+
+
+class Chains:
+    """Makes chains that follow people, with the same networks."""
+
+    def __init__(self, settings: ChainSettings) -> None:
+        # with target_rate, the networks would be chosen by the pace of the real machine
+        detector = replace(settings.detector.detector, target_rate=0.0)
+        self._settings = replace(settings, following=replace(settings.following, following='always'),
+                                 detector=replace(settings.detector, detector=detector))
+        networks = VirtualNetworks(settings.detector.backend, detector.model_folder)
+        self.machine = networks.machine
+        self._detector = Detector(self._settings.detector, networks, self._settings.following)
+
+    def new(self, slow: float, load: float) -> PeopleChain:
+        """Return a chain on a machine whose clock begins at 0."""
+        self.machine.now, self.machine.slow, self.machine.load = 0.0, slow, load
+        first = {model: work * T * slow for model, work in WORK.items()}
+        detection = NetworkDetection(self._detector, self._settings.following, first, self.machine.clock)
+        plan = detection._plan
+        detection._plan = replace(plan, pace=replace(plan.pace, fixed=False))  # it follows the load
+        return PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking)
+
+
+class Moment(NamedTuple):
+    """An image, and the people who are there: ids (P,), joints (P, K, 3) [m], whether these are visible (P, K)."""
+
+    frame: Frame
+    ids: Sequence[int] = ()
+    xyz: np.ndarray = np.zeros((0, 18, 3))
+    visible: np.ndarray = np.zeros((0, 18), bool)
+
+
+class Answer(NamedTuple):
+    """What a chain published: the number of the moment, the result, the time since the image came [s]."""
+
+    number: int
+    result: Result
+    latency: float
+
+
+def play(chain: PeopleChain, machine: Machine, moments: Sequence[Moment]) -> List[Answer]:
+    """Return what a chain publishes while images come at their stamps; it computes as `FrameLoop` lets it."""
+    queue, answers, arrivals = FrameQueue(), [], [moment.frame.stamp - BEGIN for moment in moments]
+    arrived = 0
+
+    def handle(number: int) -> Iterator[Optional[NextPart]]:
+        machine.work(BESIDES)
+        result = chain.look(moments[number].frame)
+        answers.append(Answer(number, result, machine.now - arrivals[number]))
+        yield from chain.search()
+
+    def receive() -> None:
+        nonlocal arrived
+        while arrived < len(moments) and arrivals[arrived] <= machine.now:
+            queue.submit('', Taken(arrived, handle), arrivals[arrived])
+            arrived += 1
+
+    while arrived < len(moments) or queue.waits:
+        if not queue.waits:
+            machine.now = max(machine.now, arrivals[arrived])
+            receive()
+        taken = queue.take()
+        for part in taken.handle(taken.item):
+            receive()
+            if not queue.goes_on(part, machine.now):
+                break
+        receive()
+    return answers
+
+
+def moments_of(folder: Path) -> List[Moment]:
+    """Return the frames of a sequence."""
+    sequence, (truth, order) = open_sequence(folder), read_truth(folder)
+    poses, moments = camera_poses(folder, sequence), []
+    moves = (poses != poses[0]).any()
+    for one, pose, there in zip(sequence, poses, truth['frames']):
+        joints = [(np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE)
+                  for person in there['people']]
+        frame = Frame('', BEGIN, one.bgr, DepthImage(one.depth, sequence.camera),
+                      tracking_from_points=(pose[:3, :3], pose[:3, 3]) if moves else None)
+        moments.append(Moment(frame) if not joints else Moment(
+            frame, [person['id'] for person in there['people']], *map(np.array, zip(*joints))))
+    return moments
+
+
+def passes(moments: Sequence[Moment], rate: float, count: int) -> List[Moment]:
+    """Return moments played at a rate [Hz] so many times, with black images in between."""
+    first, points = moments[0].frame, moments[0].frame.points
+    black = replace(first, bgr=np.zeros_like(first.bgr),
+                    points=DepthImage(np.zeros((points.height, points.width), np.uint16), points.camera))
+    played = [*moments, *(count - 1) * [*round(BLACK * rate) * [Moment(black)], *moments]]
+    return [one._replace(frame=replace(one.frame, stamp=BEGIN + number / rate)) for number, one in enumerate(played)]
+
+
+@dataclass
+class Person:
+    """What is known of a true person."""
+
+    seen: float  # when it was last in plain view [s]
+    since: float  # since when it is in plain view without a report [s]
+    away: float = 0.0  # longest time out of plain view since the last report [s]
+    id: Optional[int] = None  # as last reported
+
+
+class Tally:
+    """Counts what answers tell: `sums`; `events` of the newest moment as text."""
+
+    def __init__(self) -> None:
+        self.sums: Counter = Counter()
+        self.events: List[str] = []
+        self._people: Dict[int, Person] = {}
+        self._owners: Dict[int, int] = {}  # the last person of each id; 0: nobody
+        self._before = -np.inf  # stamp of the last moment [s]
+
+    def add(self, moment: Moment, answer: Optional[Answer]) -> None:
+        """Count a moment; None: it was not answered."""
+        sums, now, plain = self.sums, moment.frame.stamp, moment.visible.sum(axis=1) >= PLAIN
+        pairs, self.events = {}, []
+        if answer is not None:
+            found = answer.result.people_3d
+            pairs = pair(moment.xyz, moment.visible, Found(found.ids, found.xyz, found.status, found.sigma))
+            ghosts = [f'ghost {found.ids[k]}' for k in range(len(found)) if k not in pairs.values()]
+            lost = [f'lost {moment.ids[row]}' for row in np.flatnonzero(plain) if row not in pairs]
+            sums.update(answered=1, found=len(found), ghosts=len(ghosts), plain=int(plain.sum()), lost=len(lost))
+            self.events = [*ghosts, *lost]
+            self._owners = {**dict.fromkeys(found.ids.tolist(), 0), **self._owners}
+        for row, name in enumerate(moment.ids):
+            person = self._people.setdefault(name, Person(now, now))
+            if plain[row]:
+                person.away = max(person.away, now - person.seen)
+                person.since = now if person.seen < self._before else person.since
+                person.seen = now
+                sums['unreported'] = max(sums['unreported'], now - person.since)
+            if row in pairs:
+                self._report(name, int(found.ids[pairs[row]]), now)
+        self._before = now
+        sums.update(frames=1, ids=len(self._owners) - sums['ids'], people=len(self._people) - sums['people'])
+
+    def _report(self, name: int, new: int, now: float) -> None:
+        """Count that a person is reported with an id."""
+        person = self._people[name]
+        old, returned = person.id, person.id is not None and person.away >= AWAY
+        self.sums.update(returned=returned, kept=returned and old == new)
+        if self._owners[new] not in (0, name) or (old not in (None, new) and not returned):
+            self.sums['switches'] += 1
+            self.events.append(f'switch of {name} from {old} to {new}')
+        person.id, person.away, person.since, self._owners[new] = new, 0.0, now, name
+
+
+TITLES = ['sequence', 'rate [Hz]', 'slow', 'load', 'answered', 'visible', 'lost', 'ghosts', 'switches',
+          'returned, kept', 'ids, people', 'unreported [s]', 'latency median / 95 % [T]']
+
+
+def row_of(name: Sequence[object], sums: Counter, latencies: Sequence[float]) -> List[object]:
+    """Return a row of the table; latencies [T]."""
+    def share(part: str, whole: str) -> str:
+        return f'{sums[part]} ({100 * sums[part] / max(sums[whole], 1):.1f} %)'
+    return [*name, f"{sums['answered']} of {sums['frames']}", sums['plain'], share('lost', 'plain'),
+            share('ghosts', 'found'), sums['switches'], f"{sums['returned']}, {sums['kept']}",
+            f"{sums['ids']}, {sums['people']}", f"{sums['unreported']:.2f}",
+            ' / '.join(f'{value:.2f}' for value in np.percentile(latencies, (50, 95)))]
+
+
+def measure_sequences(chains: Chains, arguments: Any) -> None:
+    """Print a table: a row for each run, and one for all."""
+    rows, total, every = [], Counter(), []
+    for folder in arguments.sequences:
+        moments = moments_of(folder)
+        for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
+            chain, played, tally = chains.new(slow, load), passes(moments, rate, arguments.passes), Tally()
+            answers = {answer.number: answer for answer in play(chain, chains.machine, played)}
+            for number, moment in enumerate(played):
+                tally.add(moment, answers.get(number))
+                if arguments.tell and tally.events:
+                    print(f'  {moment.frame.stamp - BEGIN:.2f} s: {", ".join(tally.events)}')
+            latencies = [answer.latency / T / slow for answer in answers.values()]
+            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), tally.sums, latencies))
+            print(*rows[-1], sep=' | ', flush=True)
+            unreported = max(total['unreported'], tally.sums['unreported'])
+            total.update(tally.sums)
+            total['unreported'], every = unreported, [*every, *latencies]
+    print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
+
+
+def measure_stills(chains: Chains, arguments: Any) -> None:
+    """Print how many annotated people are found in the last frame of each picture, by streams and by requests."""
+    file, people = json.loads((arguments.stills / 'person_keypoints.json').read_text()), {}
+    for one in file['annotations']:
+        if one.get('num_keypoints', 0) >= ANNOTATED and not one.get('iscrowd'):
+            people.setdefault(one['image_id'], []).append(np.array(one['keypoints'], np.float64).reshape(-1, 3))
+    names = {one['id']: one['file_name'] for one in file['images']}
+    chosen = sorted(people, key=lambda one: -len(people[one]))[:arguments.pictures]
+    images = [cv2.imread(str(arguments.stills / 'images' / names[one])) for one in chosen]
+    print(f'{len(chosen)} pictures, {sum(len(people[one]) for one in chosen)} people')
+    for slow, load, rate in itertools.product(arguments.slow, arguments.loads, (*arguments.rates, None)):
+        chain = chains.new(slow, load)
+        if rate is None:
+            results = [chain.update(Frame(number, 0.0, image)) for number, image in enumerate(images)]
+        else:
+            played = [Moment(Frame(number, BEGIN + (REPEATS * number + repeat) / rate, image))
+                      for number, image in enumerate(images) for repeat in range(REPEATS)]
+            answers = play(chain, chains.machine, played)
+            results = list({answer.number // REPEATS: answer.result for answer in answers}.values())
+        found = [count_found(people[one], result.people_2d) for one, result in zip(chosen, results)]
+        reported = sum(len(result.people_2d) for result in results)
+        print('requests' if rate is None else f'{rate:g} Hz', f'slow {slow:g}, load {load:g}: found {sum(found)}, '
+              f'reported {reported}; found by picture: {found}')
+
+
+def count_found(true: Sequence[np.ndarray], people: People2D) -> int:
+    """Return how many of annotated people, (K, 3) each, were found."""
+    xy = keypoints_in(people.keypoints, people.skeleton, COCO_17)[..., :2]
+    apart = np.array([[apart_in_image(one, person[:, :2], person[:, 2]) for one in xy] for person in true])
+    return len(match(apart, apart < SAME)) if apart.size else 0
+
+
+def main() -> int:
+    """Run the benchmark from the command line; return the exit status."""
+    parser = Parser(__doc__)
+    parser.add_argument('sequences', nargs='*', type=Path, default=[DEMO], help='sequence folders')
+    parser.add_argument('--rates', type=float, nargs='+', default=[15.0, 30.0], help='of the camera [Hz]')
+    parser.add_argument('--slow', type=float, nargs='+', default=[1.0, 2.0, 4.0], help='slowness of the machine')
+    parser.add_argument('--loads', type=float, nargs='+', default=[1.0],
+                        help=f'factors on that in the first {BUSY} s of each {PERIOD:g} s')
+    parser.add_argument('--passes', type=int, default=1, help='with black images in between')
+    parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
+    parser.add_argument('--stills', type=Path, help='folder with person_keypoints.json and images/')
+    parser.add_argument('--pictures', type=int, default=8, help='those of the stills with most people')
+    add_settings(parser, 'of the chain')
+    arguments = parser.parse_args()
+    chains = Chains(build(ChainSettings, setting_values(parser, arguments.settings)))
+    (measure_stills if arguments.stills else measure_sequences)(chains, arguments)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(run_command('bench', main))
