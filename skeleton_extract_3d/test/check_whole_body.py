@@ -49,6 +49,7 @@ class WholeBodyTest(unittest.TestCase):
         for person in PEOPLE:  # they stand before a wall
             outline = cv2.convexHull(np.round(whole(person)).astype(np.int32))
             cv2.polylines(cv2.fillConvexPoly(depth, outline, DEPTH), [outline], True, DEPTH, thickness=20)
+        depth += 0.012 * np.sin(np.arange(SIZE[1]) / 20)[:, None]  # and are no pictures: a body is not flat
         cls.cloud = cloud_from_depth(depth, camera, chart(*SIZE))
 
     def send(self):

@@ -34,14 +34,11 @@ def measure(options: Options) -> Section:
              for rate in rates for key, title in (('median', 'median'), ('late', '95 %'))}
     picture = curves('latency', 'Latency by number of people, cameras of 15 and 30 Hz', lines,
                      {'x': 'people', 'y': 'latency [ms]'})
-    newcomers, seconds = on_a_master(watch_newcomers, options.quick)
-    named['newcomer'] = Figure(float(np.median(seconds)), n=len(seconds), unit='s', digits=2)
     return Section('The launched chain, mode balanced, with depth images of 960 x 540 from a camera driver, '
                    '`target_rate` that of the camera: people are followed. Latency: from the stamp of the camera to '
                    f'the arrival of the 3D message in a subscriber, {SECONDS:.0f} s a row. The people are those of the '
                    'demo, cut out and pasted, and turn back at once, where tracks are lost: more are published.', named,
-                   [Table('', rows), Table('A person who comes into view beside two who are followed '
-                                           '(`./run bench newcomer`)', newcomers)], [picture])
+                   [Table('', rows)], [picture])
 
 
 def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
@@ -51,11 +48,3 @@ def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
                                    people=PEOPLE[:1] if quick else PEOPLE, folder=None, warm_up=5.0,
                                    seconds=5.0 if quick else SECONDS, launch=[])
     return [(row, len(seen.arrivals), seen.latencies) for row, seen in live.measure_all(session, folder, arguments)]
-
-
-def watch_newcomers(session: Any, folder: Path, quick: bool) -> Any:
-    """Return the table of newcomers, and the seconds until each was published."""
-    import newcomer
-    arguments = argparse.Namespace(rates=RATES[1:], passes=1 if quick else 3, launch=[])
-    (row, seen), = newcomer.measure_all(session, folder, arguments)
-    return [[*row], [*row.values()]], seen.seconds

@@ -27,7 +27,8 @@ class ExistenceConstants:
     independent_depth: float = constant(0.08, 'The same of the points, which show that a place is empty.', unit='s')
     even_score: float = constant(0.2, 'Score of a detection that tells nothing: as frequent without a person.')
     score_scale: float = constant(0.08, 'A score higher by this multiplies the odds by e.')
-    most_evidence: float = constant(3.0, 'Greatest logarithm of the likelihood ratio of one detection.')
+    least_evidence: float = constant(0.1, 'Least logarithm of the likelihood ratio of an accepted detection.')
+    most_evidence: float = constant(3.0, 'Greatest one.')
     born: float = constant(0.8, 'Greatest probability after one detection.')
     least: float = constant(0.001, 'Least and greatest probability: every track may be wrong, and right.')
     most: float = constant(0.995, 'See `least`.')
@@ -56,10 +57,10 @@ def of_detection(scores: Value, least_score: float, constants: ExistenceConstant
     """Return the logarithms of the likelihood ratios of detections with scores of people [0..1].
 
     Args:
-        least_score: that is accepted; a new person with it exists with a probability of one half.
+        least_score: up to which they tell least.
     """
     ratio = (np.asarray(scores, np.float64) - least_score) / constants.score_scale
-    return np.clip(ratio, 0.0, constants.most_evidence)
+    return np.clip(ratio, constants.least_evidence, constants.most_evidence)
 
 
 def of_miss(visibility: Value, since: Value, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:

@@ -142,7 +142,6 @@ class ExistenceIn3DConstants:
              '`track_timeout`.')
     reach: float = constant(0.5, 'A look at a person shows this far to both sides of where it is expected.', unit='m')
     open_view: float = constant(0.5, 'People of whom more is visible are in free view.', unit='share')
-    registered: float = constant(0.1, 'Log likelihood ratio of a body that moves along with the points.')
     flat: float = constant(0.03, 'People who stand out by less from a plane around them are pictures.', unit='m')
     flat_body: float = constant(
         0.004, 'So are people whose joints lie in one plane, by their median distance from it: 1 % of the frames of '

@@ -120,7 +120,7 @@ def evidence_of(observed: ObservedPeople, lifted: Lifted, since: np.ndarray, vie
     with np.errstate(invalid='ignore'):
         flat = (relief < constants.flat) | (_spread_of(observed, lifted, view, method) < constants.flat_body)
         small = _size(lifted, method) < method.body.stature_limits[0] / method.body.adult_stature
-    evidence = np.where(people.looked, by_score, constants.registered)
+    evidence = np.where(people.looked, by_score, EXISTENCE.least_evidence)
     against = constants.against_flat * np.minimum(since / EXISTENCE.independent, 1.0)
     return np.where(flat | small, np.minimum(evidence, 0.0) + against, evidence)
 
