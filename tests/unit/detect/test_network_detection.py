@@ -111,6 +111,14 @@ def test_a_person_whose_look_is_not_due_is_neither_found_nor_missed():
     assert sorted(looks.people.ids) == [7, 9] and crops == 2
 
 
+def test_an_image_that_comes_twice_is_looked_at_twice():
+    scene = Scene([LEFT, RIGHT], slower(8))
+    scene.begin([7, 9])
+    for _ in range(2):
+        looks, searches, crops = scene.look(0.0, [(7, LEFT), (9, RIGHT)])
+        assert sorted(looks.people.ids) == [7, 9] and (searches, crops) == (0, 2)
+
+
 def test_an_image_in_which_no_look_is_due_is_not_searched_before_the_answer():
     scene, track = Scene([LEFT], slower(3)), [(7, LEFT)]
     scene.begin([7])

@@ -315,8 +315,8 @@ def _chosen(people: Sequence[Person], memory: CameraMemory, interval: float) -> 
     plan, stamp, schedule = memory.plan, memory.stamp, memory.plan.schedule
     shares = [max(person.visibility, schedule.least_visibility) for person in people]
     waits = [share * (person.since_look(stamp) + interval / 2) for share, person in zip(shares, people)]
-    due = [person.number < 0 or wait >= schedule.look_interval
-           for wait, person in zip(waits, people)]
+    # an image that comes twice, or late, is looked at anew
+    due = [person.number < 0 or interval <= 0 or wait >= schedule.look_interval for wait, person in zip(waits, people)]
     allowed = (1 - schedule.search_share) * schedule.followed_share * min(interval, schedule.bridged)
     most = max(sum(due), int(min(allowed / max(plan.of_person, 1e-9), len(people))))
     order = sorted(range(len(people)), key=lambda i: (not due[i], -waits[i]))
