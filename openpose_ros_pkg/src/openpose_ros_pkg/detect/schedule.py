@@ -16,7 +16,7 @@ class ScheduleConstants:
         0.7, "Share of a camera's time that the networks take while no frame waits; the rest is for what can not "
              'overlap with them, and for other programs.')
     search_time: float = constant(
-        0.8, 'The whole image is searched once in this time, also where frames wait: frames are left out then.',
+        0.5, 'The whole image is searched once in this time, also where frames wait: frames are left out then.',
         unit='s')
     search_share: float = constant(0.3, 'Greatest share of the time that this may take.')
     most_saved: float = constant(0.3, 'Time for searching that can be saved, or owed.', unit='s')
@@ -170,6 +170,5 @@ class Budget:
         return self.saved >= min(seconds, self.constants.most_saved)
 
     def owes(self, seconds: float) -> bool:
-        """Return whether a part of some seconds is due also where a frame waits: else, time would be left unused."""
-        return (self.owed >= min(seconds, self.constants.most_saved)
-                or self.saved >= max(seconds, self.constants.most_saved / 2))
+        """Return whether a part of some seconds is due also where a frame waits."""
+        return self.owed >= min(seconds, self.constants.most_saved)
