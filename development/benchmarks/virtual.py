@@ -6,7 +6,7 @@ work (pixels), times T, times the slowness of the machine and the load of anothe
 depend on the machine that computes them. T: one pass of mobilenet_thin over 656 x 368 pixels, 50 ms at slowness 1.
 
 lost: person-frames with 6 and more visible joints, of the answered frames, without a report within 0.6 m. ghosts: of
-the reports, those of nobody. switches: another id without a second out of plain view, or the id of another person.
+the reports, those of no person. switches: another id without a second out of plain view, or the id of another person.
 returned: people after such a second, and how many of them had their id. unreported: longest time in plain view without
 a report; frames that were left out count.
 
@@ -199,7 +199,7 @@ class Tally:
         self.sums: Counter = Counter()
         self.events: List[str] = []
         self._people: Dict[int, Person] = {}
-        self._owners: Dict[int, int] = {}  # the last person of each id; 0: nobody
+        self._owners: Dict[int, int] = {}  # the last person of each id; 0: none
         self._before = -np.inf  # stamp of the last moment [s]
 
     def add(self, moment: Moment, answer: Optional[Answer]) -> None:

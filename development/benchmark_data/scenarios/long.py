@@ -1,6 +1,7 @@
 """Sequences of 10 to 30 s for tracking: people who leave, return, hide, pass and turn round; pictures of people.
 
-At half resolution, to be small. Nobody comes out of the image by the camera: who is outside walks beside its view.
+At half resolution, to be small. No person leaves the image by passing the camera: people
+who are outside of it walk beside its view.
 """
 from typing import Any, Callable, Dict, List, Sequence, Tuple, Union
 
@@ -111,7 +112,7 @@ def turn_back() -> Scene:
 
 
 def posters() -> Scene:
-    """Nobody is there, but pictures of people, in life size and smaller."""
+    """No person, but pictures of people, in life size and smaller."""
     return long_scene('posters', picture_room(67), 10, [])
 
 

@@ -62,7 +62,7 @@ def seen(chain, camera, *args, **values):
 
 
 def expected(chain, camera, stamp, frame=FRAME):
-    """Return the people whom the detection is asked for in an image."""
+    """Return the people that the detection is asked for in an image."""
     seen(chain, camera, stamp, frame.people, frame, DepthImage(frame.depth, frame.camera))
     return chain.detection.asked[-1][1]
 

@@ -1,4 +1,4 @@
-"""Lives of people: born, kept, not looked at, given up. Networks are exact here, and tell whom they look at."""
+"""Lives of people: born, kept, not looked at, given up. Networks are exact here, and tell which people they look at."""
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +26,7 @@ class Life:
     def sees(self, *people, found=None, missed=None, depth=None, score=1.0, seconds=None):
         """Return the people of the last of some frames, of one if no time is given.
 
-        found: numbers of the people whom a network finds, of all if None; missed: see `update`.
+        found: numbers of the people that a network finds, of all if None; missed: see `update`.
         """
         frame = render(CAMERA, people, self.room)
         shown = replace(frame, people=without_joints(frame.people, frame.vis != VISIBLE))
@@ -130,7 +130,7 @@ def test_the_error_of_a_walker_who_becomes_hidden_is_known(stops):
         hidden += [x] if share == 0 else []
         off = np.linalg.norm(people.xyz[0] - frame.xyz[0], axis=1)
         if len(hidden) == 1:
-            assert people.velocity[0, NECK, 0] > 0.8, 'nobody stops at once'
+            assert people.velocity[0, NECK, 0] > 0.8, 'no person stops at once'
         if hidden:
             assert (off < 2 * people.sigma[0]).mean() > 0.9
         if len(hidden) == 8:

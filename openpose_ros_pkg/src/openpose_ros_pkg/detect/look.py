@@ -183,7 +183,7 @@ class Networks(NamedTuple):
         return order[:setup.recipe.max_refined]
 
     def search_part(self, part: Part, people: Sequence[Person] = ()) -> Tuple[List['PartPeople'], Tuple[Run, ...]]:
-        """Return the people whom a source finds in a part, and the runs.
+        """Return the people that a source finds in a part, and the runs.
 
         Args:
             people: that were found in the image; where crops show them, boxes of them need no crop.

@@ -40,7 +40,7 @@ class CameraMemory:
     budget: Budget
     detections: People2D  # the P detections in the image
     persons: Sequence[Person] = ()  # all people looked for in it, those of the detections first
-    # of the tracked people, by their ids, and of people whom the search found, who are looked at in the next image
+    # of the tracked people, by their ids, and of people that the search found, which are looked at in the next image
     memories: Mapping[int, PersonMemory] = field(default_factory=dict)
     candidates: Sequence[Person] = ()
     grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the one that was searched last
@@ -154,7 +154,8 @@ class NetworkDetection:
     """Finds people by networks; one thread at a time uses it.
 
     `look` lets a network see crops of the expected people whose turn it is. `search` goes on with the rest of the
-    image: it is cut into parts, one pass over one strip each. Whom it finds is looked at on a crop in the next image.
+    image: it is cut into parts, one pass over one strip each. People that it finds are looked at in the
+    next image.
 
     Args:
         detector: the networks.

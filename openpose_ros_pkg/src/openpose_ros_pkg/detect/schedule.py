@@ -24,7 +24,7 @@ class ScheduleConstants:
         0.13, 'People in free view are looked at again after this time at the latest; of those who are hidden in part, '
              'after this by the share that is visible.', unit='s')
     least_visibility: float = constant(0.25, 'Least such share: where a hidden person comes out is not known exactly.')
-    hidden: float = constant(0.5, 'People of whom less is visible count as hidden.')
+    hidden: float = constant(0.5, 'People with a smaller visible share count as hidden.')
     bridged: float = constant(
         0.5, 'After a longer time without an image, or with so few images, the whole image is searched before it is '
              'decided who is there.', unit='s')

@@ -43,7 +43,7 @@ def sharing(seen: Completion, looked: np.ndarray, constants: TrackConstants = ME
     A surface belongs to one body: such a person's detection is that of the other.
 
     Args:
-        looked: (P,) bool, people whom a network saw.
+        looked: (P,) bool, people that a network saw.
     """
     one_body, tracks = constants.one_body, seen.tracks
     taken = np.zeros(len(tracks), bool)
