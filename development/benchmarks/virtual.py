@@ -12,6 +12,7 @@ a report; frames that were left out count.
 
     ./run bench live --virtual SEQUENCE ... --rates 15 30 --slow 1 2 4 --loads 1 4   # the same as ./run bench virtual
     ./run bench live --virtual SEQUENCE --passes 2          # played, 1.5 s of black images, played once more
+    ./run bench live --virtual SEQUENCE --passes 2 --black 20 --light .45 .6 .7   # back after 20 s, in other light
     ./run bench live --virtual --stills FOLDER --rates 0.5 1 1.5   # pictures of COCO, each in three frames of a stream
 """
 import itertools
@@ -47,8 +48,8 @@ from skeleton_extract_3d.points.depth import DepthImage
 # T; the start of a network, and what a frame takes besides networks [s]. A single crop uses the cores less well.
 T, START, BESIDES, SINGLE_CROP = 0.05, 0.002, 0.008, 1.5
 PERIOD, BUSY = 3.0, 1.4  # the other program computes in the first part of each period [s]
-# Visible joints of a person in plain view; time out of it after which another id is no switch; black images [s].
-PLAIN, AWAY, BLACK = 6, 1.0, 1.5
+# Visible joints of a person in plain view; time out of it after which another id is no switch [s].
+PLAIN, AWAY = 6, 1.0
 REPEATS, ANNOTATED, SAME = 3, 5, 0.5  # frames of a picture; key points of people who count; greatest distance
 
 
@@ -173,12 +174,18 @@ def moments_of(folder: Path) -> List[Moment]:
     return moments
 
 
-def passes(moments: Sequence[Moment], rate: float, count: int) -> List[Moment]:
-    """Return moments played at a rate [Hz] so many times, with black images in between."""
+def passes(moments: Sequence[Moment], rate: float, count: int, seconds: float = 1.5,
+           light: Sequence[float] = (1.0, 1.0, 1.0)) -> List[Moment]:
+    """Return moments played at a rate [Hz] so many times, with black images for some seconds in between.
+
+    Args:
+        light: factors, at most 1, on blue, green and red of the images after the first pass.
+    """
     first, points = moments[0].frame, moments[0].frame.points
     black = replace(first, bgr=np.zeros_like(first.bgr),
                     points=DepthImage(np.zeros((points.height, points.width), np.uint16), points.camera))
-    played = [*moments, *(count - 1) * [*round(BLACK * rate) * [Moment(black)], *moments]]
+    again = [one._replace(frame=replace(one.frame, bgr=(one.frame.bgr * light).astype(np.uint8))) for one in moments]
+    played = [*moments, *(count - 1) * [*round(seconds * rate) * [Moment(black)], *again]]
     return [one._replace(frame=replace(one.frame, stamp=BEGIN + number / rate)) for number, one in enumerate(played)]
 
 
@@ -257,7 +264,8 @@ def measure_sequences(chains: Chains, arguments: Any) -> None:
     for folder in arguments.sequences:
         moments = moments_of(folder)
         for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
-            chain, played, tally = chains.new(slow, load), passes(moments, rate, arguments.passes), Tally()
+            played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
+            chain, tally = chains.new(slow, load), Tally()
             answers = {answer.number: answer for answer in play(chain, chains.machine, played)}
             for number, moment in enumerate(played):
                 tally.add(moment, answers.get(number))
@@ -313,6 +321,9 @@ def main() -> int:
     parser.add_argument('--loads', type=float, nargs='+', default=[1.0],
                         help=f'factors on that in the first {BUSY} s of each {PERIOD:g} s')
     parser.add_argument('--passes', type=int, default=1, help='with black images in between')
+    parser.add_argument('--black', type=float, default=1.5, help='for so long [s]')
+    parser.add_argument('--light', type=float, nargs=3, default=(1.0, 1.0, 1.0),
+                        help='factors, at most 1, on blue, green and red after the first pass')
     parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
     parser.add_argument('--stills', type=Path, help='folder with person_keypoints.json and images/')
     parser.add_argument('--pictures', type=int, default=8, help='those of the stills with most people')
