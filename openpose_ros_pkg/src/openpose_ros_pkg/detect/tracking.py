@@ -40,7 +40,6 @@ class TrackingConstants:
         0.5, 'Growth of the standard deviation of the place of a person, as a share of its size.', unit='1/s')
     open_view: float = constant(
         0.95, 'Visibility of people in the image, where no depth tells whether something is in front of them.')
-    least_score: float = constant(0.2, 'Score of a detection that tells nothing of the existence of a person.')
     most_tracks: int = constant(
         1000, 'Tracks that are kept of a camera: with stamps that stand still no track ever times out.')
 
@@ -144,7 +143,7 @@ class ImageTracker:
         tracks, sizes = self._alive(stamp, size), person_sizes(people.xy, self._constants)
         matched = dict(self._match(tracks, people, sizes, stamp))
         looked = {*looks.missed.tolist(), *people.ids.tolist()}
-        evidence = of_detection(people.scores, self._constants.least_score)
+        evidence = of_detection(people.scores)
         ids, existence = np.full(len(people), -1, np.int64), with_evidence(0.5, evidence)
         after: List[_Track] = []
         waiting: List[_Track] = []

@@ -144,7 +144,6 @@ class ExistenceIn3DConstants:
         4.0, 'Time in which the probability of a person who is not looked at falls to 1/e, as a multiple of '
              '`track_timeout`.')
     reach: float = constant(0.5, 'A look at a person shows this far to both sides of where it is expected.', unit='m')
-    open_view: float = constant(0.5, 'People with a greater visible share are in free view.', unit='share')
     flat: float = constant(0.03, 'People who stand out by less from a plane around them are pictures.', unit='m')
     flat_body: float = constant(
         0.004, 'So are people whose joints lie in one plane, by their median distance from it: 1 % of the frames of '
