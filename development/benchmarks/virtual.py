@@ -21,7 +21,7 @@ import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type
 
 import cv2
 import numpy as np
@@ -87,20 +87,24 @@ class VirtualNetworks(Networks):
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         recipe, networks = super().load(recipe)
-        return recipe, {name: VirtualNetwork(name, network, self.machine) for name, network in networks.items()}
+        return recipe, {name: VirtualNetwork(name, self.kept(network), self.machine)
+                        for name, network in networks.items()}
+
+    def kept(self, network: Backend) -> Backend:
+        return network
 
 
 class Chains:
     """Makes chains that follow people, with the same networks."""
 
-    def __init__(self, settings: ChainSettings) -> None:
+    def __init__(self, settings: ChainSettings, networks: Type[VirtualNetworks] = VirtualNetworks) -> None:
         # with target_rate, the networks would be chosen by the pace of the real machine
         detector = replace(settings.detector.detector, target_rate=0.0)
         self._settings = replace(settings, following=replace(settings.following, following='always'),
                                  detector=replace(settings.detector, detector=detector))
-        networks = VirtualNetworks(settings.detector.backend, detector.model_folder)
-        self.machine = networks.machine
-        self._detector = Detector(self._settings.detector, networks, self._settings.following)
+        self.networks = networks(settings.detector.backend, detector.model_folder)
+        self.machine = self.networks.machine
+        self._detector = Detector(self._settings.detector, self.networks, self._settings.following)
 
     def new(self, slow: float, load: float) -> PeopleChain:
         """Return a chain on a machine whose clock begins at 0."""
@@ -157,6 +161,16 @@ def play(chain: PeopleChain, machine: Machine, moments: Sequence[Moment]) -> Lis
                 break
         receive()
     return answers
+
+
+def counted(moments: Sequence[Moment], answers: Sequence[Answer], tell: bool = False) -> Counter:
+    """Return the sums of a `Tally`; `tell`: print its events."""
+    tally, by_number = Tally(), {answer.number: answer for answer in answers}
+    for number, moment in enumerate(moments):
+        tally.add(moment, by_number.get(number))
+        if tell and tally.events:
+            print(f'  {moment.frame.stamp - BEGIN:.2f} s: {", ".join(tally.events)}')
+    return tally.sums
 
 
 def moments_of(folder: Path) -> List[Moment]:
@@ -265,17 +279,13 @@ def measure_sequences(chains: Chains, arguments: Any) -> None:
         moments = moments_of(folder)
         for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
             played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
-            chain, tally = chains.new(slow, load), Tally()
-            answers = {answer.number: answer for answer in play(chain, chains.machine, played)}
-            for number, moment in enumerate(played):
-                tally.add(moment, answers.get(number))
-                if arguments.tell and tally.events:
-                    print(f'  {moment.frame.stamp - BEGIN:.2f} s: {", ".join(tally.events)}')
-            latencies = [answer.latency / T / slow for answer in answers.values()]
-            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), tally.sums, latencies))
+            answers = play(chains.new(slow, load), chains.machine, played)
+            sums = counted(played, answers, arguments.tell)
+            latencies = [answer.latency / T / slow for answer in answers]
+            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
             print(*rows[-1], sep=' | ', flush=True)
-            unreported = max(total['unreported'], tally.sums['unreported'])
-            total.update(tally.sums)
+            unreported = max(total['unreported'], sums['unreported'])
+            total.update(sums)
             total['unreported'], every = unreported, [*every, *latencies]
     print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
 

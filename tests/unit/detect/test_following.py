@@ -7,7 +7,6 @@ import pytest
 from followed_stream import FollowedStream
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import (
-    FOLLOWING,
     FollowingParams,
     Opinion,
     Person,

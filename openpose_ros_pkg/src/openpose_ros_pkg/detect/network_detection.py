@@ -348,7 +348,7 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
 
     These are visible people who may be beside their crop, and any person where no crop shows one.
     """
-    schedule, runs, before = memory.plan.schedule, list(look.runs), sum(person.found for person in look.people)
+    runs, before = list(look.runs), sum(person.found for person in look.people)
     missing = sum(bool(person.opinions) and not person.found and person.existence >= EXISTENCE.reported
                   and person.visibility >= EXISTENCE.free_view and person.agreed > 2 * FOLLOWING.agreement
                   for person in look.people)
