@@ -40,7 +40,6 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
-from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import (
     FOLDERS,
     LISTS,
@@ -54,8 +53,11 @@ from openpose_ros_tools.images.stamps import seconds_text
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
-from openpose_ros_tools.ros.camera_topics import TopicFinder
+from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit
 from openpose_ros_tools.ros.image_messages import file_of_message
+from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.plausibility import registration_fault
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.static_frames import frames_above
 
@@ -126,6 +128,15 @@ def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
              for one in deserialized(message).transforms}
     frame_ids = {stream: next(stamped_messages(bag, [topics[stream]])).frame_id for stream in LISTS if stream in topics}
     camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
+    depth_info = TopicFinder(bag).camera_info_of(topics['depth']) if topics.keys() >= {'colour', 'depth'} else None
+    lens = calibration_from_message(deserialized(next(stamped_messages(bag, [depth_info])))) if depth_info else None
+    if lens is not None and lens.is_calibrated:
+        width, height = lens.image_size
+        flat = DepthImage(np.ones((height, width), np.float32), calibrated_camera(lens))
+        fault = registration_fault(flat, camera.calibration)
+        if fault:
+            raise BadInputError(f"{topics['depth']}: {fault}, as the folder has it; --depth none leaves it out, and "
+                                'process_bag registers it')
     in_world = [pose for frame, pose in frames_above(camera.frame_id, links) if frame == WORLD_FRAME]
     if not in_world:
         return camera
@@ -157,11 +168,11 @@ def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> 
 
 # ----------------------------------------------------------------------------------------------------------- writing
 
-def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float]
+def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float], units: float
                  ) -> Tuple[List[WrittenFile], int]:
     """Write images into a folder, named after their stamps; return the files and how many could not be decoded."""
     files, failed = [], 0
-    with closing(ordered_map(lambda image: _write_image(folder, depth_scale, image), images)) as results:
+    with closing(ordered_map(lambda image: _write_image(folder, depth_scale, units, image), images)) as results:
         for result in results:
             if isinstance(result, WrittenFile):
                 files.append(result)
@@ -171,11 +182,11 @@ def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Opt
     return files, failed
 
 
-def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImage) -> Union[WrittenFile, str]:
+def _write_image(folder: Path, depth_scale: Optional[float], units: float, image: RecordedImage) -> Union[WrittenFile, str]:
     """Write an image; return why if it can not be decoded."""
     source = f'{image.stream} image of {seconds_text(image.stamp)} s'
     try:
-        suffix, content = file_of_message(image.stream, deserialized(image.message), depth_scale, source)
+        suffix, content = file_of_message(image.stream, deserialized(image.message), depth_scale, source, units)
     except BadInputError as error:
         return f'{source}: {error}'
     path = Path(FOLDERS[image.stream][0]) / (seconds_text(image.stamp) + suffix)
@@ -197,13 +208,14 @@ def _run(options: argparse.Namespace) -> int:
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         camera = read_camera(bag, topics)
-        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale)
+        units = 1 / depth_unit(bag, topics.get('depth', ''))
+        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale, units)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
         write_lists(part, files)
         write_description(part, camera.calibration, files, frame_id=camera.frame_id,
-                          depth_scale=options.depth_scale or MILLIMETRES,
+                          depth_scale=options.depth_scale or units,
                           T_world_camera=None if camera.T_world_camera is None else camera.T_world_camera.tolist())
     sys.stdout.write(_summary(options.output, topics, files, failed))
     return SOME_FAILED if failed else DONE

@@ -22,7 +22,7 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
 # Incremented when the same parameters give other results, so that outputs of older versions do not pass for done.
-_VERSION = 3
+_VERSION = 4
 # Parameters that do not change results.
 _WITHOUT_EFFECT = ('threads', 'compiled_cache', 'camera', 'camera_ns')
 
@@ -51,6 +51,7 @@ class CameraTopics:
     points: str = ''  # of clouds
     depth: str = ''  # of depth images aligned to the image, raw or compressed, in place of clouds
     camera_info: str = ''  # of the depth images, and of a camera without depth that is fused with others
+    image_info: str = ''  # calibration of the images, beside which points are; found, never named
 
     @property
     def in_space(self) -> bool:

@@ -219,9 +219,9 @@ def _parser() -> argparse.ArgumentParser:
                        help='camera that was recorded: realsense, kinect2, ..., a file of the form of cameras.yaml, or '
                             'auto')
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
-    group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
-    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
-                                                                    'compressedDepth, in place of clouds')
+    group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds')
+    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images, raw or compressedDepth, in '
+                                                                    'place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
     add_cameras(parser)

@@ -29,7 +29,7 @@ from openpose_ros_tools.ros.bag_files import (
 )
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.fused_people import CameraPeople, Fusion
-from openpose_ros_tools.ros.process_bag.input import TF_TOPICS, copied_topics
+from openpose_ros_tools.ros.process_bag.input import OpenCamera, copied_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import (
     IN_IMAGE,
@@ -44,7 +44,8 @@ from openpose_ros_tools.ros.process_bag.output import (
     record,
 )
 from openpose_ros_tools.ros.process_bag.preset import with_preset
-from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
+from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS
+from openpose_ros_tools.ros.process_bag.work import Networks, open_camera, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 

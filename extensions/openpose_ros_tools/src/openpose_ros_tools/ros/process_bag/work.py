@@ -5,10 +5,9 @@ from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, Tuple, Union
 
 import genpy
-import rosbag
 
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
@@ -20,6 +19,7 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_typ
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.input import (
     FrameReader,
+    OpenCamera,
     RecordedFrame,
     RecordedTransforms,
     copied_topics,
@@ -63,19 +63,6 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         # the bag is the last one to be moved: where it is, all outputs are
         unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
         return process_camera(unfinished, view, made, networks, on_frame)
-
-
-class OpenCamera(NamedTuple):
-    """An open bag, the topics of the camera in it, and those to copy."""
-
-    bag: rosbag.Bag
-    topics: CameraTopics
-    copied: List[str]
-
-    @property
-    def images(self) -> int:
-        """Number of images."""
-        return self.bag.get_message_count(self.topics.image)
 
 
 def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCamera:
@@ -136,8 +123,8 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     with ExitStack() as stack:
         params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
         most = settings.limits.max_image_megapixels
-        points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
-        recording = FrameReader(*view, settings.pairing, points, most)
+        points = partial(points_from_message, params=params, most=most)
+        recording = FrameReader(view, settings.pairing, points, params.rectified == 'true', most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
         frames = _Frames(chain, job.camera, _transforms(job.source, params, stack), results,
                          BagReport(counts=recording.counts, topics=view.topics))
