@@ -125,10 +125,13 @@ def test_a_bag_without_people(tmp_path):
 
 def test_several_bags_follow_each_other(tmp_path):
     messages = list(frames(10, 3))
-    first = record(tmp_path / 'a.bag', messages[:5], single_topic(3), f'{SPACE}_3d')
-    second = record(tmp_path / 'b.bag', messages[5:], single_topic(3), f'{SPACE}_3d', compression='lz4')
+    first = record(tmp_path / 'a_2026-11-28-10-00-00_0.bag', messages[:5], single_topic(3), f'{SPACE}_3d')
+    second = record(tmp_path / 'a_2026-11-28-10-05-00_1.bag', messages[5:], single_topic(3), f'{SPACE}_3d',
+                    compression='lz4')
     both = record(tmp_path / 'both.bag', messages, single_topic(3))
     assert converted(tmp_path, first, second) == converted(tmp_path, both)
+    converted(tmp_path, first, second.rename(tmp_path / 'b.bag'))
+    assert set(read_keypoint_csv(tmp_path / 'converted.csv').ids) == {10, 11, 12, 22, 23, 24}  # another recording
 
 
 def other_definition(change):

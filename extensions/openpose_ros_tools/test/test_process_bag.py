@@ -40,6 +40,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.bag_to_images import main as main_of_images
+from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, CameraTopics
 from openpose_ros_tools.ros.process_bag.preset import with_preset
 from openpose_ros_tools.ros.process_bag.program import main, read_config
@@ -260,6 +261,36 @@ def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):
             changed.write(topic, message, time)
     assert run(other) == 0
     assert f"{IMAGE} is of frame '{FRAME_ID}', but {DEPTH} of 'depth_frame'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('pause, apart', [(0, False), (60, False), (0, True)])
+def test_people_and_transforms_go_on_in_the_next_part_of_a_recording(run, tmp_path, capsys, pause, apart):
+    """As `rosbag record --split` makes them, with latched messages in the first part alone."""
+    whole = write_recording(tmp_path / 'whole.bag', others=with_transform)
+    (tmp_path / 'parts').mkdir()
+    with rosbag.Bag(str(whole)) as bag, rosbag.Bag(str(tmp_path / 'parts/walk_0.bag'), 'w') as first, \
+            rosbag.Bag(str(tmp_path / 'parts/walk_1.bag'), 'w') as second:
+        for topic, message, time in bag.read_messages():
+            if time < stamp_of(5):
+                first.write(topic, message, time)
+            elif topic != INFO:
+                second.write(topic, message, time + genpy.Duration(pause))
+    status = run(tmp_path / 'parts', '--workers', 1, '--csv', tmp_path / 'csv', output=tmp_path / 'out',
+                 target_frame='world')
+    said = capsys.readouterr()
+    assert run(whole, target_frame='world') == 0
+    if pause:  # another recording, which has neither
+        assert status == 1 and f'FAILED {tmp_path}/parts/walk_1.bag: ' in said.out
+        return
+    found = arrays(tmp_path / 'out/walk_0.bag') + arrays(tmp_path / 'out/walk_1.bag')
+    for one, other in zip(found, arrays(tmp_path / 'out.bag')):
+        assert [person.person_ID for person in one.persons] == [person.person_ID for person in other.persons]
+        np.testing.assert_array_equal(positions(one), positions(other))
+    assert len(found) == FRAMES and status == 0
+    if apart:
+        assert run(write_recording(tmp_path / 'walk_1.bag'), '--overwrite', output=tmp_path / 'out/walk_1.bag') == 0
+    assert numbered_anew([tmp_path / f'out/walk_{part}.bag' for part in (0, 1)]) == {
+        tmp_path / f'out/walk_{part}.bag' for part in range(1 + apart)}
 
 
 OTHER, BASELINE, VIEWER = pinhole(640, 360, 0.42), 0.025, '/device_0/sensor_'

@@ -182,7 +182,8 @@ def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Opt
     return files, failed
 
 
-def _write_image(folder: Path, depth_scale: Optional[float], units: float, image: RecordedImage) -> Union[WrittenFile, str]:
+def _write_image(folder: Path, depth_scale: Optional[float], units: float, image: RecordedImage
+                 ) -> Union[WrittenFile, str]:
     """Write an image; return why if it can not be decoded."""
     source = f'{image.stream} image of {seconds_text(image.stamp)} s'
     try:

@@ -64,7 +64,7 @@ def raw_topic(topic: str) -> str:
 
 
 def depth_unit(bag: rosbag.Bag, depth: str) -> float:
-    """Return the unit of 16-bit depth images [m]: mm (REP 118), but for those for which the RealSense Viewer names it."""
+    """Return the unit of 16-bit depth images [m]: mm (REP 118), or that which the RealSense Viewer has written."""
     option = re.sub('/[^/]+/image/data$', '/option/Depth_Units/value', depth)
     if option == depth or option not in topic_types(bag):
         return 0.001

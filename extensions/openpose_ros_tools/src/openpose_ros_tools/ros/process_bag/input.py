@@ -19,7 +19,7 @@ from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
 from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, end_time, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit, is_result
 from openpose_ros_tools.ros.process_bag.job import CameraTopics, Counts
 from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS, Registration, first_message
@@ -283,12 +283,16 @@ class RecordedTransforms:
 
     Args:
         bag: open; this is its only reader meanwhile.
+        earlier: the parts of its recording before, whose static transforms hold and whose last ones may still count.
         backstep: by which stamps jump back where the clock was reset [ns].
     """
 
-    def __init__(self, bag: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
-        types = bag.get_type_and_topic_info().topics
-        self._messages = stamped_messages(bag, [topic for topic in TF_TOPICS if topic in types])
+    def __init__(self, bag: rosbag.Bag, *earlier: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
+        ends = [genpy.Time.from_sec(max(end_time(part) - 1e-9 * _TF_AHEAD, 0)) for part in earlier]
+        self._messages = itertools.chain(
+            *(stamped_messages(part, ('/tf_static', 'tf_static')) for part in earlier),
+            *(stamped_messages(part, ('/tf', 'tf'), start) for part, start in zip(earlier, ends)),
+            stamped_messages(bag, TF_TOPICS))
         self._next = next(self._messages, None)
         self._static: Dict[str, TransformStamped] = {}  # by child frame
         self._backstep = backstep

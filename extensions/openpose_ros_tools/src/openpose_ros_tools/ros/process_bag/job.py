@@ -83,6 +83,7 @@ class BagJob:
     mcap: bool = False  # whether the output is a file for Foxglove and ROS 2
     threads: int = 0  # of the networks where the parameters leave it open; 0: one per core
     create: Callable[[DetectorSettings], Detection] = create_detection  # makes what finds people, of the parameters
+    earlier: Tuple[Path, ...] = ()  # parts of the same recording before it, the first one first
     run: str = ''  # identifier of what its unfinished outputs are part of, see `PartFiles`
 
     @property
@@ -111,6 +112,7 @@ class BagJob:
         except OSError as error:
             raise BadInputError(f'{self.source}: {error.strerror}') from error
         return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,
+                'earlier': [path.name for path in self.earlier],
                 'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
                 'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
                 'camera': self.preset, 'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,

@@ -28,6 +28,7 @@ from openpose_ros_tools.ros.bag_files import (
     write_static_transforms,
 )
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
+from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD
 from openpose_ros_tools.ros.process_bag.fused_people import CameraPeople, Fusion
 from openpose_ros_tools.ros.process_bag.input import OpenCamera, copied_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, build_settings
@@ -35,7 +36,6 @@ from openpose_ros_tools.ros.process_bag.output import (
     IN_IMAGE,
     IN_SPACE,
     ON_FLOOR,
-    RECORD,
     PeopleTable,
     PeopleWriter,
     digests,
