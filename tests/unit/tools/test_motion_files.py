@@ -370,6 +370,39 @@ def test_a_file_for_each_person(poses, tmp_path, capsys):
     assert 'person 7 is not in' in capsys.readouterr().err and not (tmp_path / 'no').exists()
 
 
+@pytest.mark.parametrize('persons', [(), ('--persons', '4')])
+def test_all_exports_of_a_recording_have_one_clock(poses, tmp_path, persons):
+    """Person 4 comes a second after person 3, whether that is exported as well or not."""
+    head, *rows = poses.read_text().splitlines()
+    late = [row for row in rows if row.split(',')[5] == '3' or int(row.split(',')[0]) >= BEGIN + 10 ** 9]
+    poses.write_text('\n'.join([head, *late]) + '\n')
+    assert keypoints_to_motion.trc([str(poses), '-o', str(tmp_path), *persons]) == 0
+    assert read_mocap(tmp_path / 'person_4.trc').times[0] == pytest.approx(1)
+
+
+def test_a_bvh_rests_until_the_person_comes():
+    person, = sample_people(table_of(moving()), begin=BEGIN - 2 * 10 ** 9)
+    places = bvh_positions(bvh_text(person))
+    assert person.first == 2 * RATE and len(places['Neck']) == FRAMES + 2 * RATE
+    neck = 100 * person.positions[:, person.joints.index('neck')]
+    np.testing.assert_allclose(places['Neck'][2 * RATE:], neck, atol=0.1)
+    assert np.ptp(places['LeftForeArm end'][:2 * RATE], axis=0).max() == 0
+
+
+@pytest.mark.parametrize('order, is_refused', [
+    (lambda rows: rows + rows, True), (lambda rows: rows + rows[::2], True),
+    (lambda rows: rows[:50] + [row for row in rows if row.split(',')[5] == '3'], True),
+    (lambda rows: rows + [','.join([*row.split(',')[:5], '9', *row.split(',')[6:]]) for row in rows], True),
+    (lambda rows: sorted(rows, key=lambda row: row.split(',')[5]), False)])
+def test_time_that_runs_back_is_refused(poses, tmp_path, capsys, order, is_refused):
+    """Two recordings in one table; one that is sorted by people is fine."""
+    head, *rows = poses.read_text().splitlines()
+    poses.write_text('\n'.join([head, *order(rows)]) + '\n')
+    for program in (keypoints_to_motion.trc, keypoints_to_motion.bvh, keypoints_to_motion.angles):
+        assert program([str(poses), '-o', str(tmp_path / program.__name__)]) == 2 * is_refused
+        assert ('time runs back by' in capsys.readouterr().err) == is_refused
+
+
 def test_the_table_of_angles(poses, tmp_path):
     path = tmp_path / 'angles.csv'
     assert keypoints_to_motion.angles([str(poses), '-o', str(path)]) == 0

@@ -95,7 +95,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
     """Read people in space from a table or a bag.
 
     Raises:
-        BadInputError: it can not be read, or holds no people, or people in the image.
+        BadInputError: it can not be read; see also `check_poses`.
     """
     if is_bag(path):
         from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
@@ -104,6 +104,12 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
         raise ParameterError(f'--topic is for bags, and {path} is none')
     else:
         poses = read_keypoint_csv(path)
+    check_poses(path, poses)
+    return poses
+
+
+def check_poses(path: Path, poses: KeypointTable) -> None:
+    """Raise BadInputError if people are not in space, in one frame of reference; or if there are none."""
     if not len(poses):
         raise BadInputError(f'{path} holds no people')
     if poses.dimensions != 3:
@@ -112,7 +118,6 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
     if len(frames) > 1:
         raise BadInputError(f"{path} holds people in several frames of reference: {', '.join(map(repr, frames))}; "
                             'give the people of one camera at a time')
-    return poses
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -31,6 +31,7 @@ from openpose_ros_tools.tables.keypoint_table import (
     PersonRow,
     part_values,
     table_of,
+    with_one_clock,
     with_status,
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkRow
@@ -170,7 +171,7 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None, part: str = 'peop
         chosen = choose_topic(topic_types(bag), str(path), topic, part)
         rows = (row for message, time in bag_messages(bag, chosen.name)
                 for row in read(message, chosen.dimensions, time))
-        return table_of(rows, chosen.dimensions, joints)
+        return with_one_clock(table_of(rows, chosen.dimensions, joints), str(path))
 
 
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
