@@ -359,6 +359,7 @@ def test_a_file_for_each_person(poses, tmp_path, capsys):
     assert 'person_3.trc is there already' in capsys.readouterr().err
     assert keypoints_to_motion.trc([str(poses), '-o', str(out), '--overwrite', '--measured', '--persons', '4', '--rate',
                                     '60']) == 0
+    assert [path.name for path in out.iterdir()] == ['person_4.trc']  # of the former export nothing stays
     read = read_mocap(out / 'person_4.trc')
     assert 'RWrist' not in read.names and len(read) == 2 * FRAMES - 1
     capsys.readouterr()

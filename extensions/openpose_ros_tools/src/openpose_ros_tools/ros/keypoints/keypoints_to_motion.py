@@ -3,6 +3,7 @@ import argparse
 import csv
 import inspect
 import logging
+import re
 import sys
 from pathlib import Path
 from typing import Callable, Dict, Optional, Sequence, Tuple
@@ -10,7 +11,7 @@ from typing import Callable, Dict, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_tools.command_options import (
     add_output,
@@ -95,21 +96,21 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
 def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[SampledPerson, str], str]) -> int:
     table, begin = _people(options)
     people = sample_people(table, options.rate, options.up, begin)
-    texts: Dict[Path, str] = {}
+    texts: Dict[str, str] = {}
     for person in people:
-        path = options.output / f'person_{person.person}{suffix}'
+        name = f'person_{person.person}{suffix}'
         try:
-            texts[path] = text_of(person, path.name)
+            texts[name] = text_of(person, name)
         except BadInputError as error:
             _log.warning('%s; left out', error)
     if not texts:
         raise BadInputError(f'{options.file}: no person can be written')
-    if options.output.exists() and not options.output.is_dir():
-        raise ParameterError(f'{options.output} is a file; name a folder')
-    check_outputs(list(texts), options.overwrite, [options.file])
+    check_outputs([options.output / name for name in texts], options.overwrite, [options.file])
+    former = re.compile(rf'person_\d+\{suffix}')
     with PartFiles() as parts:
-        for path, text in texts.items():
-            parts.file(path).write_text(text)
+        folder = parts.folder(options.output, lambda name: options.overwrite and bool(former.fullmatch(name)))
+        for name, text in texts.items():
+            (folder / name).write_text(text)
     sys.stdout.write(f'{len(texts)} people at {people[0].rate:g} Hz in {options.output}; 0 s is {begin} ns\n')
     return DONE
 
