@@ -183,7 +183,8 @@ def check_registration(seen: Snapshot) -> Iterator[Finding]:
 
 def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List[str]:
     faults, image = [], camera.image
-    fault = points.points and registration_fault(points.points, camera.colour_info and camera.colour_info.calibration)
+    calibration = None if camera.colour_info is None else camera.colour_info.calibration
+    fault = '' if points.points is None else registration_fault(points.points, calibration)
     if fault:
         faults.append(fault)
     elif all(image.size) and all(points.size):

@@ -40,6 +40,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import (
     FOLDERS,
     LISTS,
@@ -168,11 +169,11 @@ def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> 
 
 # ----------------------------------------------------------------------------------------------------------- writing
 
-def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float], units: float
+def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float]
                  ) -> Tuple[List[WrittenFile], int]:
     """Write images into a folder, named after their stamps; return the files and how many could not be decoded."""
     files, failed = [], 0
-    with closing(ordered_map(lambda image: _write_image(folder, depth_scale, units, image), images)) as results:
+    with closing(ordered_map(lambda image: _write_image(folder, depth_scale, image), images)) as results:
         for result in results:
             if isinstance(result, WrittenFile):
                 files.append(result)
@@ -182,12 +183,11 @@ def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Opt
     return files, failed
 
 
-def _write_image(folder: Path, depth_scale: Optional[float], units: float, image: RecordedImage
-                 ) -> Union[WrittenFile, str]:
+def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImage) -> Union[WrittenFile, str]:
     """Write an image; return why if it can not be decoded."""
     source = f'{image.stream} image of {seconds_text(image.stamp)} s'
     try:
-        suffix, content = file_of_message(image.stream, deserialized(image.message), depth_scale, source, units)
+        suffix, content = file_of_message(image.stream, deserialized(image.message), depth_scale, source)
     except BadInputError as error:
         return f'{source}: {error}'
     path = Path(FOLDERS[image.stream][0]) / (seconds_text(image.stamp) + suffix)
@@ -210,7 +210,8 @@ def _run(options: argparse.Namespace) -> int:
         topics = find_topics(bag, wanted)
         camera = read_camera(bag, topics)
         units = 1 / depth_unit(bag, topics.get('depth', ''))
-        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale, units)
+        scale = options.depth_scale and options.depth_scale * MILLIMETRES / units  # as if depth was in mm
+        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), scale)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)

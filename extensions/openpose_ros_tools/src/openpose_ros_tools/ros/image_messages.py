@@ -180,21 +180,20 @@ def first_size(folder: RgbdFolder) -> Tuple[int, int]:
     raise BadInputError(f'none of the {len(files)} {stream} images can be decoded: {reason}')
 
 
-def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[float], source: str,
-                    units: float = MILLIMETRES) -> Tuple[str, bytes]:
+def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[float], source: str
+                    ) -> Tuple[str, bytes]:
     """Return suffix and content of the file of an image message, or of the depth in a cloud.
 
     Args:
-        depth_scale: units per metre of 16-bit depth; None: its units stay, and metres become a TIFF.
+        depth_scale: units per metre of 16-bit depth; None: mm stay, and metres become a TIFF.
         source: of the message, for errors.
-        units: per metre of the message's 16-bit depth.
 
     Raises:
         BadInputError: the message contains no image; its text does not begin with `source`.
         ParameterError: depth does not fit the scale.
     """
     if stream == 'depth':
-        return _depth_file(_depth_of(message), depth_scale, source, units)
+        return _depth_file(_depth_of(message), depth_scale, source)
     if message._type == COMPRESSED:
         kind = image_kind(message.data)
         if kind is None:
@@ -208,9 +207,9 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
     return '.png', image_files.encode_image(pixels, '.png', source)
 
 
-def _depth_file(depth: np.ndarray, depth_scale: Optional[float], source: str, units: float) -> Tuple[str, bytes]:
+def _depth_file(depth: np.ndarray, depth_scale: Optional[float], source: str) -> Tuple[str, bytes]:
     if depth_scale is not None:
-        metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, units)
+        metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, MILLIMETRES)
         try:
             depth = image_files.depth_to_units(metres, depth_scale, source)
         except BadInputError as error:

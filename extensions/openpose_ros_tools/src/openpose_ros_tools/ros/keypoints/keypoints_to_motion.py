@@ -26,8 +26,7 @@ from openpose_ros_tools.motion.bvh import bvh_text
 from openpose_ros_tools.motion.samples import SampledPerson, measured_only, sample_people
 from openpose_ros_tools.motion.trc import markers_of, trc_text
 from openpose_ros_tools.outputs import PartFiles, output_file
-from openpose_ros_tools.ros.evaluate_mocap import check_poses
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
+from openpose_ros_tools.ros.evaluate_mocap import read_poses
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 
 _log = logging.getLogger(__name__)
@@ -131,8 +130,7 @@ def _write_angles(options: argparse.Namespace) -> int:
 
 def _people(options: argparse.Namespace) -> Tuple[KeypointTable, int]:
     """Return the people that are asked for, and the stamp of the first frame of the recording [ns]."""
-    table, frames = read_keypoints(options.file, options.topic)
-    check_poses(options.file, table)
+    table, frames = read_poses(options.file, options.topic)
     begin = min([table.stamps.min(), *([] if frames is None else frames[:1])])
     missing = sorted(set(options.persons or ()) - set(table.ids.tolist()))
     if missing:

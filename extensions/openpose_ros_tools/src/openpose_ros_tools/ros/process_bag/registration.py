@@ -1,6 +1,6 @@
 """Points of another camera than that of the images: found by the calibrations of both and tf, and registered."""
 import logging
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
 from openpose_ros_tools.ros.process_bag.job import CameraTopics
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import registered
@@ -40,20 +40,17 @@ class Registration:
     """
 
     def __init__(self, bags: Sequence[rosbag.Bag], topics: CameraTopics, rectified: bool) -> None:
-        self._topics, self._rectified, self._told = topics, rectified, False
+        self._rectified, self._told = rectified, False
         self._points = topics.points or topics.depth
         self._frame_id, points_frame = (first_message(bags, topic).frame_id for topic in (topics.image, self._points))
         self._calibration = (calibration_from_message(deserialized(first_message(bags, topics.image_info), CameraInfo))
                              if topics.image_info else None)
         self._pose = _pose(bags, (topics.image, self._points), self._frame_id, points_frame)
         self._is_elsewhere = self._pose is not None and not is_same_place(*self._pose)
+        self._has_two_calibrations = self._calibration is not None and topics.camera_info != topics.image_info
         if topics.depth and (self._pose is None or (self._is_elsewhere and not self._has_two_calibrations)):
             _log.warning("%s is of frame '%s', but %s of '%s': joints are right in space only where the depth images "
                          'are aligned to the images', topics.image, self._frame_id, topics.depth, points_frame)
-
-    @property
-    def _has_two_calibrations(self) -> bool:
-        return self._calibration is not None and self._topics.camera_info != self._topics.image_info
 
     def __call__(self, points: PointGrid, header: Header) -> Tuple[PointGrid, Header]:
         """Return the points at the pixels of the image, and their header.
@@ -95,7 +92,7 @@ def _pose(bags: Sequence[rosbag.Bag], topics: Tuple[str, str], image: str, point
     known = tf2_py.BufferCore()
     for bag in bags:
         end = genpy.Time.from_sec(bag.get_start_time()) + _TF_WITHIN
-        for message in stamped_messages(bag, _there(bag, TF_TOPICS), end=end):
+        for message in stamped_messages(bag, TF_TOPICS, end=end):
             for transform in deserialized(message, TFMessage).transforms:
                 known.set_transform_static(transform, 'bag')  # a camera does not bend
             try:
@@ -111,12 +108,7 @@ def _from_reference(bags: Sequence[rosbag.Bag], topic: str) -> Any:
     Source: librealsense, ros_writer.cpp, write_extrinsics: beside NAME/image/data in NAME/tf/0.
     """
     for bag in bags:
-        for message in stamped_messages(bag, _there(bag, [topic.replace('/image/data', '/tf/0')])):
+        for message in stamped_messages(bag, [topic.replace('/image/data', '/tf/0')]):
             if message.raw[0] == 'geometry_msgs/Transform':
                 return rotation_and_translation(TransformStamped(transform=deserialized(message)))
     return None
-
-
-def _there(bag: rosbag.Bag, topics: Sequence[str]) -> List[str]:
-    types = topic_types(bag)
-    return [topic for topic in topics if topic in types]

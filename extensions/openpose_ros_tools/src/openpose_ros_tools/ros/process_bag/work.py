@@ -43,7 +43,8 @@ def process_parts(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
     """Make the results of the parts of a recording, in which people keep their ids; errors as `process`."""
     if len(jobs) == 1:
         return [process(jobs[0])]
-    first, results = with_preset(jobs[0]), []
+    first = with_preset(jobs[0])
+    results: List[Union[BagReport, Exception]] = []
     networks = Networks(first, build_settings(first.values))
     for job in jobs:
         try:
