@@ -237,7 +237,6 @@ class FrameReader:
         return matcher
 
 
-
 class _ClockRun:
     """What tf knew between two resets of the clock.
 
