@@ -146,8 +146,7 @@ def _recordings(tables: Mapping[str, KeypointTable], models: Mapping[str, Camera
         if name not in tables:
             raise BadInputError(f"there is no camera '{name}'; there are {', '.join(sorted(tables))}")
     given = {name: calibrated_camera(read_calibration(path)) for name, path in options.calibrations.items()}
-    cameras = [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
-    return cameras
+    return [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
 
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:

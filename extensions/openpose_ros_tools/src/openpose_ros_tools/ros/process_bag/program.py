@@ -262,11 +262,11 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     several = not camera_names(options) and _are_several(options.inputs)
     bags = _bags(options.inputs)
     # workers share the cores of this machine; those of a cluster have as many threads as its owner started
-    threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
+    recordings = parts_of_recordings(bags) if several else []
+    threads = max((os.cpu_count() or 1) // min(options.workers, len(recordings)), 1) if several else 0
     topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
     result, run = [], new_run()
-    earlier = {path: tuple(parts[:number]) for parts in (parts_of_recordings(bags) if several else ())
-               for number, path in enumerate(parts)}
+    earlier = {path: tuple(parts[:number]) for parts in recordings for number, path in enumerate(parts)}
     for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
             (options.output, _result_name(bag)), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))

@@ -1,6 +1,5 @@
 """Several cameras that see the same people: each by itself, then fused, in one bag."""
 import argparse
-import functools
 import heapq
 import itertools
 from contextlib import ExitStack
@@ -174,24 +173,19 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             # joints as frames would have the same names for each camera
             alone = replace(settings, extractor=replace(settings.extractor, publish_tf=False))
             networks = Networks(job.cameras[0], alone)
-            done, total = 0, sum(view.images for view in views)
+            counts = [view.images for view in views]
             for camera, view in zip(job.cameras, views):
                 json = None if camera.json is None else parts.folder(camera.json, json_names(camera))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 done_cameras.append(part)
                 reports[camera.camera] = process_camera(
-                    part, view, {}, networks, functools.partial(_count_on, on_frame, (done, total)))
-                done += view.images
+                    part, view, {}, networks, lambda number, _: on_frame(
+                        sum(counts[:len(reports)]) + number, sum(counts)))
                 given.append(_found_people(part, view))
         report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
         report.cameras.update(reports)
         _merge(job, given, folder / 'fused.bag', copied, (output, {**made, **digests(done_cameras, csv)}))
     return report
-
-
-def _count_on(on_frame: Callable[[int, int], None], before: Tuple[int, int], done: int, _: int) -> None:
-    """Count the images of a camera as those of all; `before`: those done before it, and all."""
-    on_frame(before[0] + done, before[1])
 
 
 def _given_people(camera: BagJob) -> CameraPeople:
