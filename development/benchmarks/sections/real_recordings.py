@@ -59,7 +59,7 @@ def frames_of_bag(path: Path) -> Iterator[Frame]:
         settings = build_settings(job.values)
         with ExitStack() as stack:
             points = partial(points_from_message, params=replace(settings.extractor, points_source='depth_image'))
-            reader = FrameReader(*open_camera(job, settings, stack), settings.pairing, points)
+            reader = FrameReader(open_camera(job, settings, stack), settings.pairing, points, False)
             frames = [frame for frame in reader if isinstance(frame, RecordedFrame)]
         advice = re.search(r'slop=([\d.]+)', reader.counts.advice)
         if frames or values or advice is None:

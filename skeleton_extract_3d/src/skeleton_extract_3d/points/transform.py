@@ -17,6 +17,15 @@ TURNED = '_upright'
 """End of the name of a frame with these axes."""
 
 
+# Largest rotation (as a sine) and translation [m] between frames that count as one.
+_SAME_PLACE = 2e-3
+
+
+def is_same_place(rotation: np.ndarray, translation: np.ndarray) -> bool:
+    """Return whether a transform connects two names of one frame."""
+    return bool(max(np.abs(rotation - np.eye(3)).max(), np.abs(translation).max()) < _SAME_PLACE)
+
+
 def transform_people(people: People3D, rotation: np.ndarray, translation: np.ndarray) -> People3D:
     """Return the people with x' = R x + t and v' = R v; sigma, being isotropic, stays."""
     turn = np.asarray(rotation).T

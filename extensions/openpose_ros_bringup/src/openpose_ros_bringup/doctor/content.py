@@ -1,6 +1,6 @@
 """Checks of what messages hold: encodings, stamps, registration."""
 from contextlib import suppress
-from typing import Iterator, List, Optional, Tuple
+from typing import Iterator, List, Optional
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Strea
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
-from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
-from skeleton_extract_3d.points.plausibility import summarize
-from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.plausibility import registration_fault, summarize
+from skeleton_extract_3d.points.transform import is_same_place
 
 # Encodings of depth images.
 _DEPTH = ('16UC1', 'mono16', '32FC1')
@@ -30,10 +30,6 @@ _DEPTH = ('16UC1', 'mono16', '32FC1')
 _AGES, _AGES_IN_RECORDINGS = (-0.05, 1.0), (-10.0, 10.0)
 # A recording is older [s].
 _RECORDED = 3600.0
-# Points that miss their pixels by a greater share of the image's width do not belong to the image.
-_GREATEST_MISFIT = 0.01
-# Largest rotation (as a sine) and translation [m] between frames that count as one.
-_SAME_FRAME = 2e-3
 _NO_MESSAGE = 'no message came'
 
 
@@ -187,10 +183,10 @@ def check_registration(seen: Snapshot) -> Iterator[Finding]:
 
 def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List[str]:
     faults, image = [], camera.image
-    misfit = None if points.points is None else _misfit(points.points, camera)
-    if misfit is not None and misfit > _GREATEST_MISFIT:
-        faults.append(f'its points miss their pixels in {image.topic} by {100 * misfit:.2g} % of the width: it is not '
-                      'registered to the colour image')
+    calibration = None if camera.colour_info is None else camera.colour_info.calibration
+    fault = '' if points.points is None else registration_fault(points.points, calibration)
+    if fault:
+        faults.append(fault)
     elif all(image.size) and all(points.size):
         try:
             check_same_aspect('image', image.size, 'depth', points.size)
@@ -209,36 +205,7 @@ def _is_same_frame(seen: Snapshot, first: str, second: str) -> bool:
     """Tell whether tf has two frames at one place."""
     found = seen.tf.lookups.get((second, first))
     return bool(found and found.rotation is not None and found.translation is not None
-                and np.abs(found.rotation - np.eye(3)).max() < _SAME_FRAME
-                and np.abs(found.translation).max() < _SAME_FRAME)
-
-
-def _misfit(grid: PointGrid, camera: Camera) -> Optional[float]:
-    """Return how far points are from their pixels, by the camera info of the image [widths]; None: unknown."""
-    u, v = (axis.ravel() for axis in np.meshgrid(*(np.linspace(0, size - 1, 24).astype(np.int64)
-                                                   for size in (grid.width, grid.height))))
-    points = grid.window(u, v, 1)[:, 0]
-    if not np.isfinite(points).all(axis=1).any() or (points[np.isfinite(points[:, 2]), 2] < 0).any():
-        return None
-    misfits = []
-    for model in _colour_cameras(camera):
-        shift = (model.project(points) - np.stack([u, v], axis=1) * _scale(model, grid)) / model.width
-        misfits.append(float(np.nanmedian(np.hypot(*shift.T))))
-    return min(misfits) if misfits else None
-
-
-def _scale(model: CameraModel, grid: PointGrid) -> Tuple[float, float]:
-    return model.width / grid.width, model.height / grid.height
-
-
-def _colour_cameras(camera: Camera) -> List[CameraModel]:
-    """Return the camera of the colour image, as it is and rectified, as far as it is calibrated."""
-    models = []
-    for rectified in (False, True):
-        with suppress(BadInputError):
-            if camera.colour_info is not None and camera.colour_info.calibration is not None:
-                models.append(calibrated_camera(camera.colour_info.calibration, rectified))
-    return models
+                and is_same_place(found.rotation, found.translation))
 
 
 def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:

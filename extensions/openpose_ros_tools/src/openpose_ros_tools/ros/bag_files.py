@@ -6,7 +6,7 @@ import re
 import struct
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, Type, TypeVar
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type, TypeVar
 
 import genpy
 import rosbag
@@ -37,6 +37,10 @@ _LEAST_VERSION = 200
 _LARGEST_CHUNK = 1 << 30
 # Of LZ4, as many compressed bytes at a time; they become 255 times as many at most.
 _LZ4_PIECE = 1 << 16
+# Names of the parts of a recording, as `rosbag record --split` gives them: NAME_0, NAME_2026-11-28-10-00-00_0; and the
+# longest time from the end of one to the begin of the next [s].
+_PART = re.compile(r'(.*?)(?:_\d{4}(?:-\d\d){5})?_(\d+)')
+_PART_PAUSE = 5.0
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
 _HEADER = struct.Struct('<4I')
 
@@ -136,6 +140,27 @@ def _make_harmless(bag: rosbag.Bag) -> None:
         if not re.fullmatch(TYPE_NAME, connection.datatype, re.ASCII):
             raise BadInputError(f'{bag.filename} has messages of a type that is no name: {connection.datatype[:100]!r}')
         connection.msg_def = harmless_definition(connection.msg_def)
+
+
+def parts_of_recordings(paths: Sequence[Path]) -> List[List[Path]]:
+    """Return the parts of each recording: bags that follow each other by name and time, as of rosbag record --split."""
+    recordings: List[List[Path]] = []
+    for path in paths:
+        if recordings and _follows(recordings[-1][-1], path):
+            recordings[-1].append(path)
+        else:
+            recordings.append([path])
+    return recordings
+
+
+def _follows(before: Path, path: Path) -> bool:
+    names = [_PART.fullmatch(each.name.partition('.')[0]) for each in (before, path)]
+    if not (names[0] and names[1] and before.parent == path.parent and names[0][1] == names[1][1]
+            and int(names[0][2]) + 1 == int(names[1][2])):
+        return False
+    with suppress(BadInputError, rosbag.ROSBagException), open_bag(before) as first, open_bag(path) as second:
+        return bool(abs(second.get_start_time() - end_time(first)) < _PART_PAUSE)
+    return False  # damaged, or empty
 
 
 @contextmanager

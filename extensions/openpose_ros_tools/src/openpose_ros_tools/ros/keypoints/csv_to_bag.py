@@ -33,7 +33,7 @@ from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import person_message
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
-from openpose_ros_tools.tables.keypoint_table import frames_of
+from openpose_ros_tools.tables.keypoint_table import frames_of, table_of, with_one_clock
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'
@@ -94,6 +94,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     with output_file(options.output, options.overwrite, [options.csv]) as part:
         file = read_csv(options.csv)
+        with_one_clock(table_of(file.rows, file.dimensions), str(options.csv))  # rosbag would sort two runs into one
         frames = write_bag(file, part, options.frame_id, pose_model_of(known_joints(file)))
     sys.stdout.write(f'{frames} frames in {options.output}\n')
     return DONE

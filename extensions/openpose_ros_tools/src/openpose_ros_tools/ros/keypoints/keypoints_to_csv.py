@@ -67,14 +67,22 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, sta
     Raises:
         BadInputError: a bag is damaged.
     """
-    rows = 0
+    rows, first, highest = 0, 0, 0
+    anew = keypoint_bag.numbered_anew(paths) if len(paths) > 1 else ()
     for path in paths:
+        if highest and path in anew:
+            first = highest
+            _log.warning('%s numbers people anew: %d is added to its ids', path, first)
         with open_bag(path) as bag:
             count = keypoint_bag.count_messages(bag, topic.name)
             bar.total = (bar.total or 0) + count
             if not count:
                 _log.warning('%s has no messages on %s', path, topic.name)
             for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
+                for each in next((getattr(message, name) for name in ('persons', 'hands', 'faces')
+                                  if hasattr(message, name)), [message]):
+                    each.person_ID += first  # no id is used twice
+                    highest = max(highest, each.person_ID)
                 rows += _write(writer, message, None if stamps else recorded)
                 bar.update()
     return rows

@@ -24,6 +24,7 @@ are complete.
 """
 import argparse
 import logging
+import re
 import sys
 from functools import partial
 from pathlib import Path
@@ -37,6 +38,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, checked, command_parser
+from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
@@ -51,6 +53,8 @@ from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_o
 
 _log = logging.getLogger(__name__)
 
+# Names of plots of a joint or a person: with --overwrite those of a former recording are deleted.
+_OF_PEOPLE = r'(trajectory_\w+|visibility_person_\d+)\.'
 # Joints whose trajectories are plotted by default.
 _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
 
@@ -124,6 +128,10 @@ def _run(options: argparse.Namespace) -> int:
         except OSError as error:
             raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
         tqdm.write(str(path))
+    of_people = re.compile(_OF_PEOPLE + options.format)
+    for former in files_of(folder, lambda name: bool(of_people.fullmatch(name))):
+        if options.overwrite and former not in paths:
+            former.unlink()
     return DONE
 
 

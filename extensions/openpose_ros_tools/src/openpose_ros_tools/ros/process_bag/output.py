@@ -24,8 +24,8 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
-from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
-from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
+from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD, made_of, rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
@@ -35,8 +35,6 @@ from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
 
-# What a bag was made of, so that it is not made again.
-RECORD = '/openpose_ros/process_bag'
 # Namespaces of people, in that of their camera.
 IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
 
@@ -255,10 +253,8 @@ def record(bag: rosbag.Bag, made: Dict[str, Any], time: genpy.Time) -> None:
 def finished_record(job: Union[BagJob, RigJob]) -> Optional[Dict[str, Any]]:
     """Return what a finished run of the same has noted in the output with `record`; None: it is none, or not there."""
     try:
-        with open_bag(job.output) as bag:
-            stored = next(undamaged(bag, bag.read_messages(topics=[RECORD])), None)
-        noted = dict(json.loads(stored.message.data)) if stored else {}
-    except (BadInputError, ValueError, TypeError, AttributeError):
+        noted = made_of(job.output)
+    except BadInputError:
         return None
     return noted if all(noted.get(key) == value for key, value in job.made_from().items()) else None
 

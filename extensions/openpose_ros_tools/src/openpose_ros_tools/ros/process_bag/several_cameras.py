@@ -1,6 +1,5 @@
 """Several cameras that see the same people: each by itself, then fused, in one bag."""
 import argparse
-import functools
 import heapq
 import itertools
 from contextlib import ExitStack
@@ -28,14 +27,14 @@ from openpose_ros_tools.ros.bag_files import (
     write_static_transforms,
 )
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
+from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD
 from openpose_ros_tools.ros.process_bag.fused_people import CameraPeople, Fusion
-from openpose_ros_tools.ros.process_bag.input import TF_TOPICS, copied_topics
+from openpose_ros_tools.ros.process_bag.input import OpenCamera, copied_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import (
     IN_IMAGE,
     IN_SPACE,
     ON_FLOOR,
-    RECORD,
     PeopleTable,
     PeopleWriter,
     digests,
@@ -44,7 +43,8 @@ from openpose_ros_tools.ros.process_bag.output import (
     record,
 )
 from openpose_ros_tools.ros.process_bag.preset import with_preset
-from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
+from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS
+from openpose_ros_tools.ros.process_bag.work import Networks, open_camera, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
@@ -173,24 +173,19 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             # joints as frames would have the same names for each camera
             alone = replace(settings, extractor=replace(settings.extractor, publish_tf=False))
             networks = Networks(job.cameras[0], alone)
-            done, total = 0, sum(view.images for view in views)
+            counts = [view.images for view in views]
             for camera, view in zip(job.cameras, views):
                 json = None if camera.json is None else parts.folder(camera.json, json_names(camera))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 done_cameras.append(part)
                 reports[camera.camera] = process_camera(
-                    part, view, {}, networks, functools.partial(_count_on, on_frame, (done, total)))
-                done += view.images
+                    part, view, {}, networks, lambda number, _: on_frame(
+                        sum(counts[:len(reports)]) + number, sum(counts)))
                 given.append(_found_people(part, view))
         report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
         report.cameras.update(reports)
         _merge(job, given, folder / 'fused.bag', copied, (output, {**made, **digests(done_cameras, csv)}))
     return report
-
-
-def _count_on(on_frame: Callable[[int, int], None], before: Tuple[int, int], done: int, _: int) -> None:
-    """Count the images of a camera as those of all; `before`: those done before it, and all."""
-    on_frame(before[0] + done, before[1])
 
 
 def _given_people(camera: BagJob) -> CameraPeople:

@@ -4,14 +4,12 @@ import logging
 from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
 from functools import partial
-from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
 import genpy
-import rosbag
 
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
-from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
+from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError, OpenposeRosError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
@@ -20,6 +18,7 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_typ
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.input import (
     FrameReader,
+    OpenCamera,
     RecordedFrame,
     RecordedTransforms,
     copied_topics,
@@ -40,11 +39,28 @@ _AHEAD = 3
 _Event = Union[RecordedFrame, BadInputError, StampedMessage]
 
 
-def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> BagReport:
+def process_parts(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
+    """Make the results of the parts of a recording, in which people keep their ids; errors as `process`."""
+    if len(jobs) == 1:
+        return [process(jobs[0])]
+    first = with_preset(jobs[0])
+    results: List[Union[BagReport, Exception]] = []
+    networks = Networks(first, build_settings(first.values))
+    for job in jobs:
+        try:
+            results.append(process(job, networks=networks))
+        except (OpenposeRosError, OSError) as error:  # of this part alone
+            results.append(error)
+    return results
+
+
+def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None,
+            networks: Optional['Networks'] = None) -> BagReport:
     """Make the results of a bag; they appear all at once, at the end.
 
     Args:
         on_frame: gets the number of images that are done, and of all.
+        networks: of the parts of its recording; None: new ones.
 
     Raises:
         BadInputError: the bag can not be read, has not what is wanted, or no frame gave a result.
@@ -56,7 +72,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     settings = build_settings(job.values)
     with ExitStack() as stack:
         view = open_camera(job, settings, stack)
-        networks = Networks(job, settings)
+        networks = networks or Networks(job, settings)
         parts = stack.enter_context(PartFiles(job.run))
         json = None if job.json is None else parts.folder(job.json, json_names(job))
         csv = None if job.csv is None else parts.file(job.csv)
@@ -65,26 +81,14 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         return process_camera(unfinished, view, made, networks, on_frame)
 
 
-class OpenCamera(NamedTuple):
-    """An open bag, the topics of the camera in it, and those to copy."""
-
-    bag: rosbag.Bag
-    topics: CameraTopics
-    copied: List[str]
-
-    @property
-    def images(self) -> int:
-        """Number of images."""
-        return self.bag.get_message_count(self.topics.image)
-
-
 def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCamera:
     """Open the bag of a camera and find its topics; errors as `process`."""
     bag = stack.enter_context(open_bag(job.source))
     namespace = job.camera
     if namespace and job.is_alone and not any(is_within(topic, namespace) for topic in topic_types(bag)):
         namespace = ''
-    finder = TopicFinder(bag, namespace)
+    earlier = [stack.enter_context(open_bag(path)) for path in job.earlier]
+    finder = TopicFinder((*earlier, bag)[0], namespace)  # camera infos may be latched, so in the first part alone
     if not finder.types and namespace:
         raise BadInputError(f'{job.source} has no topics in the namespace /{namespace}; it has '
                             f"{', '.join(sorted(topic_types(bag)))}")
@@ -95,7 +99,10 @@ def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCam
     if job.camera and not found.in_space:
         beside = topics.camera_info or finder.camera_info_of(found.image) or ''
         found = replace(found, camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
-    return OpenCamera(bag, found, copied_topics(bag, job.copied))
+    for topic in (found.image, found.points or found.depth):
+        if topic and topic not in topic_types(bag):
+            raise BadInputError(f'{job.source} has no topic {topic}, which the part before it has')
+    return OpenCamera(bag, found, copied_topics(bag, job.copied), earlier)
 
 
 class Networks:
@@ -119,10 +126,13 @@ class Networks:
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
         self._detection = job.create(params)
+        self._chain: Optional[PeopleChain] = None
 
-    def chain(self) -> PeopleChain:
-        """Return the chain of a camera that has no history yet."""
-        return PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
+    def chain(self, job: BagJob) -> PeopleChain:
+        """Return the chain of a camera: without a history, or with that of the parts of its recording before."""
+        if self._chain is None or not job.earlier:
+            self._chain = PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
+        return self._chain
 
 
 def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
@@ -132,14 +142,14 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     Args:
         made: what the results are made from.
     """
-    settings, images, chain = networks.settings, view.images, networks.chain()
+    settings, images, chain = networks.settings, view.images, networks.chain(job)
     with ExitStack() as stack:
         params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
         most = settings.limits.max_image_megapixels
-        points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
-        recording = FrameReader(*view, settings.pairing, points, most)
+        points = partial(points_from_message, params=params, most=most)
+        recording = FrameReader(view, settings.pairing, points, params.rectified == 'true', most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
-        frames = _Frames(chain, job.camera, _transforms(job.source, params, stack), results,
+        frames = _Frames(chain, job.camera, _transforms(job, params, stack), results,
                          BagReport(counts=recording.counts, topics=view.topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
@@ -151,12 +161,12 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     return frames.report
 
 
-def _transforms(source: Path, params: ExtractorParams, stack: ExitStack
+def _transforms(job: BagJob, params: ExtractorParams, stack: ExitStack
                 ) -> Tuple[FrameTransforms, Callable[[genpy.Time], None]]:
     """Return the transforms in a bag, which is read only where some are wanted, and what reads them until a time."""
     if not (params.target_frame or params.tracking_frame):
         return FrameTransforms(params, None), lambda time: None
-    recorded = RecordedTransforms(stack.enter_context(open_bag(source)))
+    recorded = RecordedTransforms(*(stack.enter_context(open_bag(path)) for path in (job.source, *job.earlier)))
     return FrameTransforms(params, recorded.lookup), recorded.read_until
 
 
