@@ -71,13 +71,6 @@ def test_a_picture_of_a_person_is_no_person(z, about, turned):
     assert all(len(life.shows(picture, depth)) == 0 for _ in range(round(2 * RATE)))
 
 
-@pytest.mark.parametrize('count, least, most', [(8, 0.5, 0.6), (14, 0.7, 0.9)])
-def test_few_joints_before_no_plane_may_be_those_of_a_picture(count, least, most):
-    frame = render(CAMERA, [at(0.1)], Room(wall=None, has_floor=False))
-    shown = without_joints(frame.people, (frame.vis != VISIBLE) | (np.arange(18) >= count))
-    assert least < Life().shows(replace(frame, people=shown)).existence[0] < most
-
-
 @pytest.mark.parametrize('z', [2.5, 5.5])
 def test_a_person_who_lies_on_the_floor_is_one(z):
     """A camera at the ceiling: the surfaces of the body are 0.15 m above the floor."""

@@ -111,8 +111,6 @@ def evidence_of(observed: ObservedPeople, lifted: Lifted, since: np.ndarray, vie
                 method: MethodConstants = METHOD) -> np.ndarray:
     """Return the log likelihood ratios of detections: by their scores, their relief and their size, (P,).
 
-    Scores count where the points tell that it is no picture: one that is covered in part shows few joints.
-
     Args:
         since: (P,) time since the look before, infinite for new people [s].
     """
@@ -120,13 +118,11 @@ def evidence_of(observed: ObservedPeople, lifted: Lifted, since: np.ndarray, vie
     by_score = of_detection(people.scores)
     relief = relief_of(observed, view, method)
     with np.errstate(invalid='ignore'):
-        spread = _spread_of(observed, lifted, view, method)
-        flat = (relief < constants.flat) | (spread < constants.flat_body)
+        flat = (relief < constants.flat) | (_spread_of(observed, lifted, view, method) < constants.flat_body)
         small = _size(lifted, method) < method.body.stature_limits[0] / method.body.adult_stature
-    told = np.isfinite(relief) | np.isfinite(spread)
-    evidence = np.where(people.looked & told, by_score, EXISTENCE.least_evidence)
-    against = constants.against_flat * np.minimum(since / EXISTENCE.independent, 1.0)
-    return np.where(flat | small, np.minimum(evidence, 0.0) + against, evidence)
+    weight = np.minimum(since / EXISTENCE.independent, 1.0)
+    evidence = np.where(people.looked, by_score, EXISTENCE.least_evidence * weight)
+    return np.where(flat | small, constants.against_flat * weight, evidence)
 
 
 def relief_of(observed: ObservedPeople, view: FrameView, method: MethodConstants = METHOD) -> np.ndarray:
