@@ -8,7 +8,7 @@ from typing import Iterator, NamedTuple, Tuple
 import numpy as np
 
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.people import distinct_ids, values_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.geometry import EARS, joints_of, stature_of
 from skeleton_extract_3d.body.body import BODY, HEAD, HIPS, BodyConstants, joint_indices
@@ -94,7 +94,7 @@ class Capsules:
     """The N capsules of all people of a frame, those whose ends are both known, person by person.
 
     Attributes:
-        persons: (N,) int64 ids.
+        persons: (N,) int64 ids, see `distinct_ids`.
         parts: (N,) int64 places in `PARTS`.
         points: (N, 2) int64 places in `POINTS` of the ends.
         ends: (N, 2, 3) float64 [m].
@@ -147,7 +147,7 @@ def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: 
     known = (points.status[:, _ENDS] != MISSING).all(axis=2)
     persons, parts = np.nonzero(known)
     rows = persons[:, np.newaxis], _ENDS[parts]
-    return Capsules(people.ids[persons], parts, _ENDS[parts], points.xyz[rows],
+    return Capsules(distinct_ids(people.ids)[persons], parts, _ENDS[parts], points.xyz[rows],
                     _radii(constants)[parts] * scale[persons], points.sigma[rows], points.velocity[rows],
                     (points.status[rows] == MEASURED).all(axis=1))
 
@@ -174,7 +174,7 @@ def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: B
     nearest = costs.argmin(axis=1)
     rows, both = (persons, nearest), np.stack([nearest, nearest], axis=1)
     return Capsules(
-        people.ids[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
+        distinct_ids(people.ids)[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
         (away[parts, nearest] + _radii(constants)[parts]) * scale[persons],
         np.repeat(points.sigma[rows][:, np.newaxis], 2, axis=1),
         np.repeat(points.velocity[rows][:, np.newaxis], 2, axis=1), np.zeros(len(persons), bool))
