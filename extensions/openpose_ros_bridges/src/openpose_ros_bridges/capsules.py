@@ -2,7 +2,7 @@
 
 A part whose joints are MISSING is anywhere within reach of those that are known: `reaches_of`.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Iterator, NamedTuple, Tuple
 
 import numpy as np
@@ -75,6 +75,7 @@ PARTS = tuple(name for name, *_ in _PARTS)
 """Names of the capsules of a body."""
 _ENDS = np.array([[_POINTS[start], _POINTS[end]] for *_, start, end in _PARTS])
 _FEET = np.array([part.endswith('foot') for part in PARTS])
+_TRUNK = np.array([field == 'trunk' for _, field, *_ in _PARTS])
 
 
 class Capsule(NamedTuple):
@@ -91,7 +92,7 @@ class Capsule(NamedTuple):
 
 @dataclass(frozen=True)
 class Capsules:
-    """The N capsules of all people of a frame, those whose ends are both known, person by person.
+    """N capsules of the people of a frame.
 
     Attributes:
         persons: (N,) int64 ids, see `distinct_ids`.
@@ -116,6 +117,12 @@ class Capsules:
     def __len__(self) -> int:
         return len(self.persons)
 
+    def where(self, chosen: np.ndarray) -> 'Capsules':
+        return Capsules(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+    def and_of(self, other: 'Capsules') -> 'Capsules':
+        return Capsules(*(np.concatenate([getattr(of, each.name) for of in (self, other)]) for each in fields(self)))
+
     @property
     def known_sigma(self) -> np.ndarray:
         """Sigma of the ends (N, 2) [m], that of `CapsuleConstants.no_sigma` where there is none."""
@@ -139,7 +146,18 @@ class _Points(NamedTuple):
 
 
 def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
-    """Return the capsules of the people of a frame, in their frame of reference.
+    """Return what is to be kept free of the people of a frame, in their frame of reference.
+
+    That is the known parts, and of a person without any of the trunk also the least sphere that holds one of it.
+    """
+    known, spheres = known_parts(people, constants, body), reaches_of(people, constants, body)
+    spheres = spheres.where(_TRUNK[spheres.parts] & ~np.isin(spheres.persons, known.persons[_TRUNK[known.parts]]))
+    spheres = spheres.where(np.argsort(spheres.radii))
+    return known.and_of(spheres.where(np.unique(spheres.persons, return_index=True)[1]))
+
+
+def known_parts(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
+    """Return the parts whose ends are both known.
 
     Radii follow from the measured bones of this frame; without, they are those of an adult.
     """
@@ -154,7 +172,7 @@ def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: 
 
 def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY,
                feet: bool = False) -> Capsules:
-    """Return for each part that `capsules_of` leaves out a sphere that contains it, round a joint that is known.
+    """Return for each part that `known_parts` leaves out a sphere that contains it, round a joint that is known.
 
     Both ends are that joint, from which the part is a chain of bones away. People without any known joint have none.
 
