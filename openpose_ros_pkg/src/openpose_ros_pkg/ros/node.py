@@ -192,11 +192,10 @@ def check_topic_name(key: str, topic: str) -> None:
 
 
 def _how_to_delete(error: OpenposeRosError) -> str:
-    """Return what to do about a wrong parameter that an earlier start set: the server keeps those of ended nodes."""
+    """Return what to do about parameters that an earlier start set: the server keeps those of ended nodes."""
     if not isinstance(error, ParameterError) or not error.key or not rospy.has_param(f'~{error.key}'):
         return ''
-    name = rospy.resolve_name(f'~{error.key}')
-    return f'. If it was not set on purpose, an earlier start left it: rosparam delete {name}'
+    return f'. If it was not set on purpose, an earlier start left it: rosparam delete {rospy.get_name()}'
 
 
 class _Unfailing:
