@@ -1,5 +1,6 @@
 """What the checks look at: facts about master, topics, messages, tf and nodes, without ROS."""
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -83,6 +84,11 @@ class Stream:
         if len(self.arrivals) < 2:
             return 0.0
         return (len(self.arrivals) - 1) / max(self.arrivals[-1].received - self.arrivals[0].received, 1e-6)
+
+    @property
+    def age(self) -> float:
+        """Median time from the stamp to the arrival of messages, of which there are some [s]."""
+        return float(np.median([arrival.now - arrival.stamp * 1e-9 for arrival in self.arrivals]))
 
 
 @dataclass(frozen=True)
@@ -173,10 +179,11 @@ class Machine(NamedTuple):
 
 
 class People(NamedTuple):
-    """Results that came: frames, and the greatest number of people in one."""
+    """Results that came: frames, the greatest number of people in one, and their median ages by topic [s]."""
 
     frames: int = 0
     most: int = 0
+    ages: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)

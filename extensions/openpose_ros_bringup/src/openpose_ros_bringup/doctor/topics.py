@@ -4,10 +4,10 @@ from typing import Iterator, Optional
 from openpose_ros_bringup.doctor.findings import (
     BRINGUP,
     Finding,
-    depth_in_place_of_cloud,
     depth_line,
     driver_line,
     launch_line,
+    line_with_other_depth,
     others_like,
     right,
     unknown,
@@ -91,10 +91,11 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
         return launch_line(camera, points_source='point_cloud', points=stream.topic)
     if there is not None and (stream.role, there.kind) == ('points', IMAGE):
         return depth_line(camera, stream.topic, seen)
-    others = others_like(stream, seen)
+    is_known = stream.role == 'depth' or (stream.role == 'camera_info' and camera.driver)
+    others = [] if is_known else others_like(stream, seen)
     if others:
         return launch_line(camera, **{stream.role: others[0]})
-    return (stream.role == 'points' and depth_in_place_of_cloud(camera, seen)) or driver_line(camera, DRIVER)
+    return (stream is camera.points and line_with_other_depth(camera, seen)) or driver_line(camera, DRIVER)
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:
