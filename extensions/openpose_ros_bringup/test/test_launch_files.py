@@ -188,6 +188,15 @@ def test_nodes_that_are_started_again_know_it(name, arguments):
         assert ('OPENPOSE_ROS_RESPAWNS', '1') in node.env_args or not node.respawn, node.name
 
 
+@pytest.mark.parametrize('arguments, name, ends', [
+    ({'camera': 'sequence'}, 'rgbd_player_node', True), ({'camera': 'files', 'source': 'a.mp4'}, 'camera_node', True),
+    ({'camera': 'files'}, 'camera_node', False)])
+def test_files_that_can_not_be_played_end_the_launch_and_a_webcam_is_started_again(arguments, name, ends):
+    node, = (node for node in load('people.launch', **arguments).nodes if node.name == name)
+    assert (node.required, not node.respawn, dict(node.env_args)['OPENPOSE_ROS_RESPAWNS']) == (
+        ends, ends, '' if ends else '1')
+
+
 def test_all_files_are_at_the_top_and_there_are_ten_at_most():
     all_files = {path for folder in PACKAGES.values() for path in folder.glob('launch/*')}
     assert set(FILES.values()) == all_files

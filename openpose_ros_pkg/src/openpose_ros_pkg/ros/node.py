@@ -73,7 +73,7 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
     rospy.spin()
     if WATCH.is_replaced:
         is_serving.clear()
-        if RESPAWNS in os.environ:
+        if os.environ.get(RESPAWNS):
             _wait()  # started again, the node would have the default parameters
         sys.exit(1)
     return int(failed(node))  # the node lives until here: its publishers and threads serve while spinning
@@ -102,7 +102,7 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
         raise rospy.ROSInterruptException(str(error)) from error
     except OpenposeRosError as error:
         rospy.logfatal('%s: %s%s', rospy.get_name(), error, _how_to_delete(error))
-        if RESPAWNS in os.environ and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):
+        if os.environ.get(RESPAWNS) and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):
             _rest()
         sys.exit(1)
 

@@ -41,22 +41,15 @@ from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import (
-    FOLDERS,
-    LISTS,
-    OLD_STAMPS,
-    WrittenFile,
-    number_files,
-    write_description,
-    write_lists,
-)
-from openpose_ros_tools.images.stamps import seconds_text
+from openpose_ros_tools.images.rgbd_folder import WrittenFile, number_files, write_description, write_lists
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
 from openpose_ros_tools.ros.camera_topics import TopicFinder
 from openpose_ros_tools.ros.image_messages import file_of_message
+from skeleton_extract_3d.points.rgbd_folder import FOLDERS, LISTS, OLD_STAMPS
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
+from skeleton_extract_3d.points.stamps import seconds_text
 from skeleton_extract_3d.ros.static_frames import frames_above
 
 _log = logging.getLogger(__name__)

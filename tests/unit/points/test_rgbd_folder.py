@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.images.rgbd_folder import DEFAULT_START, read_rgbd_folder
-from openpose_ros_tools.images.stamps import SECOND
+from skeleton_extract_3d.points.rgbd_folder import DEFAULT_START, read_rgbd_folder
+from skeleton_extract_3d.points.stamps import SECOND
 
 CAMERA = """
 image_width: 32
