@@ -17,6 +17,7 @@ from openpose_ros_bringup.doctor.snapshot import (
     Machine,
     Master,
     People,
+    Recorder,
     Snapshot,
     Stream,
     Tf,
@@ -361,6 +362,12 @@ def test_load_is_told_from_the_clock_of_a_camera_and_from_an_earlier_stream(age,
         60, 2, {WORKING.results: age}), nodes=[replace(WORKING, values=values)])
     found = wrong(seen, 'load')
     assert bool(found) == bool(delay) and all(f'{delay} s after' in each.text for each in found)
+
+
+@pytest.mark.parametrize('recorder, state, line', [
+    (Recorder(0, 'records into /a', '/a'), RIGHT, ''), (Recorder(2, 'has ended', '/a b'), WRONG, "df -h '/a b'")])
+def test_a_recorder(recorder, state, line):
+    assert Finding(state, recorder.text, line) in diagnose(replace(WELL, recorders=[recorder]))['subscribers']
 
 
 def test_load_that_is_asked_for():

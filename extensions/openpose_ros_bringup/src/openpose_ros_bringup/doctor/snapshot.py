@@ -186,6 +186,14 @@ class People(NamedTuple):
     ages: Mapping[str, float] = MappingProxyType({})
 
 
+class Recorder(NamedTuple):
+    """The status of a recorder of bags: level 0 is OK."""
+
+    level: int
+    text: str
+    folder: str
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """All that is known.
@@ -209,6 +217,7 @@ class Snapshot:
     starting: Sequence[str] = ()
     machine: Machine = field(default_factory=lambda: Machine(0.0, 1, 1e6))
     people: Optional[People] = None
+    recorders: Sequence[Recorder] = ()
 
     def node_of(self, camera: Camera) -> Optional[ChainNode]:
         """Return the node that reads a camera; None: there is none."""

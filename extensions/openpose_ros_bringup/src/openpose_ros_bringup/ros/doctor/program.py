@@ -89,7 +89,7 @@ def look(options: argparse.Namespace) -> Snapshot:
         Tf(options.fixed_frame or _fixed_frame(nodes, graph)),
         nodes_within(options.camera_ns, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
-        people.read())
+        people.read(), list(status.recorders.values()))
     tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), parents=frames.parents())
     frames.stop()
     return replace(seen, tf=tf)
