@@ -17,7 +17,6 @@ from openpose_ros_bringup.doctor.snapshot import (
     Machine,
     Master,
     People,
-    Recorder,
     Snapshot,
     Stream,
     Tf,
@@ -365,9 +364,9 @@ def test_load_is_told_from_the_clock_of_a_camera_and_from_an_earlier_stream(age,
 
 
 @pytest.mark.parametrize('recorder, state, line', [
-    (Recorder(0, 'records into /a', '/a'), RIGHT, ''), (Recorder(2, 'has ended', '/a b'), WRONG, "df -h '/a b'")])
+    ((0, 'records into /a', '/a'), RIGHT, ''), ((2, 'has ended', '/a b'), WRONG, "df -h '/a b'")])
 def test_a_recorder(recorder, state, line):
-    assert Finding(state, recorder.text, line) in diagnose(replace(WELL, recorders=[recorder]))['subscribers']
+    assert Finding(state, recorder[1], line) in diagnose(replace(WELL, recorders=[recorder]))['subscribers']
 
 
 def test_load_that_is_asked_for():

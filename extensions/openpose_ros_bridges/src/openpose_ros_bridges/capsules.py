@@ -3,7 +3,7 @@
 A part whose joints are MISSING is anywhere within reach of those that are known: `reaches_of`.
 """
 from dataclasses import dataclass, fields
-from typing import Iterator, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -78,18 +78,6 @@ _FEET = np.array([part.endswith('foot') for part in PARTS])
 _TRUNK = np.array([field == 'trunk' for _, field, *_ in _PARTS])
 
 
-class Capsule(NamedTuple):
-    """A part of a person, as arrays of `Capsules` have it."""
-
-    person: int
-    part: str
-    ends: np.ndarray
-    radius: float
-    sigma: np.ndarray
-    velocity: np.ndarray
-    measured: bool
-
-
 @dataclass(frozen=True)
 class Capsules:
     """N capsules of the people of a frame.
@@ -120,20 +108,11 @@ class Capsules:
     def where(self, chosen: np.ndarray) -> 'Capsules':
         return Capsules(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
-    def and_of(self, other: 'Capsules') -> 'Capsules':
-        return Capsules(*(np.concatenate([getattr(of, each.name) for of in (self, other)]) for each in fields(self)))
-
     @property
     def known_sigma(self) -> np.ndarray:
         """Sigma of the ends (N, 2) [m], that of `CapsuleConstants.no_sigma` where there is none."""
         with np.errstate(invalid='ignore'):
             return np.asarray(np.where(self.sigma >= 0, np.minimum(self.sigma, _MOST_SIGMA), CAPSULES.no_sigma))
-
-    def __iter__(self) -> Iterator[Capsule]:
-        """Yield the capsules one by one."""
-        for row in range(len(self)):
-            yield Capsule(int(self.persons[row]), PARTS[self.parts[row]], self.ends[row], float(self.radii[row]),
-                          self.sigma[row], self.velocity[row], bool(self.measured[row]))
 
 
 class _Points(NamedTuple):
@@ -153,7 +132,8 @@ def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: 
     known, spheres = known_parts(people, constants, body), reaches_of(people, constants, body)
     spheres = spheres.where(_TRUNK[spheres.parts] & ~np.isin(spheres.persons, known.persons[_TRUNK[known.parts]]))
     spheres = spheres.where(np.argsort(spheres.radii))
-    return known.and_of(spheres.where(np.unique(spheres.persons, return_index=True)[1]))
+    both = known, spheres.where(np.unique(spheres.persons, return_index=True)[1])
+    return Capsules(*(np.concatenate([getattr(each, field.name) for each in both]) for field in fields(known)))
 
 
 def known_parts(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:

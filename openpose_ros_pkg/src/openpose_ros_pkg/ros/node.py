@@ -193,9 +193,9 @@ def check_topic_name(key: str, topic: str) -> None:
 
 def _how_to_delete(error: OpenposeRosError) -> str:
     """Return what to do about parameters that an earlier start set: the server keeps those of ended nodes."""
-    if not isinstance(error, ParameterError) or not error.key or not rospy.has_param(f'~{error.key}'):
-        return ''
-    return f'. If it was not set on purpose, an earlier start left it: rosparam delete {rospy.get_name()}'
+    if isinstance(error, ParameterError) and error.key and rospy.has_param(f'~{error.key}'):
+        return f'. If it was not set on purpose, an earlier start left it: rosparam delete {rospy.get_name()}'
+    return ''
 
 
 class _Unfailing:

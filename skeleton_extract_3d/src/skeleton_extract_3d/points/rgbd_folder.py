@@ -1,16 +1,6 @@
 """RGB-D folders: which images they hold, the stamp of each one, and the description of the camera.
 
-Layout::
-
-    rgb/ or color/        colour images; names end in the number of the frame
-    depth/                depth images, aligned to the colour images: 16 bit, or TIFF of float32 [m]; the same numbers
-    rgb.txt, depth.txt    stamp [s] and file on each line, as in the TUM RGB-D benchmark; without them the stamps follow
-                          from the numbers and fps
-    camera.yaml           calibration as camera_calibration writes it
-    sequence.yaml         fps [Hz], frame_id, T_world_camera (4 x 4, row by row), depth_scale [units per metre]
-    meta.json             in place of the last two: K, width, height, and the keys of sequence.yaml
-
-Either of rgb/ and depth/ and all other files may be missing.
+`images_to_bag --help` describes their files.
 """
 import re
 from dataclasses import dataclass
@@ -34,16 +24,12 @@ _SEQUENCE_KEYS = ('fps', 'frame_id', 'T_world_camera', 'depth_scale')
 _MOST_FPS, _MOST_UNITS = 1000, 1e6  # more than any file has: Hz, micrometres
 # A rotation matrix that was written with four digits still counts as one.
 _ROTATION_TOLERANCE = 1e-3
-# Stamps in a table, as bag_to_images 1.0 wrote them.
-OLD_STAMPS = 'stamps.csv'
 # TUM RGB-D benchmark, file formats: 5000 units are 1 m.
 TUM_UNITS_PER_METRE = 5000.0
 # Stamp of the first of numbered images: not 0, which means "no stamp", and early times before it are not negative.
 DEFAULT_START = 1000 * SECOND
 # A number at the end of a name that is no fraction.
 _NUMBER = re.compile(r'(?:^|[^\d.])(\d+)$')
-# Number of names in an error or a warning.
-_NAMED = 5
 
 
 class StampedFile(NamedTuple):
@@ -90,12 +76,10 @@ def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, start: Optio
     remarks: List[str] = []
     if lists and rate is None:
         streams = {stream: _listed(path) for stream, path in lists.items()}
-        colour_of = _associated(streams)
+        colour, depth = ([file.stamp for file in streams.get(stream, [])] for stream in LISTS)
+        colour_of = {depth[j]: colour[i] for i, j in associate(colour, depth)}
         timing = ' and '.join(path.name for path in lists.values())
     else:
-        if rate is None and (folder / OLD_STAMPS).is_file():
-            raise BadInputError(f'{folder} has its stamps in {OLD_STAMPS}, which is not read any more: write it again '
-                                'with bag_to_images, or give --rate')
         known = rate if rate is not None else values['fps'] and Fraction(str(values['fps']))
         values['fps'], rate = known and float(known), known or default_rate
         streams, colour_of, remarks = _numbered(folder, rate)
@@ -105,11 +89,6 @@ def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, start: Optio
     return RgbdFolder(streams, {depth + shift: colour + shift for depth, colour in colour_of.items()}, calibration,
                       values['frame_id'], values['T_world_camera'], scale, values['fps'], timing,
                       remarks + _remarks_on_partners(streams, len(colour_of)))
-
-
-def some(names: Sequence[str]) -> str:
-    """Return the first names for an error or a warning."""
-    return ', '.join(names[:_NAMED]) + (', ...' if len(names) > _NAMED else '')
 
 
 def read_description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration]]:
@@ -163,8 +142,6 @@ def _rigid_transform(path: Path, values: Any) -> np.ndarray:
     return matrix
 
 
-# ------------------------------------------------------------------------------------------------------------- stamps
-
 def _listed(path: Path) -> List[StampedFile]:
     """Return the files of a list, in the order of their stamps."""
     try:
@@ -189,11 +166,6 @@ def _listed(path: Path) -> List[StampedFile]:
     return files
 
 
-def _associated(streams: Streams) -> Dict[int, int]:
-    colour, depth = ([file.stamp for file in streams.get(stream, [])] for stream in LISTS)
-    return {depth[j]: colour[i] for i, j in associate(colour, depth)}
-
-
 def _numbered(folder: Path, rate: Optional[Fraction]) -> Tuple[Streams, Dict[int, int], List[str]]:
     """Return the images with stamps at equal distances, the pairs by stamp, and remarks."""
     places = {stream: next((folder / name for name in names if (folder / name).is_dir()), None)
@@ -202,7 +174,8 @@ def _numbered(folder: Path, rate: Optional[Fraction]) -> Tuple[Streams, Dict[int
                 for files in [_by_number(place, _SUFFIXES[stream])] if files}
     if not numbered:
         content = sorted(path.name + '/' * path.is_dir() for path in folder.iterdir())
-        raise BadInputError(f"{folder} has no images in rgb/, color/ or depth/; it holds: {some(content) or 'nothing'}")
+        raise BadInputError(f'{folder} has no images in rgb/, color/ or depth/; it holds: '
+                            f'{", ".join(content[:5]) or "nothing"}')
     if rate is None:
         raise BadInputError(f"{folder} has neither rgb.txt or depth.txt with stamps nor fps in sequence.yaml or "
                             'meta.json: give --rate')

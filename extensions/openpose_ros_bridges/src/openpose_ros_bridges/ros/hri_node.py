@@ -128,8 +128,7 @@ class HriNode:
         with self._lock:
             if rospy.is_shutdown():
                 return  # no model stays after the node
-            chain.frame_id, chain.names = header.frame_id, [
-                chain.name(person) for person in distinct_ids(people.ids).tolist()]
+            chain.frame_id, chain.names = header.frame_id, list(map(chain.name, distinct_ids(people.ids).tolist()))
             self._bodies.keep(self._names)
             lengths = {name: self._models.lengths(name, body) for name, body in bodies.items()}
             self._publish_lists(header)

@@ -73,8 +73,8 @@ def _number(node: ChainNode, key: str) -> float:
 
 def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
     """Whether the chain runs, its results are wanted, there are people in them, and recorders write."""
-    for recorder in seen.recorders:
-        yield wrong(recorder.text, f"df -h '{recorder.folder}'") if recorder.level else right(recorder.text)
+    for level, text, folder in seen.recorders:
+        yield wrong(text, f"df -h '{folder}'") if level else right(text)
     for name in seen.unresponsive:
         yield wrong(f'{name} publishes results, but no status on /diagnostics: it hangs, or has ended',
                     f'rosnode ping -c 1 {name} || rosnode cleanup')

@@ -7,7 +7,6 @@ import numpy as np
 from openpose_ros_bringup.doctor.findings import (
     Finding,
     depth_line,
-    driver_line,
     launch_line,
     line_with_other_depth,
     others_like,
@@ -79,8 +78,8 @@ def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
 
 
 def _line_of_other(camera: Camera, stream: Stream, others: List[str]) -> str:
-    return launch_line(camera, **{stream.role: others[0]}) if others else driver_line(
-        camera, f'rostopic echo -n 1 --noarr {stream.topic}')
+    return (launch_line(camera, **{stream.role: others[0]}) if others else camera.driver
+            or f'rostopic echo -n 1 --noarr {stream.topic}')
 
 
 def check_stamps(seen: Snapshot) -> Iterator[Finding]:
@@ -241,7 +240,7 @@ def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str
     if others:
         return launch_line(camera, points=others[0])
     if points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
-        return driver_line(camera, 'rosrun nodelet nodelet standalone depth_image_proc/register '
-                                   f'rgb/camera_info:={camera.colour_info.topic} '
-                                   f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
-    return driver_line(camera, f'rostopic echo -n 1 --noarr {points.topic}')
+        return camera.driver or ('rosrun nodelet nodelet standalone depth_image_proc/register '
+                                 f'rgb/camera_info:={camera.colour_info.topic} '
+                                 f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
+    return camera.driver or f'rostopic echo -n 1 --noarr {points.topic}'

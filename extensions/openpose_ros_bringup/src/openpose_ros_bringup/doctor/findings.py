@@ -52,19 +52,11 @@ def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
 
 
 def line_with_other_depth(camera: Camera, seen: Snapshot) -> str:
-    """Return the line that starts the chain with another depth image in place of a camera's points; empty: none.
-
-    Where the driver is known, it gives a registered one: another depth image would be wrong.
-    """
+    """Return the line that starts the chain with a registered depth image, or any of an unknown driver; empty: none."""
     points = camera.points if camera.points and camera.points.role == 'depth' else None
     others = [name for name in others_like(points or Stream('depth', camera.image.topic, IMAGE), seen)
               if points is None or not camera.driver or says_registered(name)]
     return depth_line(camera, others[0], seen) if others else ''
-
-
-def driver_line(camera: Camera, otherwise: str) -> str:
-    """Return the line that starts the driver of a camera with registered depth; otherwise: it is not known."""
-    return camera.driver or otherwise
 
 
 def others_like(stream: Stream, seen: Snapshot) -> List[str]:

@@ -186,14 +186,6 @@ class People(NamedTuple):
     ages: Mapping[str, float] = MappingProxyType({})
 
 
-class Recorder(NamedTuple):
-    """The status of a recorder of bags: level 0 is OK."""
-
-    level: int
-    text: str
-    folder: str
-
-
 @dataclass(frozen=True)
 class Snapshot:
     """All that is known.
@@ -204,6 +196,7 @@ class Snapshot:
         unresponsive: nodes that publish results but send no status.
         starting: nodes of the chain that publish no results yet.
         people: results that came; None: not asked for, as the chain rests.
+        recorders: level, text and folder of the status of each.
     """
 
     master: Master
@@ -217,7 +210,7 @@ class Snapshot:
     starting: Sequence[str] = ()
     machine: Machine = field(default_factory=lambda: Machine(0.0, 1, 1e6))
     people: Optional[People] = None
-    recorders: Sequence[Recorder] = ()
+    recorders: Sequence[Tuple[int, str, str]] = ()
 
     def node_of(self, camera: Camera) -> Optional[ChainNode]:
         """Return the node that reads a camera; None: there is none."""

@@ -5,7 +5,6 @@ from openpose_ros_bringup.doctor.findings import (
     BRINGUP,
     Finding,
     depth_line,
-    driver_line,
     launch_line,
     line_with_other_depth,
     others_like,
@@ -95,7 +94,7 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
     others = [] if is_known else others_like(stream, seen)
     if others:
         return launch_line(camera, **{stream.role: others[0]})
-    return (stream is camera.points and line_with_other_depth(camera, seen)) or driver_line(camera, DRIVER)
+    return (stream is camera.points and line_with_other_depth(camera, seen)) or camera.driver or DRIVER
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:
@@ -109,8 +108,7 @@ def check_rates(seen: Snapshot) -> Iterator[Finding]:
                 why = why_silent(stream.topic, stream.kind, seen.published, stream.is_connected, '')
                 node = there.nodes[0] if there.nodes else 'NODE'
                 yield wrong(f'no message on {stream.topic}: {why.partition("; ")[0]}',
-                            driver_line(camera, f'rosnode info {node}') if stream.is_connected
-                            else f'rosnode ping {node}')
+                            camera.driver or f'rosnode info {node}' if stream.is_connected else f'rosnode ping {node}')
             elif stream is not camera.info and stream.rate < LEAST_RATE:
                 came = f'{stream.rate:.2g} Hz' if stream.rate else f'one message in {seen.seconds:g} s'
                 yield wrong(f'{stream.topic}: {came}, expected {LEAST_RATE:g} Hz or more: dim light, a slow bus or '

@@ -63,7 +63,6 @@ def _command(preset: CameraPreset, options: argparse.Namespace) -> List[str]:
 
 
 def is_installed(package: str) -> bool:
-    """Tell whether this machine has a package."""
     try:
         return bool(package) and Path(rospkg.RosPack().get_path(package)).is_dir()
     except rospkg.ResourceNotFound:

@@ -39,16 +39,13 @@ def main() -> int:
     rospy.init_node(f'{name}_watch', argv=[f'{key}:={value}' for key, value in own.items()])
     try:
         topics = options.topics.split() or [*_topics_of_camera(options), *_ALWAYS]
-    except ParameterError as error:
+    except (ParameterError, rospy.ROSInterruptException) as error:
         sys.stderr.write(f'record_camera: {error}\n')
-        return 1
-    except rospy.ROSInterruptException:
         return 1
     option, value = ('-O', options.output_name) if options.output_name else ('-o', options.output_prefix)
     output = Path(value).expanduser()
-    place = [option, f'{output}/' if value.endswith('/') else str(output)] if value else []
-    command = [*roslib.packages.find_node('rosbag', 'record')[:1], *of_rosbag, f'__name:={name}', *place, *topics]
-    return _Recorder(command, output if value.endswith('/') else output.parent).run()
+    command = [*roslib.packages.find_node('rosbag', 'record')[:1], *of_rosbag, f'__name:={name}', *topics]
+    return _Recorder([*command, option, str(output)] if value else command, output.parent).run()
 
 
 class _Recorder:
