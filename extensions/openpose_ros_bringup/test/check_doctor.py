@@ -210,7 +210,7 @@ class DoctorTest(unittest.TestCase):
             ('depth in colours', {**GOOD, DEPTH: (Image, image), '/camera/depth/image_raw': (Image, depth)}, (),
              'encodings', "depth image has encoding 'bgr8'", 'align_depth:=true'),
             ('no align_depth', {**without(DEPTH, INFO), RAW_DEPTH: (Image, depth), RAW_INFO: (CameraInfo, wide_info)},
-             ('--camera', 'realsense'), 'topics', f'{DEPTH}: no node', 'rs_camera.launch align_depth:=true'),
+             (), 'topics', f'{DEPTH}: no node', 'rs_camera.launch align_depth:=true'),
             ('millimetres', {**GOOD, DEPTH: (Image, lambda stamp: pixels_to_image(1000 * METRES, '32FC1',
                                                                                 header(stamp)))}, (),
              'encodings', 'is it in millimetres?', 'REP 118'),

@@ -50,6 +50,13 @@ def test_a_preset_of_which_a_topic_is_misspelt(missing):
     assert find_cameras(AUTO, [], published(topics))[0].camera.preset == 'realsense'
 
 
+def test_a_realsense_without_align_depth():
+    topics = {'/camera/color/image_raw': IMAGE, '/camera/color/camera_info': INFO,
+              '/camera/depth/image_rect_raw': IMAGE, '/camera/depth/camera_info': INFO}
+    camera = find_cameras(AUTO, [], published(topics))[0].camera
+    assert (camera.preset, 'align_depth:=true' in camera.driver) == ('realsense', True)
+
+
 def test_a_camera_without_a_preset():
     topics = {'/hero/rgb/image_raw': IMAGE, '/hero/depth_registered/image': IMAGE, '/hero/rgb/camera_info': INFO,
               '/hero/ir/image': IMAGE, '/openpose_ros/detected_poses_image': IMAGE}

@@ -21,8 +21,7 @@ _log = logging.getLogger(__name__)
 DEFAULT_FRAME, WORLD_FRAME = 'camera_optical_frame', 'world'
 # What may come after the last frame when a sequence is played.
 PLAYBACKS = ('loop', 'pause', 'forth_and_back', 'once')
-# Depth of frames is in mm.
-_UNITS_PER_METRE = 1000.0
+_UNITS_PER_METRE = 1000.0  # of the depth of frames
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """What the checks look at: facts about master, topics, messages, tf and nodes, without ROS."""
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -183,7 +182,7 @@ class People(NamedTuple):
 
     frames: int = 0
     most: int = 0
-    ages: Mapping[str, float] = MappingProxyType({})
+    ages: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)

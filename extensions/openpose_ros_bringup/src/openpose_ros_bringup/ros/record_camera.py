@@ -23,8 +23,7 @@ from openpose_ros_pkg.ros.cameras import find_camera
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.node import RESPAWNS
 
-RECORDS = 'records into'
-"""Key of /diagnostics: folder of the bags."""
+RECORDS = 'records into'  # key of /diagnostics: folder of the bags
 _ALWAYS = ('/tf', '/tf_static')
 # rosbag record writes nothing while less is free, and says so once [bytes]; times in [s].
 _LEAST_SPACE = 2 ** 30

@@ -74,7 +74,8 @@ def _known_camera(kinds: Mapping[str, str]) -> Optional[Source]:
             return _of_preset(choice.chosen.preset, choice.chosen.ns)
         seen += [(other.preset, other.ns) for other in choice.others]
     seen += [(preset, None) for preset in presets.values()]
-    shares = [sum(topic in bases for topic in preset.inputs(ns=ns)) / len(preset.inputs()) for preset, ns in seen]
+    shares = [sum(topic in bases for topic in (*preset.inputs(ns=ns), preset.topic('unregistered', ns)))
+              / len(preset.inputs()) for preset, ns in seen]
     best = shares.index(max(shares))
     return _of_preset(*seen[best]) if shares[best] >= _LEAST_SHARE else None
 
