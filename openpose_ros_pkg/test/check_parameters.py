@@ -75,7 +75,8 @@ class ParametersTest(unittest.TestCase):
                  "unknown parameter 'net_input_hight' = 256", "did you mean 'net_input_height'?", 'allowed:'),
                 ('openpose_ros_node_3d', '_backend:=abacus', "'backend' = 'abacus'", "'opencv_dnn'"),
                 (CLIENT, '_service_timeout:=0.0', "'service_timeout' = 0.0", 'float in 0.1 .. 600 [s]'),
-                ('camera_node', '_source:=/no/such/folder', "'source' = '/no/such/folder'")):
+                ('camera_node', '_source:=/no/such/folder', "'source' = '/no/such/folder'"),
+                ('camera_node', '_source:=~/no_such', f"{Path('~/no_such').expanduser()} is neither")):
             self.assert_refused(executable, argument, 'FATAL', *words)
 
     def test_what_an_earlier_start_left(self):
