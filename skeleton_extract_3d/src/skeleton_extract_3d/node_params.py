@@ -68,7 +68,7 @@ class ExtractorParams(Parameters):
 class PlayerParams(Parameters):
     """Output of the RGB-D player."""
 
-    folder: str = parameter('', 'Sequence folder: rgb/ or color/, depth/, camera.yaml; empty: the shipped sequence.')
+    folder: str = parameter('', 'RGB-D folder, as images_to_bag --help describes it; empty: the shipped sequence.')
     rate: float = parameter(0.0, 'Frames per second; 0: as sequence.yaml says, else 15.', unit='Hz',
                             minimum=0.0, maximum=1000.0)
     playback: str = parameter(

@@ -157,6 +157,7 @@ def test_clock_of_a_bag(ticks, fault):
     (DEPTH, {DEPTH.topic: CLOUD}, 'published as sensor_msgs/PointCloud2',
      f'points_source:=point_cloud points:={DEPTH.topic}'),
     (DEPTH, {'/cam/depth/raw': IMAGE}, 'no node publishes it', 'depth:=/cam/depth/raw'),
+    (DEPTH, {'/cam/depth/raw': IMAGE, '/other/aligned_depth': IMAGE}, 'no node', 'depth:=/other/aligned_depth'),
     (DEPTH_INFO, {}, 'no node publishes it', 'camera_info:=/cam/color/camera_info')])
 def test_topics(missing, others, text, line):
     seen = with_published(without=[missing.topic],
@@ -188,6 +189,18 @@ def test_a_transport_that_is_not_published():
 def test_rates(changes, text, line):
     found, = wrong(with_camera(points=replace(DEPTH, **changes)), 'rates')
     assert text in found.text and line in found.line
+
+
+@pytest.mark.parametrize('depth, line', [
+    ('/cam/depth/image_rect_raw', 'roslaunch realsense2_camera'), ('/cam/aligned_depth/image', 'depth:=/cam/aligned')])
+def test_where_the_driver_is_known_no_depth_that_is_not_registered_is_proposed(depth, line):
+    driver = 'roslaunch realsense2_camera rs_camera.launch align_depth:=true'
+    there = with_published(with_camera(driver=driver), [DEPTH.topic], **{depth: PublishedTopic(IMAGE, ['/driver'])})
+    damaged = with_published(with_camera(driver=driver, points=replace(DEPTH, points=None, fault='it is damaged')),
+                             **{depth: PublishedTopic(IMAGE, ['/driver'])})
+    assert [line in wrong(*seen)[0].line for seen in ((there, 'topics'), (damaged, 'encodings'))] == [True, True]
+    info = with_published(with_camera(driver=driver), [DEPTH_INFO.topic])
+    assert wrong(info, 'topics')[0].line == driver
 
 
 def test_a_known_driver_is_started_again():
@@ -334,12 +347,26 @@ def test_a_cloud_that_is_not_in_an_optical_frame():
 
 @pytest.mark.parametrize('node, machine, text, line', [
     ({'values': {'rate [Hz]': '6.1'}, 'skipped': 13.7}, {}, '6.1 results per second of 20.0', 'mode:=fast'),
-    ({'values': {'age of the result, median [s]': '0.81'}}, {}, '0.81 s old', 'target_rate:=10'),
     ({}, {'memory': 120.0}, '120 MB of memory', 'top')])
 def test_load(node, machine, text, line):
     seen = replace(WELL, nodes=[replace(WORKING, **node)], machine=WELL.machine._replace(**machine), people=None)
     found, = wrong(seen, 'load')
     assert text in found.text and line in found.line
+
+
+@pytest.mark.parametrize('age, clock, delay', [(0.86, 0.0, '0.81'), (60.15, 60.1, ''), (-59.14, -60.0, '0.81')])
+def test_load_is_told_from_the_clock_of_a_camera_and_from_an_earlier_stream(age, clock, delay):
+    values = {**WORKING.values, 'age of the result, median [s]': '3600.0'}  # over 5 s
+    seen = replace(with_camera(image=replace(COLOUR, arrivals=arrivals(age=0.05 + clock))), people=People(
+        60, 2, {WORKING.results: age}), nodes=[replace(WORKING, values=values)])
+    found = wrong(seen, 'load')
+    assert bool(found) == bool(delay) and all(f'{delay} s after' in each.text for each in found)
+
+
+@pytest.mark.parametrize('recorder, state, line', [
+    ((0, 'records into /a', '/a'), RIGHT, ''), ((2, 'has ended', '/a b'), WRONG, "df -h '/a b'")])
+def test_a_recorder(recorder, state, line):
+    assert Finding(state, recorder[1], line) in diagnose(replace(WELL, recorders=[recorder]))['subscribers']
 
 
 def test_load_that_is_asked_for():

@@ -115,7 +115,7 @@ def read_rig(path: Path) -> Rig:
         BadInputError: it can not be read or is none; the text names the file, the key and what is expected.
     """
     try:
-        return _rig_of(yaml_value(path.read_text()))
+        return _rig_of(yaml_value(path.expanduser().read_text()))
     except (OSError, ValueError) as error:
         raise BadInputError(f'rig {path} can not be read: {error}') from error
 

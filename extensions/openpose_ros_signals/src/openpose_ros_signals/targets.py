@@ -25,7 +25,7 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
         BadInputError: it can not be read or is none; the text names the file and what is expected.
     """
     try:
-        values = yaml_value(path.read_text())
+        values = yaml_value(path.expanduser().read_text())
         if not isinstance(values, list):
             raise ValueError(_EXPECTED)
         targets = tuple(_target(value) for value in values)

@@ -28,6 +28,7 @@ class CameraPreset:
     ns: str = ''
     points: str = ''
     depth: str = ''
+    unregistered: str = ''
     camera_info: str = ''
     points_source: str = ''
     image_transport: str = 'raw'

@@ -229,9 +229,9 @@ def people_to_transforms(people: People3D, header: Header) -> List[TransformStam
 
 def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
     red, green, blue, alpha = marker.rgba
-    message = Marker(header=header, ns=marker.ns, id=marker.id, type=_MARKER_TYPES[marker.kind],
-                     action=_MARKER_ACTIONS[marker.action], text=marker.text,
-                     lifetime=rospy.Duration(marker.lifetime),
+    number = int(np.array(marker.id).astype(np.int32))  # ids of people are unsigned
+    message = Marker(header=header, ns=marker.ns, id=number, type=_MARKER_TYPES[marker.kind],
+                     action=_MARKER_ACTIONS[marker.action], text=marker.text, lifetime=rospy.Duration(marker.lifetime),
                      color=ColorRGBA(red, green, blue, alpha), scale=Vector3(*([marker.scale] * 3)),
                      points=[Point(*point) for point in marker.points.tolist()])
     message.pose.orientation.w = 1.0

@@ -6,10 +6,9 @@ import numpy as np
 
 from openpose_ros_bringup.doctor.findings import (
     Finding,
-    depth_in_place_of_cloud,
     depth_line,
-    driver_line,
     launch_line,
+    line_with_other_depth,
     others_like,
     registered_topics,
     right,
@@ -69,16 +68,14 @@ def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
         return f'rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:={camera.image.topic}'
     if stream.role == 'depth' and 'compressed depth' in stream.fault:
         return f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
-    others = others_like(stream, seen)
-    if stream.role == 'depth' and others:
-        return depth_line(camera, others[0], seen)
-    return ((stream.role == 'points' and not others and depth_in_place_of_cloud(camera, seen))
+    others = [] if stream.role == 'depth' else others_like(stream, seen)
+    return ((stream is camera.points and not others and line_with_other_depth(camera, seen))
             or _line_of_other(camera, stream, others))
 
 
 def _line_of_other(camera: Camera, stream: Stream, others: List[str]) -> str:
-    return launch_line(camera, **{stream.role: others[0]}) if others else driver_line(
-        camera, f'rostopic echo -n 1 --noarr {stream.topic}')
+    return (launch_line(camera, **{stream.role: others[0]}) if others else camera.driver
+            or f'rostopic echo -n 1 --noarr {stream.topic}')
 
 
 def check_stamps(seen: Snapshot) -> Iterator[Finding]:
@@ -92,7 +89,7 @@ def check_stamps(seen: Snapshot) -> Iterator[Finding]:
         if not came:
             yield unknown(_NO_MESSAGE)
         elif not faults:
-            texts = [f'{stream.topic} {_age(stream):.3f} s old' for stream in came if _passes(seen.master)]
+            texts = [f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master)]
             if len(came) == 2:
                 texts.append('images and points pair')
             yield right('; '.join(texts) or 'stamps increase')
@@ -116,7 +113,7 @@ def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
 
 
 def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
-    age, (least, most) = _age(stream), _AGES_IN_RECORDINGS if master.sim_time else _AGES
+    age, (least, most) = stream.age, _AGES_IN_RECORDINGS if master.sim_time else _AGES
     if least <= age <= most or not _passes(master):
         return
     text = f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"}'
@@ -134,11 +131,6 @@ def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
 def _passes(master: Master) -> bool:
     """Tell whether time passes."""
     return not master.sim_time or master.clock.ticks > 0
-
-
-def _age(stream: Stream) -> float:
-    """Return the median time from the stamp to the arrival of messages [s]."""
-    return float(np.median([arrival.now - arrival.stamp * 1e-9 for arrival in stream.arrivals]))
 
 
 def _pairing_fault(camera: Camera, seen: Snapshot) -> Iterator[Finding]:
@@ -215,7 +207,7 @@ def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str
     if others:
         return launch_line(camera, points=others[0])
     if points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
-        return driver_line(camera, 'rosrun nodelet nodelet standalone depth_image_proc/register '
-                                   f'rgb/camera_info:={camera.colour_info.topic} '
-                                   f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
-    return driver_line(camera, f'rostopic echo -n 1 --noarr {points.topic}')
+        return camera.driver or ('rosrun nodelet nodelet standalone depth_image_proc/register '
+                                 f'rgb/camera_info:={camera.colour_info.topic} '
+                                 f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
+    return camera.driver or f'rostopic echo -n 1 --noarr {points.topic}'

@@ -6,8 +6,8 @@ import numpy as np
 
 from openpose_ros_bringup.doctor.findings import (
     Finding,
-    depth_in_place_of_cloud,
     launch_line,
+    line_with_other_depth,
     others_like,
     right,
     unknown,
@@ -141,7 +141,7 @@ def _line_of_axes(camera: Camera, points: Stream, seen: Snapshot) -> str:
     others = others_like(points, seen)
     if others:
         return launch_line(camera, points=others[0])
-    return depth_in_place_of_cloud(camera, seen) or (
+    return line_with_other_depth(camera, seen) or (
         f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver, not a transformed one')
 
 

@@ -6,8 +6,7 @@
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
 images_to_bag makes of the folder the same images, stamps, calibration and frame_id again, tools of the TUM RGB-D
-benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it if each frame has both
-images (--only-pairs) and depth is in mm.
+benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it.
 
     rgb/, depth/        images with the same name for those of a frame, 000000 and so on
     rgb.txt, depth.txt  the stamp of each image [s], with nine decimals
@@ -41,16 +40,7 @@ from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import (
-    FOLDERS,
-    LISTS,
-    OLD_STAMPS,
-    WrittenFile,
-    number_files,
-    write_description,
-    write_lists,
-)
-from openpose_ros_tools.images.stamps import seconds_text
+from openpose_ros_tools.images.rgbd_folder import WrittenFile, number_files, write_description, write_lists
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
@@ -59,14 +49,16 @@ from openpose_ros_tools.ros.image_messages import file_of_message
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.plausibility import registration_fault
+from skeleton_extract_3d.points.rgbd_folder import FOLDERS, LISTS
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
+from skeleton_extract_3d.points.stamps import seconds_text
 from skeleton_extract_3d.ros.static_frames import frames_above
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'bag_to_images'
 # Everything that this command writes, or has written as version 1.0.
-_OWN = (*(names[0] for names in FOLDERS.values()), *LISTS.values(), OLD_STAMPS, 'camera.yaml', 'sequence.yaml')
+_OWN = (*(names[0] for names in FOLDERS.values()), *LISTS.values(), 'camera.yaml', 'sequence.yaml')
 
 
 class RecordedImage(NamedTuple):

@@ -54,15 +54,15 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_tools.command_options import add_output, checked, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import RgbdFolder, read_rgbd_folder
-from openpose_ros_tools.images.stamps import SECOND, parse_stamp
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE
 from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_size, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.rgbd_folder import RgbdFolder, read_rgbd_folder
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
+from skeleton_extract_3d.points.stamps import SECOND, parse_stamp
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 _log = logging.getLogger(__name__)

@@ -14,9 +14,11 @@ import os
 import sys
 import threading
 import time
+from collections import defaultdict
 from dataclasses import replace
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
+import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -87,7 +89,7 @@ def look(options: argparse.Namespace) -> Snapshot:
         Tf(options.fixed_frame or _fixed_frame(nodes, graph)),
         nodes_within(options.camera_ns, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
-        people.read())
+        people.read(), list(status.recorders.values()))
     tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), parents=frames.parents())
     frames.stop()
     return replace(seen, tf=tf)
@@ -150,9 +152,11 @@ class _PeopleListener:
     def __init__(self, nodes: Sequence[ChainNode], graph: Graph) -> None:
         kinds = {kind._type: kind for kind in (PersonDetection_3dArray, PersonDetectionArray)}
         self._people: List[int] = []
+        self._ages: Dict[str, List[float]] = defaultdict(list)
         topics = {node.results for node in nodes if not node.rests and node.results}
-        self._subscribers = [rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, queue_size=100)
-                             for topic in sorted(topics) if graph.published[topic].kind in kinds]
+        self._subscribers = [
+            rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, topic, queue_size=100)
+            for topic in sorted(topics) if graph.published[topic].kind in kinds]
 
     def stop(self) -> None:
         for subscriber in self._subscribers:
@@ -160,9 +164,11 @@ class _PeopleListener:
 
     def read(self) -> Optional[People]:
         """Return what came; None: no topic was read."""
-        return People(len(self._people), max(self._people, default=0)) if self._subscribers else None
+        ages = {topic: float(np.median(values)) for topic, values in self._ages.items()}
+        return People(len(self._people), max(self._people, default=0), ages) if self._subscribers else None
 
-    def _count(self, message: Any) -> None:
+    def _count(self, message: Any, topic: str) -> None:
+        self._ages[topic].append(rospy.get_time() - message.header.stamp.to_sec())
         self._people.append(len(message.persons))
 
 
