@@ -180,6 +180,27 @@ def expected_pixels(browser, camera, people):
 
 
 @needs_browser
+def test_nothing_is_drawn_before_the_first_message(browser):
+    browser.wait_for_drawing()
+    assert picture_of(browser)[300:, :900].max() < 130, 'the floor alone'
+
+
+@needs_browser
+def test_many_shapes_have_their_own_places(browser):
+    """A pool that grows while it is filled keeps each shape."""
+    far = browser.run('''Promise.all(["./pool.js", "./vendor/three.module.min.js"].map(each => import(each))).then(
+        ([{Spheres}, {Group, Matrix4}]) => {
+            const pool = new Spheres(new Group()), found = new Matrix4()
+            for (let index = 0; index < 600; index++) pool.add([index, 0, 0], 1, [index % 256, 0, 0])
+            return [...Array(600).keys()].filter(index => {
+                pool.mesh.getMatrixAt(index, found)
+                return found.elements[12] !== index || pool.mesh.instanceColor.array[3 * index] !== Math.fround(index % 256 / 255)
+            })
+        })''')
+    assert far == []
+
+
+@needs_browser
 @pytest.mark.parametrize('index', range(len(CAMERAS['cameras'])))
 def test_people_are_drawn_where_the_messages_say(site, browser, index):
     people, signals = frame(3, False)
