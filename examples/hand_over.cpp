@@ -24,6 +24,9 @@ public:
 private:
   void onPeople(const PersonDetection_3dArray::ConstPtr& people)
   {
+    if ((newest_ - people->header.stamp).toSec() > 0.5)
+      buffer_.clear();  // a recording begins again
+    newest_ = people->header.stamp;
     try
     {
       camera_ = buffer_.lookupTransform("base_link", people->header.frame_id, people->header.stamp, ros::Duration(0.2));
@@ -78,6 +81,7 @@ private:
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_;
   geometry_msgs::TransformStamped camera_;
+  ros::Time newest_;
   double nearest_ = FARTHEST;
   ros::Publisher output_;
   ros::Subscriber people_;
