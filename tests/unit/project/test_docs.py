@@ -46,6 +46,12 @@ def test_the_pages_are_read_in_an_hour():
     assert sum(words.values()) <= 25000, words
 
 
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_no_command_needs_ros_in_the_place_of_one_system(page):
+    """On Debian it is in /usr; what is sourced is the workspace."""
+    assert not re.findall(r'source /opt/ros\S+', page.read_text())
+
+
 def launch_arguments(path):
     """Return the arguments that a launch file accepts: those of the files that it has checked."""
     command = re.search(r'/check_arguments (.*?)"', path.read_text(), re.DOTALL)[1]

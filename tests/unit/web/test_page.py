@@ -194,7 +194,8 @@ def test_many_shapes_have_their_own_places(browser):
             for (let index = 0; index < 600; index++) pool.add([index, 0, 0], 1, [index % 256, 0, 0])
             return [...Array(600).keys()].filter(index => {
                 pool.mesh.getMatrixAt(index, found)
-                return found.elements[12] !== index || pool.mesh.instanceColor.array[3 * index] !== Math.fround(index % 256 / 255)
+                return found.elements[12] !== index
+                    || pool.mesh.instanceColor.array[3 * index] !== Math.fround(index % 256 / 255)
             })
         })''')
     assert far == []

@@ -12,9 +12,9 @@ import genpy
 import numpy as np
 import rosbag
 from std_msgs.msg import Header
-from tqdm import tqdm
 
 from openpose_ros_fusion.rig import read_rig
+from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_tools.command_options import named_value, seconds
 from openpose_ros_tools.outputs import PartFiles
@@ -246,7 +246,7 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
         bag = inner.enter_context(new_bag(outputs[0]))
         writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers,
                               ON_FLOOR if job.cameras[0].signals else None)
-        for fused in tqdm(fusion, 'fusion', unit='frame', disable=None):
+        for fused in Progress(fusion, 'fusion', unit='frame'):
             header = Header(next(numbers), genpy.Time(0, fused.stamp), job.fixed_frame)
             writer.write(fused.people, header, genpy.Time(0, fused.time))
             report.frames += 1
