@@ -12,6 +12,7 @@ from openpose_ros_pkg.detect.detection import ImageFrame, NextPart
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.image_chain import ImageChain
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
 from openpose_ros_pkg.errors import BadInputError, ParameterError, StoppedError
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.people import People2D
@@ -161,6 +162,8 @@ class DetectionService:
     def _look(self, decoded: _Decoded, in_full: bool) -> People2D:
         begin = time.monotonic()
         people = self._chain.look(decoded.frame, in_full)
+        if self._chain.mounting:
+            self._health.warn(TURNED_CAMERA, self._chain.mounting)
         self._timing.add('wait', begin - decoded.received - decoded.decoding)
         self._timing.add('detection', time.monotonic() - begin)
         return people

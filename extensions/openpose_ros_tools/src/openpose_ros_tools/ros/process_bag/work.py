@@ -191,6 +191,10 @@ class _Frames:
             if isinstance(frame, BadInputError):
                 raise frame
             result = self._chain.update(self._located(frame))
+            for doubt in result.doubts:
+                self.report.doubts[doubt.event] += 1
+                if self._throttle.is_due(doubt.event):
+                    _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
             if frame.points is None:
                 self._results.write_2d(frame, number, result.people_2d, result.landmarks.in_image)
             else:
@@ -217,10 +221,6 @@ class _Frames:
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
         """Write the people of a frame in the image and in space."""
         transforms, _ = self._transforms
-        for doubt in result.doubts:
-            self.report.doubts[doubt.event] += 1
-            if self._throttle.is_due(doubt.event):
-                _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
         self._results.write_estimate(frame, number, result.estimate)
         people, header = transforms.in_target_frame(result.people_3d, frame.points_header)
         in_space, _ = transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
