@@ -43,7 +43,7 @@ class TrackingConstants:
     least_score: float = constant(0.2, 'Score of a detection that tells nothing of the existence of a person.')
     most_tracks: int = constant(
         1000, 'Tracks that are kept of a camera: with stamps that stand still no track ever times out.')
-    turned_images: int = constant(20, 'Images of a person from which on it tells how the camera is turned.')
+    turned_images: int = constant(10, 'Images of a person from which on it tells how the camera is turned.')
     turned_share: float = constant(
         0.8, 'A camera is turned where this share of the people have, in this share of images, the head to one side.')
     turned_people: int = constant(2, 'Least number of people with the heads to the left or right, as one may lie.')

@@ -39,6 +39,11 @@ def transform_landmarks(landmarks: Landmarks3D, rotation: np.ndarray, translatio
                        dataclasses.replace(faces, points=moved(faces.points), orientations=turns))
 
 
+def quarter_turns(degrees: int) -> np.ndarray:
+    """Return R (3, 3) of x' = R x, from the frame of a camera to that of one whose images are turned clockwise."""
+    return np.linalg.matrix_power(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), degrees // 90)
+
+
 def rotation_of(matrices: np.ndarray) -> Rotation:
     """Return rotation matrices (3, 3) or (N, 3, 3) as SciPy's rotation."""
     from_matrix = getattr(Rotation, 'from_matrix', None) or Rotation.from_dcm  # its name before SciPy 1.4

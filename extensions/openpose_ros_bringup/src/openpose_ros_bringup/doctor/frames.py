@@ -111,8 +111,8 @@ def check_frames(seen: Snapshot) -> Iterator[Finding]:
             continue
         fixed = seen.tf.fixed_frame
         pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
-        turn = None if pose.rotation is None or 'optical' in fixed else _turn(pose.rotation)
-        fault = turn and _TURNS[turn]
+        turn = 0 if pose.rotation is None or 'optical' in fixed else _turn(pose.rotation)
+        fault = _TURNS[turn]
         if fault and (turn == _UP or _people_are_upright(seen, camera, turn)):
             parent = seen.tf.parents.get(points.frame_id, fixed)
             yield wrong(f"by tf, in '{fixed}', {fault}: is '{points.frame_id}' turned as an optical frame "

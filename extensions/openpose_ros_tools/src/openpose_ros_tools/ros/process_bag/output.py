@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 import genpy
 import numpy as np
 import rosbag
+from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -195,6 +196,11 @@ class Results:
         if self._landmarks.face:
             self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
+
+    def write_tf(self, frame: RecordedFrame, transform: Optional[TransformStamped]) -> None:
+        """Write a transform of the time of a frame, if there is one."""
+        if transform is not None:
+            self._bag.write('/tf', TFMessage([transform]), frame.time)
 
     def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
                             ) -> None:

@@ -120,6 +120,8 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
             raise ParameterError(f"--cameras names '{name}' twice")
         if name in ('', FUSED):
             raise ParameterError(f"--cameras names '{name}', which is for the fused people; allowed: other names")
+    if jobs[0].values.get('rotate_image'):
+        raise ParameterError("parameter 'rotate_image' is for one camera, without --cameras")
     if len(jobs) not in (1, len(names)):
         raise ParameterError(f'there are {len(jobs)} bags for {len(names)} cameras; give one bag, or one for each')
     offsets = dict(options.clock_offset)
