@@ -1,6 +1,7 @@
 """What the commands of this project share: exit statuses, ends, messages above a progress bar, parameters."""
 import argparse
 import errno
+import io
 import logging
 import os
 import signal
@@ -147,14 +148,9 @@ class Progress(tqdm):  # type: ignore[misc]  # it has no types
             sys.stderr.flush()
 
 
-class _Nowhere:
-    """A file that keeps nothing."""
-
-    def write(self, text: str) -> None:
-        pass
-
-    def flush(self) -> None:
-        pass
+class _Nowhere(io.StringIO):
+    def write(self, text: str) -> int:
+        return len(text)  # nothing is kept
 
 
 class _AboveTheBar(logging.Handler):

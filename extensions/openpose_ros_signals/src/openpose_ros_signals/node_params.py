@@ -40,7 +40,7 @@ class SignalsParams(Parameters):
 
     fixed_frame: str = parameter(
         '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '
-            'Empty: the frame of the people, which must not move then.')
+            'Empty: the frame of the people, which must not move then; of a camera x right, y down, z forward.')
     use_floor: bool = parameter(
         False, 'Without fixed_frame: upwards is the normal of the plane on ~floor (pcl_msgs/ModelCoefficients in the '
                'frame of the people, as the nodelet floor publishes it).')

@@ -253,10 +253,8 @@ class Mounting:
         least = max(constants.turned_share * len(told), 1 if side == 2 else constants.turned_people)
         if side == 0 or count[side] < least:
             return ''
-        how, mounted = (('their hips above their necks', 'hangs upside down') if side == 2 else
-                        ('their heads to one side', 'lies on its side'))
-        return (f'{count[side]} of {len(told)} people have {how}: if the camera {mounted}, set rotate_image:='
-                f'{360 - 90 * side}')
+        how = 'their hips above their necks' if side == 2 else 'their heads to one side'
+        return f'{count[side]} of {len(told)} people have {how}: if they stand, set rotate_image:={360 - 90 * side}'
 
 
 class PerCamera(Generic[Value]):
