@@ -15,6 +15,8 @@ UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """Axes x forward, y left, z up (REP 103) of a level camera, as columns in its optical frame."""
 TURNED = '_upright'
 """End of the name of a frame with these axes."""
+LEVEL: Transform = UPRIGHT.T, np.zeros(3)
+"""From the optical frame of a level camera to these axes."""
 
 
 def transform_people(people: People3D, rotation: np.ndarray, translation: np.ndarray) -> People3D:

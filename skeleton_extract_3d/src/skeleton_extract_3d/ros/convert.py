@@ -35,7 +35,7 @@ from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
 from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout
-from skeleton_extract_3d.points.transform import quaternions
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, quaternions
 from skeleton_extract_3d.show.markers import MarkerSpec
 
 _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
@@ -212,6 +212,13 @@ def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Poi
         return Points3D(values[..., :3], values[..., 3], values[..., 4], values[..., 5])
     except ValueError as error:
         raise BadInputError(str(error)) from error
+
+
+def upright_transform(header: Header) -> TransformStamped:
+    """Return the transform from a frame with the axes of a level camera's room to the optical frame of a header."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = UPRIGHT
+    return transform_from_matrix(matrix, header, header.frame_id + TURNED)
 
 
 def people_to_transforms(people: People3D, header: Header) -> List[TransformStamped]:

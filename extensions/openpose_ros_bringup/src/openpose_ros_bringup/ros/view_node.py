@@ -176,12 +176,9 @@ class _Scene:
 
     def _turned(self, frame: str) -> str:
         """Publish a frame with z upwards in place of an optical one, and return its name."""
-        matrix = np.eye(4)
-        matrix[:3, :3] = UPRIGHT
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        turned = frame + TURNED
-        self._broadcaster.sendTransform(convert.transform_from_matrix(matrix, Header(frame_id=frame), turned))
-        return turned
+        self._broadcaster.sendTransform(convert.upright_transform(Header(frame_id=frame)))
+        return frame + TURNED
 
 
 def _optical_frames(message: Any) -> List[str]:

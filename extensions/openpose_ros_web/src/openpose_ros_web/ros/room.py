@@ -7,7 +7,7 @@ import numpy as np
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
-from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, Transform
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
 
@@ -15,7 +15,6 @@ WORLD = 'world'
 # Transforms are waited for at the begin of listening, for this long, so that a page does not see two frames [s].
 _PATIENCE, _LOOK_PERIOD = 0.5, 0.02
 _STILL = np.eye(3), np.zeros(3)
-_TURNED = UPRIGHT.T, np.zeros(3)
 
 
 class Place(NamedTuple):
@@ -62,8 +61,8 @@ class Room:
         self._connected[own] = pose is not None
         if pose is not None:
             return Place(target, pose)
-        if 'optical' in own or own in self._optical:
-            return Place(own + TURNED, _TURNED)
+        if not own.endswith(TURNED) and ('optical' in own or own in self._optical):
+            return Place(own + TURNED, LEVEL)
         return Place(own, _STILL)
 
     def rest(self) -> None:

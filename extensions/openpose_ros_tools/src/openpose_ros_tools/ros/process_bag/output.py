@@ -33,6 +33,7 @@ from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
 
@@ -55,6 +56,7 @@ class Upright(NamedTuple):
 
     up: np.ndarray  # (3,) upwards in the frame of the people
     around: Surroundings  # with the plane of the floor, where that is known
+    level: bool = False  # the people are in the optical frame of a level camera; `up` is in the upright one
 
 
 ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
@@ -99,7 +101,12 @@ class PeopleWriter:
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 
     def _write_signals(self, people: People3D, header: Header, time: genpy.Time, upright: Upright) -> None:
-        array = signals_to_array(self._signals.update(people, header.stamp.to_sec(), *upright), header)
+        if upright.level:
+            self._bag.write('/tf', TFMessage([convert.upright_transform(header)]), time)
+            people = transform_people(people, *LEVEL)
+            header = Header(header.seq, header.stamp, header.frame_id + TURNED)
+        signals = self._signals.update(people, header.stamp.to_sec(), upright.up, upright.around)
+        array = signals_to_array(signals, header)
         self._bag.write(f'{self._namespace}/people_signals', array, time)
         for person in array.persons:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
@@ -233,7 +240,10 @@ class Results:
 
 def _upright(settings: BagSettings) -> Upright:
     """Return where the floor is in the frame in which people are published: below z of a frame that is named."""
-    return ON_FLOOR if settings.extractor.target_frame else Upright(settings.upright.upwards, Surroundings())
+    if settings.extractor.target_frame:
+        return ON_FLOOR
+    level = settings.upright.level
+    return Upright(ON_FLOOR.up if level else settings.upright.upwards, Surroundings(), level)
 
 
 def json_names(job: BagJob) -> Callable[[str], bool]:
