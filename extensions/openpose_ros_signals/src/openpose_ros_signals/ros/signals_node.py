@@ -135,7 +135,8 @@ class SignalsNode:
         demand.read(people, *((self._floor.input,) if params.use_floor and not params.fixed_frame else ()),
                     *((self._hands.input, self._faces.input) if params.use_landmarks else ()),
                     *((self._cloud.input,) if params.use_cloud else ()))
-        introduce(demand.inputs, signals=f"in {params.fixed_frame or self._turns * f'FRAME{TURNED}' or 'the frame of the people'}",
+        people_frame = f'FRAME{TURNED}' if self._turns else 'the frame of the people'
+        introduce(demand.inputs, signals=f'in {params.fixed_frame or people_frame}',
                   targets=', '.join(target.name for target in self._targets) or 'none')
 
     def _fault(self) -> str:
