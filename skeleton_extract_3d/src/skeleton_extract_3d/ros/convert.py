@@ -214,11 +214,14 @@ def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Poi
         raise BadInputError(str(error)) from error
 
 
+def turned_frame(header: Header, rotation: np.ndarray, child_frame: str) -> TransformStamped:
+    """Return the transform of a frame at the same place, with axes that are columns of a rotation (3, 3)."""
+    return transform_from_matrix(np.block([[rotation, np.zeros((3, 1))], [np.zeros(3), 1.0]]), header, child_frame)
+
+
 def upright_transform(header: Header) -> TransformStamped:
-    """Return the transform from a frame with the axes of a level camera's room to the optical frame of a header."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = UPRIGHT
-    return transform_from_matrix(matrix, header, header.frame_id + TURNED)
+    """Return the transform from the upright frame of a level camera to its optical frame, that of a header."""
+    return turned_frame(header, UPRIGHT, header.frame_id + TURNED)
 
 
 def people_to_transforms(people: People3D, header: Header) -> List[TransformStamped]:

@@ -1,7 +1,6 @@
 """Points of messages, and the frames of reference in which people are tracked and published."""
 from typing import Callable, Optional, Tuple, Union
 
-import numpy as np
 from genpy import Time
 from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
@@ -103,9 +102,6 @@ class FrameTransforms:
 
     def of_camera(self, header: Header) -> Optional[TransformStamped]:
         """Return the transform from the frame of the turned points to that of the camera; None: none are turned."""
-        if not self.degrees:
-            return None
-        matrix = np.eye(4)
-        matrix[:3, :3] = quarter_turns(self.degrees).T
-        return convert.transform_from_matrix(matrix, Header(stamp=header.stamp, frame_id=self._untouched(
-            header.frame_id)), header.frame_id)
+        own = Header(stamp=header.stamp, frame_id=self._untouched(header.frame_id))
+        turn = quarter_turns(self.degrees).T
+        return convert.turned_frame(own, turn, header.frame_id) if self.degrees else None
