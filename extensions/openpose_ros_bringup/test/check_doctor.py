@@ -233,7 +233,7 @@ class DoctorTest(unittest.TestCase):
                 cloud_from_depth(METRES, COLOUR, BGR), header(stamp, 'camera_depth')))},
              ('--image', IMAGE, '--points', CLOUD), 'registration', "but the image in 'camera_color", CLOUD),
             ('no tf', GOOD, ('--fixed-frame', 'base_link'), 'tf', "tf does not connect 'base_link'",
-             f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base_link {OPTICAL}'),
+             f'static_transform_publisher 0 0 1.35 -1.5708 0 -1.5708 base_link {OPTICAL}'),
             ('one row', {**GOOD, CLOUD: (PointCloud2, flat_cloud)}, ('--image', IMAGE, '--points', CLOUD),
              'encodings', 'cloud is not organized', f'points_source:=depth_image depth:={DEPTH}'),
             ('z up', {**GOOD, CLOUD: (PointCloud2, cloud_of_the_robot)}, ('--image', IMAGE, '--points', CLOUD),

@@ -469,6 +469,20 @@ def test_joints_and_signals_are_given_in_another_frame_whose_floor_is_at_z_0(run
     np.testing.assert_allclose([person.floor_pose.position.z for person in told], 0.0, atol=1e-6)
 
 
+def test_signals_of_a_level_camera_have_x_forward_and_z_up(run, tmp_path, out):
+    assert run(write_recording(tmp_path / 'a.bag'), '--signals') == 0
+    with rosbag.Bag(str(out)) as bag:
+        connected = {(each.header.frame_id, each.child_frame_id) for _, message, _ in bag.read_messages('/tf')
+                     for each in message.transforms}
+    for people, signals in zip(arrays(out), arrays(out, 'people_signals')):
+        assert signals.header.frame_id == people.header.frame_id + '_upright'
+        assert connected == {(people.header.frame_id, signals.header.frame_id)}
+        for person, told in zip(people.persons, signals.persons):
+            here, neck, up = told.position, person.neck, told.floor_pose.orientation
+            assert (here.x, here.y, here.z) == pytest.approx((neck.z, -neck.x, -neck.y), abs=0.5)
+            np.testing.assert_allclose((up.x, up.y), 0.0, atol=1e-6)
+
+
 def test_frames_without_their_transform_are_counted(run, tmp_path, out, capsys):
     moving_camera = functools.partial(with_transform, topic='/tf', numbers=range(4, FRAMES))
     source = write_recording(tmp_path / 'a.bag', others=moving_camera)

@@ -23,9 +23,8 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Seque
 
 import cv2
 import numpy as np
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame
 from openpose_ros_pkg.detect.image_chain import ImageChain
 from openpose_ros_pkg.detect.network_detection import create_detection
@@ -219,7 +218,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
             report = replace(report, skipped=len(inputs) - len(todo))
             detection, landmarks = _networks(settings, create) if todo else (None, None)
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
-            progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
+            progress = stack.enter_context(Progress(total=sum(item.frames for item in todo), unit='frame'))
             done: Dict[InputFile, int] = Counter()
             for item, result in detect_inputs(todo, detection, landmarks, settings.tracking, recorder):
                 report = report.added(item, result)

@@ -7,6 +7,7 @@ from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import (
     CAMERA_DOC,
     CAMERA_NS_DOC,
+    ROTATE_DOC,
     AnnotatedImageParams,
     DemandParams,
     ImageTransportParams,
@@ -27,6 +28,7 @@ class ExtractorParams(Parameters):
 
     camera: str = parameter('kinect2', CAMERA_DOC + ' Empty: ~image, ~point_cloud, ~depth_image and ~camera_info.')
     camera_ns: str = parameter('', CAMERA_NS_DOC)
+    rotate_image: int = parameter(0, ROTATE_DOC, unit='degrees', choices=(0, 90, 180, 270))
     points_source: str = parameter(
         'auto', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
                 '~camera_info; auto: as the camera says, point_cloud without one.',

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from openpose_ros_bringup.doctor.findings import RIGHT, UNKNOWN, WRONG, Finding
 from openpose_ros_bringup.doctor.report import CHECKS, diagnose, faults, report
@@ -298,9 +299,10 @@ def test_what_the_node_says_of_registration():
 
 
 @pytest.mark.parametrize('tf, text, line', [
-    (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base {OPTICAL}'),
+    (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 -1.5708 0 -1.5708 base {OPTICAL}'),
     (Tf('base', {'base': 'odom', OPTICAL: 'camera_link'}), 'tf has base, camera_link',
      'static_transform_publisher 0 0 1.35 0 0 0 base camera_link'),
+    (Tf('base', {'base': 'odom', OPTICAL: 'depth_optical'}), 'tf has', '1.35 -1.5708 0 -1.5708 base depth_optical'),
     (Tf('map', {OPTICAL: 'base'}), "tf does not connect 'map'",
      'static_transform_publisher 0 0 0 0 0 0 map base'),
     (Tf('base_lnk', {'base_link': 'odom'}), "tf does not know 'base_lnk'", 'fixed_frame:=base_link'),
@@ -329,6 +331,29 @@ def test_a_camera_that_tf_turns_wrongly(rotation, text):
     seen = replace(WELL, tf=replace(MOUNT, lookups={('base', OPTICAL): Lookup(rotation, np.zeros(3))}))
     found, = wrong(seen, 'frames')
     assert text in found.text and found.line.endswith(f'0 0 0 -1.5708 0 -1.5708 base {OPTICAL}')
+
+
+@pytest.mark.parametrize('rotation, turn', [(MOUNTED @ np.diag([-1, -1, 1]), 180),
+                                            (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), 90),
+                                            (np.array([[0, 0, 1], [0, -1, 0], [1, 0, 0]]), 270)])
+@pytest.mark.parametrize('changes', [
+    {'people': People(60, 0)}, {'people': None}, {'nodes': []},
+    {'nodes': [replace(WORKING, level=1, text='the camera seems to be turned: 2 of 2')]}, 'rotate_image'], ids=str)
+def test_a_camera_that_is_mounted_as_tf_says_is_right(rotation, turn, changes):
+    if changes == 'rotate_image':
+        changes = {'nodes': [replace(WORKING, parameters={'rotate_image': turn})]}
+    turned = replace(MOUNT, lookups={('base', OPTICAL): Lookup(rotation, np.zeros(3))})
+    finding, = diagnose(replace(WELL, tf=turned, **changes))['frames']
+    assert finding.state == RIGHT and f'rotate_image:={turn}' in finding.text
+
+
+def test_the_proposed_transforms_put_a_person_ahead_ahead():
+    """Of rosrun tf2_ros static_transform_publisher: x y z, then yaw about z, pitch about y, roll about x."""
+    for tf in (Tf('base'), replace(MOUNT, lookups={('base', OPTICAL): Lookup(FORGOTTEN, np.zeros(3))})):
+        line = wrong(replace(WELL, tf=tf), 'tf' if tf == Tf('base') else 'frames')[0].line
+        x, y, z, *angles = map(float, re.findall(r'publisher (.*?) base', line)[0].split())
+        ahead = Rotation.from_euler('ZYX', angles).apply((0, 0, 3)) + np.array((x, y, z))
+        assert ahead == pytest.approx((3, 0, z), abs=1e-3)
 
 
 def test_cameras_that_look_down_or_into_their_own_frame_are_right():

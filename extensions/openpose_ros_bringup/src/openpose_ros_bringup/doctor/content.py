@@ -2,8 +2,6 @@
 from contextlib import suppress
 from typing import Iterator, List, Optional
 
-import numpy as np
-
 from openpose_ros_bringup.doctor.findings import (
     Finding,
     depth_line,

@@ -31,10 +31,9 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tu
 
 import numpy as np
 import rosbag
-from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
@@ -148,8 +147,8 @@ def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> 
     """
     stream_of = {topics[stream]: stream for stream in LISTS if stream in topics}
     taken: Set[Tuple[str, int]] = set()
-    for message in tqdm(stamped_messages(bag, list(stream_of)), unit='image', disable=None,
-                        total=sum(map(bag.get_message_count, stream_of))):
+    for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
+                            total=sum(map(bag.get_message_count, stream_of))):
         stamp = message.time if bag_time else message.stamp or 0
         if not stamp or (message.topic, stamp) in taken:
             raise BadInputError(f"a message on '{message.topic}' has "

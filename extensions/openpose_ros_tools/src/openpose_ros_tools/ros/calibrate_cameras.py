@@ -27,10 +27,9 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 import rospy
-from tqdm import tqdm
 
 from openpose_ros_fusion.rig import write_rig
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_tools.calibration.report import report, shared_frames
 from openpose_ros_tools.command_options import add_output, command_parser, named_value, positive_number
@@ -64,7 +63,7 @@ def _run(options: argparse.Namespace) -> int:
     with output_folder(options.output, options.overwrite, _FILES) as folder:
         recorded = (recordings_of_files(options.files, cameras) if options.files else
                     recordings_of_topics(options.seconds, cameras))
-        found = calibrate(recorded, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
+        found = calibrate(recorded, params, partial(Progress, unit=' pairs', leave=False))
         write_rig(folder / 'rig.yaml', found.rig)
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)

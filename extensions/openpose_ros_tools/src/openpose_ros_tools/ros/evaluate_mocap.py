@@ -30,9 +30,8 @@ from typing import Dict, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
@@ -125,11 +124,11 @@ def _run(options: argparse.Namespace) -> int:
     marker_map = chosen_map(recording) if options.markers is None else read_marker_map(options.markers)
     reference = joints_of(recording, marker_map)
     alignment = align(measured_people(poses), reference, AlignmentParams(options.clock_offset, transform),
-                      partial(tqdm, desc='aligning', disable=None, leave=False))
+                      partial(Progress, desc='aligning', leave=False))
     names = (options.joints or '').split(',')
     comparison = compare(poses, reference, alignment, EvaluationParams(
         joints=tuple(name.strip().replace(' ', '_') for name in names if name.strip())),
-        partial(tqdm, desc='comparing', disable=None, leave=False))
+        partial(Progress, desc='comparing', leave=False))
     values = summary(comparison, alignment, _inputs(options, poses, marker_map))
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')

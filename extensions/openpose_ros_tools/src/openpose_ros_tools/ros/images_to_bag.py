@@ -46,10 +46,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import genpy
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
-from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_tools.command_options import add_output, checked, command_parser, positive_number
@@ -95,7 +94,7 @@ def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'n
     planned = sorted(((maker, moment) for maker, camera in zip(makers, cameras)
                       for moment in moments(camera.folder)), key=lambda one: one[1].stamp)
     with new_bag(path, compression) as bag, \
-            tqdm(total=len(planned), unit='frame', disable=None) as bar, \
+            Progress(total=len(planned), unit='frame') as bar, \
             closing(ordered_map(lambda one: one[0].messages(one[1]), planned)) as results:
         poses = _poses(cameras, planned[0][1].stamp)
         if poses:

@@ -25,14 +25,16 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from openpose_ros_bringup.doctor.frames import frames_needed
 from openpose_ros_bringup.doctor.report import diagnose, faults, report
-from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, People, Snapshot, Tf
+from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, Lookup, People, Snapshot, Tf
 from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
 from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
-from openpose_ros_bringup.ros.doctor.transforms import FrameListener
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
+from skeleton_extract_3d.ros.convert import rotation_and_translation
+from skeleton_extract_3d.ros.transforms import Transforms
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
 PREFIX = 'OPENPOSE_ROS_PREFIX'
@@ -43,6 +45,8 @@ _STATUS_PERIOD, _STATUS_PATIENCE = 1.2, 3.0
 # Least time to listen, and how much longer the whole may take before it is given up [s].
 _LEAST, _GRACE = 1.5, 30.0
 _PERIOD = 0.05
+# Transforms for a stamp come a little later [s].
+_TF_PATIENCE = 1.0
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -69,7 +73,7 @@ def look(options: argparse.Namespace) -> Snapshot:
     if not master.is_online:
         return Snapshot(master)
     rospy.init_node('doctor', anonymous=True, disable_signals=True, disable_rosout=True, log_level=rospy.ERROR)
-    status, ticks, frames = StatusListener(), _ClockListener(graph), FrameListener()
+    status, ticks, frames = StatusListener(), _ClockListener(graph), Transforms(_TF_PATIENCE)
     expected = nodes_with_results(graph.published)
     begin = time.monotonic()
     _wait(lambda: set(expected) <= set(status.nodes()) and time.monotonic() - begin > _STATUS_PERIOD,
@@ -90,7 +94,7 @@ def look(options: argparse.Namespace) -> Snapshot:
         nodes_within(options.camera_ns, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
         people.read(), list(status.recorders.values()))
-    tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), parents=frames.parents())
+    tf = replace(seen.tf, lookups=_lookups(frames, seen), parents=frames.parents())
     frames.stop()
     return replace(seen, tf=tf)
 
@@ -116,8 +120,9 @@ def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> 
                                 for node in graph.published[topic].nodes)})
 
 
-def _wanted_transforms(seen: Snapshot) -> List[Tuple[str, str, rospy.Time]]:
-    wanted = []
+def _lookups(transforms: Transforms, seen: Snapshot) -> Dict[Tuple[str, str], Lookup]:
+    """Return transforms by target and source frame, at a stamp, as soon as they are there or will not be."""
+    deadline, found = time.monotonic() + _TF_PATIENCE, {}
     for camera in seen.cameras:
         stream = camera.points or camera.image
         if not (stream.arrivals and stream.frame_id):
@@ -125,9 +130,13 @@ def _wanted_transforms(seen: Snapshot) -> List[Tuple[str, str, rospy.Time]]:
         others = frames_needed(seen, camera)
         if camera.image.frame_id not in ('', stream.frame_id):
             others.append(camera.image.frame_id)
-        stamp = rospy.Time(0, stream.arrivals[-1].stamp)
-        wanted += [(target, stream.frame_id, stamp) for target in others]
-    return wanted
+        for target in others:
+            try:
+                found[target, stream.frame_id] = Lookup(*rotation_and_translation(transforms.lookup(
+                    target, stream.frame_id, rospy.Time(0, stream.arrivals[-1].stamp), deadline - time.monotonic())))
+            except (NoTransformError, BadInputError) as error:
+                found[target, stream.frame_id] = Lookup(error=str(error.__cause__ or error))
+    return found
 
 
 class _ClockListener:

@@ -23,9 +23,8 @@ import genpy
 import numpy as np
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15
 from openpose_ros_tools.command_options import add_output, command_parser
@@ -71,7 +70,7 @@ def write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> 
     of_person, of_frame = _TOPICS[file.dimensions]
     kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
     count = 0
-    with new_bag(path) as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
+    with new_bag(path) as bag, Progress(total=len(file.rows), unit='row') as bar:
         for count, frame in enumerate(frames_of(file.rows), 1):
             began = _time(frame[0].time)
             headers = [Header(row.sequence, _time(row.stamp), row.frame_id) for row in frame]

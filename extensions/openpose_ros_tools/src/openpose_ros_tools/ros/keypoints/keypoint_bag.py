@@ -19,7 +19,7 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_signals.ros.convert import signals_from_array
+from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, stamped_messages, topic_types, undamaged
 from openpose_ros_tools.ros.ros2_bags import joined_types
@@ -36,6 +36,7 @@ from openpose_ros_tools.tables.keypoint_table import (
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkRow
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_signals
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
 # Points of the hands of a person, as joints of a table.
 HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
@@ -215,7 +216,8 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
             types = topic_types(bag)
             beside = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
             if {_absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
-                return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(message))
+                return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
+                    turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
                         for message, time in bag_messages(bag, beside)], True
     return list(computed_signals(table, up)), False
 

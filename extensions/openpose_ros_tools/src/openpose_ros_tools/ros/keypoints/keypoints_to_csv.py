@@ -34,9 +34,8 @@ from typing import Any, Iterator, Optional, Sequence, TextIO, Union, cast
 import rosgraph
 import roslib.message
 import rospy
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_signals.ros.convert import signals_from_array
@@ -58,7 +57,7 @@ Writer = Union[KeypointCsvWriter, LandmarkCsvWriter, SignalCsvWriter]
 _PAUSE = 0.2
 
 
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: tqdm) -> int:
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: Progress) -> int:
     """Write the people of bags one after the other; return how many rows that are.
 
     Args:
@@ -88,7 +87,7 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, sta
     return rows
 
 
-def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: tqdm) -> int:
+def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Progress) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
@@ -151,7 +150,7 @@ def _write_all(topic: KeypointTopic, handle: TextIO, options: argparse.Namespace
     """Write everything; return how many people, hands, faces or rows of signals that are."""
     writer = _writer(handle, topic, options)
     # no progress bar where it would run into rows that are shown
-    with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
+    with Progress(unit='message' if options.bags else 'row', disable=handle.isatty()) as bar:
         if options.bags:
             return bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar)
         return follow_topic(topic, writer, handle, bar)

@@ -31,9 +31,8 @@ from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from matplotlib.figure import Figure
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -122,12 +121,12 @@ def _run(options: argparse.Namespace) -> int:
         found = plots(selection, chosen, timeline)
     paths = [folder / f'{name}.{options.format}' for name, _ in found]
     check_outputs(paths, options.overwrite)
-    for path, (_, draw) in zip(paths, tqdm(found, unit=' plots', leave=False, disable=None)):
+    for path, (_, draw) in zip(paths, Progress(found, unit=' plots', leave=False)):
         try:
             save_figure(draw(), path)
         except OSError as error:
             raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
-        tqdm.write(str(path))
+        Progress.write(str(path))
     of_people = re.compile(_OF_PEOPLE + options.format)
     for former in files_of(folder, lambda name: bool(of_people.fullmatch(name))):
         if options.overwrite and former not in paths:

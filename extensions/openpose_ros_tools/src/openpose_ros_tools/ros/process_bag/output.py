@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 import genpy
 import numpy as np
 import rosbag
+from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -32,6 +33,7 @@ from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
 
@@ -52,6 +54,7 @@ class Upright(NamedTuple):
 
     up: np.ndarray  # (3,) upwards in the frame of the people
     around: Surroundings  # with the plane of the floor, where that is known
+    level: bool = False  # the people are in the optical frame of a level camera; `up` is in the upright one
 
 
 ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
@@ -96,7 +99,12 @@ class PeopleWriter:
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 
     def _write_signals(self, people: People3D, header: Header, time: genpy.Time, upright: Upright) -> None:
-        array = signals_to_array(self._signals.update(people, header.stamp.to_sec(), *upright), header)
+        if upright.level:
+            self._bag.write('/tf', TFMessage([convert.upright_transform(header)]), time)
+            people = transform_people(people, *LEVEL)
+            header = Header(header.seq, header.stamp, header.frame_id + TURNED)
+        signals = self._signals.update(people, header.stamp.to_sec(), upright.up, upright.around)
+        array = signals_to_array(signals, header)
         self._bag.write(f'{self._namespace}/people_signals', array, time)
         for person in array.persons:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
@@ -194,6 +202,11 @@ class Results:
             self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
 
+    def write_tf(self, frame: RecordedFrame, transform: Optional[TransformStamped]) -> None:
+        """Write a transform of the time of a frame, if there is one."""
+        if transform is not None:
+            self._bag.write('/tf', TFMessage([transform]), frame.time)
+
     def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
                             ) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
@@ -225,7 +238,10 @@ class Results:
 
 def _upright(settings: BagSettings) -> Upright:
     """Return where the floor is in the frame in which people are published: below z of a frame that is named."""
-    return ON_FLOOR if settings.extractor.target_frame else Upright(settings.upright.upwards, Surroundings())
+    if settings.extractor.target_frame:
+        return ON_FLOOR
+    level = settings.upright.level
+    return Upright(ON_FLOOR.up if level else settings.upright.upwards, Surroundings(), level)
 
 
 def json_names(job: BagJob) -> Callable[[str], bool]:

@@ -44,10 +44,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 
-from tqdm import tqdm
-
 from openpose_ros_pkg.allocator import keep_large_blocks
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -152,7 +150,7 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
 
 
 def _run_one(job: Union[BagJob, RigJob]) -> int:
-    with tqdm(unit='frame', disable=None) as progress:
+    with Progress(unit='frame') as progress:
         def show(done: int, total: int) -> None:
             progress.total = total
             progress.update(done - progress.n)
@@ -172,7 +170,7 @@ def _run_several(jobs: Sequence[Union[BagJob, RigJob]], options: argparse.Namesp
         by_name.setdefault(_first_part(job), []).append(job)
     failed = 0
     try:
-        with tqdm(total=len(jobs), unit='bag', disable=None) as progress:
+        with Progress(total=len(jobs), unit='bag') as progress:
             ended = (run_on_cluster(process_in_worker, by_name, options.scheduler) if options.scheduler else
                      run_in_processes(process_in_worker, by_name, options.workers))
             with closing(ended):

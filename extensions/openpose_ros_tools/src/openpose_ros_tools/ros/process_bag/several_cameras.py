@@ -11,9 +11,9 @@ import genpy
 import numpy as np
 import rosbag
 from std_msgs.msg import Header
-from tqdm import tqdm
 
 from openpose_ros_fusion.rig import read_rig
+from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_tools.command_options import named_value, seconds
 from openpose_ros_tools.outputs import PartFiles
@@ -120,6 +120,8 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
             raise ParameterError(f"--cameras names '{name}' twice")
         if name in ('', FUSED):
             raise ParameterError(f"--cameras names '{name}', which is for the fused people; allowed: other names")
+    if jobs[0].values.get('rotate_image'):
+        raise ParameterError("parameter 'rotate_image' is for one camera, without --cameras")
     if len(jobs) not in (1, len(names)):
         raise ParameterError(f'there are {len(jobs)} bags for {len(names)} cameras; give one bag, or one for each')
     offsets = dict(options.clock_offset)
@@ -241,7 +243,7 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
         bag = inner.enter_context(new_bag(outputs[0]))
         writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers,
                               ON_FLOOR if job.cameras[0].signals else None)
-        for fused in tqdm(fusion, 'fusion', unit='frame', disable=None):
+        for fused in Progress(fusion, 'fusion', unit='frame'):
             header = Header(next(numbers), genpy.Time(0, fused.stamp), job.fixed_frame)
             writer.write(fused.people, header, genpy.Time(0, fused.time))
             report.frames += 1

@@ -7,10 +7,12 @@ from functools import partial
 from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
 import genpy
+import numpy as np
 
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError, OpenposeRosError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
+from openpose_ros_pkg.ros.convert import turned_header
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.threads import prefetched
@@ -150,7 +152,7 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
         recording = FrameReader(view, settings.pairing, points, params.rectified == 'true', most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
         frames = _Frames(chain, job.camera, _transforms(job, params, stack), results,
-                         BagReport(counts=recording.counts, topics=view.topics))
+                         BagReport(counts=recording.counts, topics=view.topics), params.rotate_image)
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
             on_frame(min(done, images), images)
@@ -170,19 +172,26 @@ def _transforms(job: BagJob, params: ExtractorParams, stack: ExitStack
     return FrameTransforms(params, recorded.lookup), recorded.read_until
 
 
+def _turned(frame: RecordedFrame, degrees: int) -> RecordedFrame:
+    points = frame.points_header and turned_header(frame.points_header, degrees)
+    return replace(frame, bgr=np.ascontiguousarray(np.rot90(frame.bgr, -degrees // 90)), points_header=points,
+                   header=turned_header(frame.header, degrees))
+
+
 class _Frames:
     """Runs the chain over the frames of a camera and writes the results; see `process`.
 
     Args:
         camera: namespace of the camera.
         transforms: of `_transforms`.
+        degrees: by which images are turned clockwise; the points are turned already.
     """
 
     def __init__(self, chain: PeopleChain, camera: str,
-                 transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport
-                 ) -> None:
+                 transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport,
+                 degrees: int) -> None:
         self._chain, self._camera, self._transforms, self._results = chain, camera, transforms, results
-        self._numbers, self._throttle = itertools.count(), Throttle()
+        self._numbers, self._throttle, self._degrees = itertools.count(), Throttle(), degrees
         self.report = report
 
     def run(self, events: Iterable[_Event]) -> Iterator[int]:
@@ -200,7 +209,12 @@ class _Frames:
         try:
             if isinstance(frame, BadInputError):
                 raise frame
+            frame = _turned(frame, self._degrees)
             result = self._chain.update(self._located(frame))
+            for doubt in result.doubts:
+                self.report.doubts[doubt.event] += 1
+                if self._throttle.is_due(doubt.event):
+                    _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
             if frame.points is None:
                 self._results.write_2d(frame, number, result.people_2d, result.landmarks.in_image)
             else:
@@ -227,11 +241,8 @@ class _Frames:
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
         """Write the people of a frame in the image and in space."""
         transforms, _ = self._transforms
-        for doubt in result.doubts:
-            self.report.doubts[doubt.event] += 1
-            if self._throttle.is_due(doubt.event):
-                _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
         self._results.write_estimate(frame, number, result.estimate)
+        self._results.write_tf(frame, transforms.of_camera(frame.points_header))
         people, header = transforms.in_target_frame(result.people_3d, frame.points_header)
         in_space, _ = transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)
