@@ -175,7 +175,7 @@ class PeopleEstimator:
         observed = observe(people_2d, frame.image_size, view.points, camera, method)
         clothes = observe_clothes(observed, view.points, bgr, method)
         clock.lap('observe')
-        compared = compare(expected, observed, method)
+        compared = compare(expected, observed, looks.given, method)
         row = assign(expected, clothes, compared, view.stamp, settings.identity, method.track.identity)
         whole, row = joined(expected, observed, compared, row, method)
         if whole is not observed.people_2d:

@@ -37,11 +37,15 @@ def clothes(*colours):
     return Clothes(np.repeat(np.array(colours)[:, None], 2, axis=1), np.full((len(colours), 2), 5.0))
 
 
-def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
-    people = frame.people if people is None else people
+def numbered(people):
+    return replace(people, ids=np.arange(len(people)))
+
+
+def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, given=(), **params):
+    people = numbered(frame.people if people is None else people)
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
     of_people = of_people or Clothes.unknown(len(people))
-    return assign(tracks, of_people, compare(tracks, seen), stamp, IdentityParams(**params)).tolist()
+    return assign(tracks, of_people, compare(tracks, seen, np.array([*given, *len(people) * [-1]])), stamp, IdentityParams(**params)).tolist()
 
 
 LEFT, RIGHT = (-0.8, 2.6), (0.7, 3.2)
@@ -63,6 +67,11 @@ def test_people_get_the_tracks_that_expect_them_in_any_order():
 @pytest.mark.parametrize('step, same', [(0.1, True), (0.4, True), (0.7, False)])
 def test_a_person_who_is_beyond_the_gate_is_another_person(step, same):
     assert rows(tracks_at((0.0, 2.6)), scene((step, 2.6)), track_gate=0.5) == [0 if same else -1]
+
+
+@pytest.mark.parametrize('given, expected', [((-1, -1), [0, 1]), ((2, 1), [1, 0]), ((1, 2), [0, 1])])
+def test_of_two_who_are_equally_near_each_has_the_person_on_its_own_crop(given, expected):
+    assert rows(tracks_at((0.0, 2.6), (0.01, 2.6)), scene((0.0, 2.6), (0.01, 2.6)), given=given) == expected
 
 
 def test_the_gate_grows_while_a_person_is_away():
@@ -91,4 +100,4 @@ def test_what_is_no_half_of_a_person_is_not_joined(lower, aside, depth):
     people = without_joints(people, np.stack([LOWER, ~lower]))
     seen = observe(people, frame.size, DepthImage((depth * frame.depth).astype(np.uint16), frame.camera), frame.camera)
     tracks = tracks_at(LEFT)
-    assert joined(tracks, seen, compare(tracks, seen), np.array([0, -1]))[1].tolist() == [0, -1]
+    assert joined(tracks, seen, compare(tracks, seen, np.array([-1, -1])), np.array([0, -1]))[1].tolist() == [0, -1]

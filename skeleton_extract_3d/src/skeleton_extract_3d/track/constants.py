@@ -62,9 +62,7 @@ class IdentityConstants:
              'and a new person may be the track; one whose clothes are hidden waits for an id for so long.', unit='s')
     plain: int = constant(9, 'A new person with as many measured joints gets an id at once.', unit='joints')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
-    telling: float = constant(
-        5.0, 'Greatest one that costs: at a depth that is less likely the surfaces are those of another person, for '
-             'each of the detections.')
+    own_crop: float = constant(0.05, 'A person costs this less for the track on whose crop it was seen.', unit='m')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
               'a person who is almost hidden are those of another one. New people nearer to a track, and parts of '

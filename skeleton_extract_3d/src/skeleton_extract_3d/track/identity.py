@@ -21,29 +21,37 @@ _MOST_AGAINST = 1e3
 
 class TrackComparison(NamedTuple):
     """T tracks beside P people: median distance of keypoints from the track across the view at its depth, (T, P) [m],
-    infinite without a common joint; and log likelihood ratio of another depth of the trunk to the track's, (T, P).
+    infinite without a common joint; log likelihood ratio of another depth of the trunk to the track's, (T, P); and
+    whether the person was seen on the track's crop, (T, P) bool.
     """
 
     across: np.ndarray
     against: np.ndarray
+    own: np.ndarray
 
 
-def compare(tracks: Tracks, observed: ObservedPeople, method: MethodConstants = METHOD) -> TrackComparison:
-    """Return the comparison of tracks, predicted to this frame, with the people of the frame."""
-    return TrackComparison(_distances_across(tracks, observed), _evidence_against(tracks, observed, method))
+def compare(tracks: Tracks, observed: ObservedPeople, given: np.ndarray, method: MethodConstants = METHOD
+            ) -> TrackComparison:
+    """Return the comparison of tracks, predicted to this frame, with the people of the frame.
+
+    Args:
+        given: ids of the tracks that expected the detections, by the numbers that `observed` has as ids.
+    """
+    own = tracks.ids[:, None] == given[observed.people_2d.ids]
+    return TrackComparison(_distances_across(tracks, observed), _evidence_against(tracks, observed, method), own)
 
 
 def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: float, params: IdentityParams,
            constants: IdentityConstants = METHOD.track.identity) -> np.ndarray:
     """Return the row of each person's track, predicted to this frame, -1 where there is none, (P,) int64."""
-    across, against = compared
+    across, against, own = compared
     rows = np.full(across.shape[1], -1, np.int64)
     if not across.size:
         return rows
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
     allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
-    cost = across + constants.evidence_cost * np.minimum(against, constants.telling)
+    cost = across + constants.evidence_cost * against - constants.own_crop * own
     if params.use_clothes:
         cost += constants.colour_cost * colour_distances(tracks.clothes, clothes)
     for track, person in match(cost, allowed):
