@@ -6,7 +6,7 @@ import rosbag
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CAMERA_INFO, CLOUD, COMPRESSED, IMAGE
-from openpose_ros_tools.ros.bag_files import topic_types, undamaged
+from openpose_ros_tools.ros.bag_files import messages_of, topic_types
 
 DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
 
@@ -158,4 +158,4 @@ class TopicFinder:
         return None if _OTHER_NAME.search(topic) or _DEPTH_NAME.search(name) else 'colour'
 
     def _first(self, topic: str) -> Any:
-        return next(undamaged(self._bag, self._bag.read_messages(topics=[topic]))).message
+        return next(messages_of(self._bag, [topic])).message

@@ -6,7 +6,7 @@ from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple, Type
+from typing import Any, BinaryIO, Callable, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple, Type
 
 import genpy
 import genpy.dynamic
@@ -15,7 +15,6 @@ from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from roslib.message import get_message_class
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.ros.bag_definitions import harmless_definition
 
 MENDING = '`ros2 bag reindex` and `mcap recover` may mend it'
 """What may help where a recording is damaged."""
@@ -72,8 +71,12 @@ class Ros2Recording:
 
     def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
                       end_time: Optional[genpy.Time] = None, raw: bool = False,
-                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
-        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged."""
+                      return_connection_header: bool = False,
+                      connection_filter: Optional[Callable[..., Any]] = None) -> Iterator[Tuple[Any, ...]]:
+        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged.
+
+        rosbags parses definitions, so that code can be made of them: `connection_filter` is not asked.
+        """
         start = None if start_time is None else start_time.to_nsec()
         stop = None if end_time is None else end_time.to_nsec() + 1
         for connection, time, kind, content in self._converted(topics, start, stop):
@@ -109,7 +112,7 @@ class Ros2Recording:
                 store = _store_of(installed, self._ros2)
             if installed is None or not _is_same(installed, store):
                 text = store.generate_msgdef(name, ros_version=1)[0].replace(_HEADER, f'{_HEADER}uint32 seq\n')
-                installed = genpy.dynamic.generate_dynamic(ros1_name, harmless_definition(text))[ros1_name]
+                installed = genpy.dynamic.generate_dynamic(ros1_name, text)[ros1_name]
             self._kinds[name] = installed, store
         return self._kinds[name]
 
@@ -120,16 +123,14 @@ class McapFile:
     Raises:
         ParameterError: this compression is not available.
         BadInputError: rosbags or mcap is not installed.
-        OSError: it can not be written.
     """
 
-    def __init__(self, path: Path, compression: str) -> None:
+    def __init__(self, file: BinaryIO, compression: str) -> None:
         mcap, self._ros2 = _library('mcap.writer', 'write MCAP'), _foxy('write MCAP')
         kinds = {'none': mcap.CompressionType.NONE, 'lz4': mcap.CompressionType.LZ4}
         if compression not in kinds:
             raise ParameterError(f'--compression {compression} is not available for MCAP, expected none or lz4')
-        self._file = path.open('wb')
-        self._writer = mcap.Writer(self._file, compression=kinds[compression])
+        self._writer = mcap.Writer(file, compression=kinds[compression])
         self._writer.start(profile='ros2', library='openpose_ros')
         # by topic and type: number of the channel, and what encodes the type
         self._channels: Dict[Tuple[str, str], Tuple[int, Any]] = {}
@@ -156,7 +157,6 @@ class McapFile:
     def close(self) -> None:
         """Finish the file."""
         self._writer.finish()
-        self._file.close()
 
 
 def joined_types(found: Iterable[Tuple[str, str]]) -> Dict[str, str]:

@@ -98,18 +98,24 @@ def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
     """Return the topics to be copied: those that are named, or with 'all' everything but results of this project.
 
     Raises:
-        BadInputError: a topic is not there, or is a result that is made anew.
+        BadInputError: a topic that is named is not there, can not be read, or is a result that is made anew.
     """
-    types = topic_types(bag)
-    there = sorted(types)
-    copied = [topic for topic in there if not is_result(topic)] if 'all' in wanted else list(wanted)
-    for topic in copied:
-        if topic not in there:
-            raise BadInputError(f"--copy {topic}: not in the bag, which has {', '.join(there)}")
-        if is_result(topic):
-            raise BadInputError(f'--copy {topic}: that is a result, which is made anew')
-        if ' and ' in types[topic]:
-            raise BadInputError(f'--copy {topic}: its messages are of several types, {types[topic]}')
+    types, copied = topic_types(bag), []
+    every = 'all' in wanted
+    for topic in (topic for topic in sorted(types) if not is_result(topic)) if every else wanted:
+        try:
+            if topic not in types:
+                raise BadInputError(f"not in the bag, which has {', '.join(sorted(types))}")
+            if is_result(topic):
+                raise BadInputError('that is a result, which is made anew')
+            if ' and ' in types[topic]:
+                raise BadInputError(f'its messages are of several types, {types[topic]}')
+            next(stamped_messages(bag, [topic]))
+            copied.append(topic)
+        except BadInputError as error:
+            if not every:
+                raise BadInputError(f'--copy {topic}: {error}') from error
+            _log.warning('%s is not copied: %s', topic, error)
     return copied
 
 

@@ -24,7 +24,7 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
-from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
+from openpose_ros_tools.ros.bag_files import StampedMessage, messages_of, new_bag, open_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
@@ -256,7 +256,7 @@ def finished_record(job: Union[BagJob, RigJob]) -> Optional[Dict[str, Any]]:
     """Return what a finished run of the same has noted in the output with `record`; None: it is none, or not there."""
     try:
         with open_bag(job.output) as bag:
-            stored = next(undamaged(bag, bag.read_messages(topics=[RECORD])), None)
+            stored = next(messages_of(bag, [RECORD]), None)
         noted = dict(json.loads(stored.message.data)) if stored else {}
     except (BadInputError, ValueError, TypeError, AttributeError):
         return None

@@ -20,7 +20,6 @@ from openpose_ros_tools.command_options import named_value, seconds
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
-    end_time,
     new_bag,
     open_bag,
     stamped_messages,
@@ -226,7 +225,7 @@ def _check_common_time(job: RigJob, topics: Sequence[str]) -> None:
         with open_bag(camera.source) as bag:
             first = next(stamped_messages(bag, [topic]))
             begin = 1e-9 * ((first.stamp or first.time) + job.clock_offset(camera.camera))
-            spans[camera.camera] = begin, begin + end_time(bag) - 1e-9 * first.time
+            spans[camera.camera] = begin, begin + bag.get_end_time() - 1e-9 * first.time
     for name, (begin, end) in spans.items():
         others = [span for other, span in spans.items() if other != name]
         if others and not any(begin <= last and first <= end for first, last in others):
