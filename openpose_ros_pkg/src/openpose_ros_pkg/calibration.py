@@ -1,4 +1,5 @@
 """Calibrations of cameras: the content of a CameraInfo, in the usual file formats."""
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Sequence, Tuple
@@ -19,7 +20,13 @@ _FILE_KEYS = {'width': 'image_width', 'height': 'image_height', 'name': 'camera_
               'rectification': 'rectification_matrix', 'projection': 'projection_matrix', 'binning': 'binning',
               'region': 'roi'}
 _ROWS = {'matrix': 3, 'distortion': 1, 'rectification': 3, 'projection': 3}
-# Distortion models of OpenCV by number of coefficients, for calibrations without a model.
+_SPELLINGS: Dict[str, Tuple[str, ...]] = {
+    '': ('', 'none', 'pinhole'), 'plumb_bob': ('plumb_bob', 'radtan', 'radial_tangential', 'brown_conrady'),
+    'rational_polynomial': ('rational_polynomial', 'rational'),
+    'equidistant': ('equidistant', 'equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4')}
+# Keys by which files of other programs name the distortion model.
+_MODEL_KEYS = ('camera_model', 'lens_model', 'model_type', 'distortion_type')
+# Distortion models of OpenCV by number of coefficients, for its calibrations, which name none.
 _MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomial', 12: 'rational_polynomial',
            14: 'rational_polynomial'}
 
@@ -66,6 +73,20 @@ class Calibration:
         return ((width or self.width) // (self.binning[0] or 1), (height or self.height) // (self.binning[1] or 1))
 
 
+def distortion_model(name: str) -> str:
+    """Return the name of a distortion model in a CameraInfo, of any usual spelling; empty: no distortion.
+
+    Raises:
+        BadInputError: it is unknown.
+    """
+    plain = re.sub(r'[\s-]+', '_', name.strip().lower())
+    for model, spellings in _SPELLINGS.items():
+        if plain in spellings:
+            return model
+    raise BadInputError(f"distortion model '{name}' is unknown; expected one of none, "
+                        + ', '.join(filter(None, _SPELLINGS)))
+
+
 def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre: Sequence[float],
                         distortion: Sequence[float] = (), distortion_model: str = '') -> Calibration:
     """Return the calibration of a single camera.
@@ -107,10 +128,10 @@ def calibration_from_values(values: Any, source: str) -> Calibration:
         BadInputError: a key is missing, or a value is wrong; the text begins with `source`.
     """
     try:
-        for key, read in (('camera_matrix', _of_camera_calibration), ('K', _of_camera_info),
+        for key, read in (('camera_matrix', _of_camera_calibration), ('K', _of_camera_info), ('k', _of_camera_info),
                           ('intrinsic_matrix', _of_open3d)):
             if key in values:
-                return _completed(read(values))
+                return _completed(_with_model(read(values), values))
         raise KeyError('camera_matrix, K or intrinsic_matrix')
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError, BadInputError) as error:
         raise BadInputError(f'{source} is no calibration as camera_calibration writes it (image_width, image_height, '
@@ -136,6 +157,7 @@ def _of_camera_calibration(values: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def _of_camera_info(values: Dict[str, Any]) -> Dict[str, Any]:
+    values = {key.upper() if key in ('d', 'k', 'r', 'p') else key: value for key, value in values.items()}  # ROS 2
     region = values.get('roi') or {}
     return {'width': values['width'], 'height': values['height'], 'matrix': values['K'],
             'distortion_model': values.get('distortion_model'), 'distortion': values.get('D', ()),
@@ -148,6 +170,23 @@ def _of_camera_info(values: Dict[str, Any]) -> Dict[str, Any]:
 def _of_open3d(values: Dict[str, Any]) -> Dict[str, Any]:
     columns = np.array(values['intrinsic_matrix'], np.float64).reshape(3, 3)
     return {'width': values['width'], 'height': values['height'], 'matrix': columns.T.ravel().tolist()}
+
+
+def _with_model(read: Dict[str, Any], values: Dict[str, Any]) -> Dict[str, Any]:
+    """Return what was read with the distortion model that a file names by another key."""
+    stated = read.get('distortion_model')
+    named = {distortion_model(str(values[key])) for key in _MODEL_KEYS if key in values} - {''}
+    if 'fisheye_model' in values:  # of OpenCV's calibration
+        named.add('equidistant' if values['fisheye_model'] else 'plumb_bob')
+    if stated:
+        named.add(distortion_model(stated) if named else stated)
+    if len(named) > 1:
+        raise BadInputError(f'it names several distortion models: {", ".join(sorted(named))}')
+    distortion = read.get('distortion') or ()
+    if not named and len(distortion) == 4 and any(distortion):
+        raise BadInputError('it names no distortion model, and lenses of several have 4 coefficients; add '
+                            'distortion_model: plumb_bob, or equidistant for a fisheye lens')
+    return {**read, 'distortion_model': stated or next(iter(named), stated)}
 
 
 def _completed(values: Dict[str, Any]) -> Calibration:

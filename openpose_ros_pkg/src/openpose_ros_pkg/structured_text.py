@@ -4,6 +4,7 @@ The libraries alone raise RecursionError for deep nesting and errors of many cla
 let a text of 1 KB stand for billions of values by its aliases.
 """
 import json
+import re
 from typing import Any, Dict, Union
 
 import yaml
@@ -13,13 +14,14 @@ _MOST_VALUES = 100000
 
 
 def yaml_value(text: str) -> Any:
-    """Return the first document of a YAML text; None of an empty one.
+    """Return the first document of a YAML text, also of one that OpenCV wrote; None of an empty one.
 
     Raises:
         ValueError: it is not YAML, or has too many or impossible values.
     """
     try:
-        loader = yaml.SafeLoader(text)
+        # OpenCV's directive %YAML:1.0 is none, and its matrices have a tag
+        loader = yaml.SafeLoader(re.sub(r'\A%YAML:.*\n', '', text).replace('!!opencv-matrix', ''))
         if not loader.check_node():
             return None
         node = loader.get_node()
