@@ -36,7 +36,7 @@ class ApproachPerson:
         self.wanted = rospy.get_param('~person', 'wave')  # 'wave', 'nearest' or a person_ID
         if self.wanted not in ('wave', 'nearest') and not str(self.wanted).isdigit():
             raise SystemExit(f"~person is '{self.wanted}', expected wave, nearest or a person_ID")
-        self.frame = rospy.get_param('~frame', 'map')
+        self.frame = rospy.get_param('~frame', 'map').lstrip('/')
         self.buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.buffer)
         self.message = None  # newest signals

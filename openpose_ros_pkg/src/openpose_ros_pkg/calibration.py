@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import json_value, yaml_value
+from openpose_ros_pkg.structured_text import json_value, plain_text, yaml_value
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
@@ -113,7 +113,7 @@ def read_calibration(path: Path) -> Calibration:
         BadInputError: the file can not be read, or is none of these.
     """
     try:
-        text = path.read_text()
+        text = plain_text(path)
         # rostopic echo ends each message with ---
         values = json_value(text) if text.lstrip().startswith('{') else yaml_value(text)
     except (OSError, ValueError) as error:

@@ -3,14 +3,23 @@
 The libraries alone raise RecursionError for deep nesting and errors of many classes for YAML's dates and numbers, and
 let a text of 1 KB stand for billions of values by its aliases.
 """
+import errno
 import json
 import re
+from pathlib import Path
 from typing import Any, Dict, Union
 
 import yaml
 
 # Maximum number of values of a YAML text, with aliases written out: a marker map has 200.
 _MOST_VALUES = 100000
+
+
+def plain_text(path: Path) -> str:
+    """Return the text of a file; OSError: it can not be read, or is a device or pipe, which need not end."""
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, 'it is no plain file', str(path))
+    return path.read_text(encoding='utf-8')
 
 
 def yaml_value(text: str) -> Any:

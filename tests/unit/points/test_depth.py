@@ -96,9 +96,11 @@ def test_bad_cameras_are_refused(change, text):
     ('plumb_bob', [0.1, -0.05, 0, 0, 0.01, 0.12, -0.04, 0.01], 'rational_polynomial', 8),
     ('RATIONAL_POLYNOMIAL', [0.1, -0.05, 0.001, 0.002, 0.01], 'plumb_bob', 5),
     ('rational-polynomial', [0.1, -0.05, 0, 0, 0.01, 0.12, -0.04, 0.01, 0, 0], 'rational_polynomial', 8),
-    ('fisheye', [0.1, -0.02, 0.001, 0, 0], 'equidistant', 4), ('KANNALA_BRANDT4', [0.1, -0.02, 0, 0], 'equidistant', 4)])
+    ('fisheye', [0.1, -0.02, 0.001, 0, 0], 'equidistant', 4),
+    ('KANNALA_BRANDT4', [0.1, -0.02, 0, 0], 'equidistant', 4)])
 def test_spellings_and_lengths_of_one_lens(model, distortion, plain, same):
-    camera, other = (CameraModel(960, 540, MATRIX, *lens) for lens in ((model, distortion), (plain, distortion[:same])))
+    lenses = (model, distortion), (plain, distortion[:same])
+    camera, other = (CameraModel(960, 540, MATRIX, *lens) for lens in lenses)
     points = np.array([[0.4, -0.3, 1.5], [-0.5, 0.2, 1.2]])
     np.testing.assert_allclose(camera.project(points), other.project(points), atol=1e-9)
     np.testing.assert_allclose(camera.rays(camera.project(points)), points / points[:, 2:], atol=1e-4)

@@ -100,6 +100,11 @@ def test_pose2sim(tmp_path, monkeypatch, absent):
     assert read_calibration(folder / 'door.yaml').image_size == SIZE
 
 
+def test_a_number_is_a_name_too(tmp_path):
+    (tmp_path / 'Calib.toml').write_text(pose2sim_text().replace('name = "door"', 'name = 1'))
+    assert 'door' not in [camera.name for camera in read_rig(made(tmp_path, 'Calib.toml') / 'rig.yaml').cameras]
+
+
 def test_a_fisheye_of_pose2sim(tmp_path, monkeypatch):
     for name, camera in CAMERAS.items():
         monkeypatch.setitem(CAMERAS, name, (*camera[:3], np.array([-0.03, 0.01, -0.004, 0.001])))

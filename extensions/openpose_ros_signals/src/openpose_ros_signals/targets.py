@@ -5,7 +5,8 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.structured_text import plain_text, yaml_value
 
 _EXPECTED = 'expected a list of {name: TEXT, frame_id: TEXT, position: [x, y, z]}, where position may be left out'
 
@@ -25,7 +26,7 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
         BadInputError: it can not be read or is none; the text names the file and what is expected.
     """
     try:
-        values = yaml_value(path.read_text())
+        values = yaml_value(plain_text(path))
         if not isinstance(values, list):
             raise ValueError(_EXPECTED)
         targets = tuple(_target(value) for value in values)
@@ -46,4 +47,4 @@ def _target(value: Any) -> FixedTarget:
     texts = (value['name'], value['frame_id'])
     if position.shape != (3,) or not np.isfinite(position).all() or not all(isinstance(t, str) and t for t in texts):
         raise ValueError(f'{value!r} is no target; {_EXPECTED}')
-    return FixedTarget(*texts, position)
+    return FixedTarget(value['name'], frame_name(value['frame_id']), position)

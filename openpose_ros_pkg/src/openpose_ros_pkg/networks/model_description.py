@@ -29,7 +29,7 @@ from openpose_ros_pkg.skeletons import (
     SkeletonModel,
     starting_limbs,
 )
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import plain_text, yaml_value
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {Decoder.PAF: (1, 2), Decoder.MOVENET_MULTIPOSE: (1,), Decoder.MOVENET_SINGLEPOSE: (1,), Decoder.RTMO: (2,),
@@ -54,7 +54,7 @@ def read_description(path: Path) -> Model:
         raise ModelError(f'{path}: a network can not have the name {path.stem!r}: letters, digits, _ and -, and none '
                          f'of {", ".join([*MODELS, *ALIASES, *SKELETONS])}')
     try:
-        content = yaml_value(path.read_text(encoding='utf-8'))
+        content = yaml_value(plain_text(path))
     except (OSError, ValueError) as error:
         raise ModelError(f'{path} can not be read: {error}') from error
     top = _Section(path, '', content, ('skeleton', 'files', 'licence', 'source', 'input', 'outputs', 'output_layout',

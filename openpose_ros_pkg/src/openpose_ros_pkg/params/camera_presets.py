@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import plain_text, yaml_value
 
 AUTO = 'auto'
 """Name that stands for the camera that the published topics are."""
@@ -150,7 +150,7 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
     """
     path = Path(path or presets_file()).expanduser()
     try:
-        value = yaml_value(path.read_text())
+        value = yaml_value(plain_text(path))
     except (OSError, ValueError) as error:
         raise ParameterError(f"parameter 'camera': {path} can not be read: {error}", 'camera') from error
     if not isinstance(value, dict) or not value:

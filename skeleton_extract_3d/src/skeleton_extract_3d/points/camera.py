@@ -34,7 +34,8 @@ class CameraModel:
         width, height: size of the image that K belongs to [px].
         matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
         distortion_model: a spelling that `calibration.distortion_model` knows; then its name in a CameraInfo.
-        distortion: D, (N,) float64; empty or all zero: no distortion. Zeros beyond the model's coefficients are cut off.
+        distortion: D, (N,) float64; empty or all zero: no distortion. Zeros beyond those of the
+            model are cut off.
         limits: of the values; None: not checked, as of a camera that was made of a checked one, whose image may be a
             small part far from the centre.
 

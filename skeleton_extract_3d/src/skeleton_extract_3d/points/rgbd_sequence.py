@@ -17,8 +17,9 @@ import numpy as np
 
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.stream.video_source import read_image
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import plain_text, yaml_value
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
 
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
@@ -153,7 +154,7 @@ def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
         if value is not None and not (isinstance(value, (int, float)) and 0 < value <= most):
             raise BadInputError(f'{path}: {name} = {value!r}, expected a number above 0, up to {most:g} [{unit}]')
     pose = values.get('T_world_camera')
-    return {'fps': values.get('fps'), 'frame_id': str(values.get('frame_id', '')),
+    return {'fps': values.get('fps'), 'frame_id': frame_name(str(values.get('frame_id', ''))),
             'depth_scale': values.get('depth_scale'),
             'T_world_camera': None if pose is None else _rigid_transform(path, pose)}
 
@@ -171,7 +172,7 @@ def _rigid_transform(path: Path, values: Any) -> np.ndarray:
 
 
 def _images(folder: Path, suffixes: tuple) -> List[Path]:
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in suffixes)
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in suffixes and path.is_file())
 
 
 def _check_names(colour_folder: Path, colour: List[Path], depth_folder: Path, depth: List[Path]) -> None:
@@ -187,7 +188,7 @@ def _check_names(colour_folder: Path, colour: List[Path], depth_folder: Path, de
 
 def _read_yaml(path: Path) -> Dict[str, Any]:
     try:
-        values = yaml_value(path.read_text(encoding='utf-8'))
+        values = yaml_value(plain_text(path))
         if not isinstance(values, dict):
             raise ValueError(f'expected keys with values, got {type(values).__name__}')
     except (OSError, ValueError) as error:

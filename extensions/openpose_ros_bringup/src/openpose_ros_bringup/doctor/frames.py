@@ -61,9 +61,6 @@ def check_tf(seen: Snapshot) -> Iterator[Finding]:
 def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
     frame = _frame_of(camera)
     known = {*tf.parents, *tf.parents.values()}
-    if frame.startswith('/'):
-        return wrong(f"frame_id '{frame}' begins with a slash, which tf2 does not allow",
-                     f'rosparam list | grep frame_id    # set it without the slash: {frame[1:]}')
     close = get_close_matches(target, known, 1)
     if target not in known and close:
         return wrong(f"tf does not know '{target}'; it knows {_named(known)}",

@@ -173,7 +173,7 @@ def _pose2sim(text: str) -> KnownCameras:
         if section not in _OTHER_SECTIONS and isinstance(values, dict):
             model = 'equidistant' if values.get('fisheye') else ''
             calibration = _calibration(values['size'], values['matrix'], values['distortions'], model)
-            cameras.append(KnownCamera(values.get('name', section), calibration, values['rotation'],
+            cameras.append(KnownCamera(str(values.get('name', section)), calibration, values['rotation'],
                                        values['translation']))
     return KnownCameras(tuple(cameras), True)
 

@@ -25,7 +25,7 @@ import yaml
 
 from openpose_ros_pkg.calibration import Calibration, calibration_from_values, calibration_text, read_calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.structured_text import json_value
+from openpose_ros_pkg.structured_text import json_value, plain_text
 from openpose_ros_tools.images.image_files import COLOUR_SUFFIXES, DEPTH_SUFFIXES
 from openpose_ros_tools.images.stamps import MAX_DIFFERENCE, SECOND, STAMP_END, associate, parse_stamp, seconds_text
 from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values, sequence_values
@@ -114,7 +114,7 @@ def _description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration]]:
     if calibration.is_file() or not path.is_file():
         return read_sequence_values(folder), read_calibration(calibration) if calibration.is_file() else None
     try:
-        meta = json_value(path.read_text())
+        meta = json_value(plain_text(path))
     except (OSError, ValueError) as error:
         raise BadInputError(f'{path} can not be read: {error}') from error
     if not isinstance(meta, dict):
@@ -128,7 +128,7 @@ def _description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration]]:
 def _listed(path: Path) -> List[StampedFile]:
     """Return the files of a list, in the order of their stamps."""
     try:
-        lines = path.read_text().splitlines()
+        lines = plain_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(f'{path} can not be read: {error}') from error
     files = []
@@ -183,7 +183,7 @@ def _by_number(place: Path, suffixes: Sequence[str]) -> Dict[int, Path]:
     """Return the images of a folder by the numbers at the end of their names."""
     files: Dict[int, Path] = {}
     for path in sorted(place.iterdir()):
-        if path.suffix.lower() not in suffixes or path.name.startswith('.'):
+        if path.suffix.lower() not in suffixes or path.name.startswith('.') or not path.is_file():
             continue
         number = _NUMBER.search(path.stem)
         if number is None:

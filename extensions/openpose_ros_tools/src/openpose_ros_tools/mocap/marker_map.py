@@ -19,7 +19,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import plain_text, yaml_value
 
 _FOLDER = Path(__file__).resolve().parents[1] / 'data' / 'marker_maps'
 _KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
@@ -81,7 +81,7 @@ def read_marker_map(path: Union[str, Path]) -> MarkerMap:
         file = _FOLDER / f'{path}.yaml'
     where = f'marker map {path}'
     try:
-        values = yaml_value(file.read_text(encoding='utf-8'))
+        values = yaml_value(plain_text(file))
     except (OSError, ValueError) as error:
         raise BadInputError(f'marker map {file} can not be read: {error}') from error
     values = _mapping(where, values, ('description', 'joints'))

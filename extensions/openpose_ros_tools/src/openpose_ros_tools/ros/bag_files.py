@@ -16,6 +16,7 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.recording_paths import is_ros2
 from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, joined_types
 
@@ -181,7 +182,7 @@ def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[gen
                 raise BadInputError(f'{bag.filename} is damaged: a message of {topic} has {len(raw[1])} bytes')
             _, seconds, nanoseconds, length = _HEADER.unpack_from(raw[1])
             stamp = 1000000000 * seconds + nanoseconds
-            frame_id = raw[1][_HEADER.size:_HEADER.size + length].decode(errors='replace')
+            frame_id = frame_name(raw[1][_HEADER.size:_HEADER.size + length].decode(errors='replace'))
         yield StampedMessage(topic, raw, stamp, frame_id, time.to_nsec(), connection)
 
 
@@ -198,6 +199,9 @@ def deserialized(message: StampedMessage, kind: Optional[Type[genpy.Message]] = 
     if kind is not None and checksum != kind._md5sum:
         raise BadInputError(f'messages of type {name} in the bag have another definition than {kind._type} here')
     try:
-        return (kind or defined)().deserialize(data)
+        found = (kind or defined)().deserialize(data)
+        if message.stamp is not None:
+            getattr(found, found.__slots__[0]).frame_id = message.frame_id
+        return found
     except genpy.DeserializationError as error:
         raise BadInputError(f'the bag is damaged: a {name} on {message.topic}: {error}') from error

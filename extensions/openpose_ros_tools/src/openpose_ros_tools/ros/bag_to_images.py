@@ -36,10 +36,10 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_options import add_output, command_parser, number
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import (
     FOLDERS,
@@ -243,7 +243,7 @@ def _parser() -> argparse.ArgumentParser:
     for option, what in (('--image', 'colour images'), ('--depth', 'depth images or clouds'),
                          ('--camera-info', 'the calibration')):
         parser.add_argument(option, metavar='TOPIC', help=f"of {what} (default: found); 'none': none")
-    parser.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
+    parser.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark, 1000 for rgbd_player_node')
     parser.add_argument('--only-pairs', action='store_true',

@@ -33,11 +33,11 @@ from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import command_parser, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
-from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.mocap.joints import chosen_map, joints_of
@@ -165,7 +165,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '
                         'of a shipped map (default: chosen by the names of the markers)')
-    parser.add_argument('--clock-offset', type=float, metavar='S',
+    parser.add_argument('--clock-offset', type=seconds, metavar='S',
                         help='time of the reference minus time of the poses at the same instant [s] (default: found)')
     parser.add_argument('--transform', nargs='+', metavar='VALUE',
                         help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y "

@@ -25,10 +25,10 @@ import numpy as np
 import rospkg
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_up, check_up, command_parser, whole_number
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
-from openpose_ros_tools.command_options import add_up, check_up, command_parser, whole_number
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.report.recording import Landmarks, Recording, Thumbnail, facts_of, frames_of

@@ -30,7 +30,9 @@ from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, r
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_bringup.ros.doctor.transforms import FrameListener
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_options import command_parser, number
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
+from openpose_ros_pkg.params.parameters import frame_name
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
 PREFIX = 'OPENPOSE_ROS_PREFIX'
@@ -186,12 +188,12 @@ def _end_after(seconds: float) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='doctor', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('doctor', __doc__)
     parser.add_argument('--camera', default=AUTO, metavar='NAME', help='preset of the camera (default: auto)')
     for role in ('image', 'points', 'depth', 'camera-info'):
         parser.add_argument(f'--{role}', metavar='TOPIC', help='of a camera without a preset')
-    parser.add_argument('--fixed-frame', default='', metavar='FRAME', help="RViz's fixed frame")
+    parser.add_argument('--fixed-frame', type=frame_name, default='', metavar='FRAME', help="RViz's fixed frame")
     parser.add_argument('--camera-ns', default='', metavar='NS', help='of the camera, in place of the preset\'s')
-    parser.add_argument('--seconds', type=float, default=5.0, metavar='S', help='listen so long at most (default: 5)')
+    parser.add_argument('--seconds', type=number(0.1, 3600), default=5.0, metavar='S',
+                        help='listen so long at most (default: 5)')
     return parser

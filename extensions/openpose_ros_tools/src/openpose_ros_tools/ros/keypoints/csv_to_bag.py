@@ -26,9 +26,10 @@ from std_msgs.msg import Header
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_output, command_parser
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15
-from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import person_message
@@ -107,5 +108,5 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
     parser.add_argument('csv', type=Path, metavar='CSV', help='file with keypoints')
     add_output(parser, 'bag')
-    parser.add_argument('--frame-id', default='', help='frame of reference, for files that name none')
+    parser.add_argument('--frame-id', type=frame_name, default='', help='frame of reference, for files that name none')
     return parser

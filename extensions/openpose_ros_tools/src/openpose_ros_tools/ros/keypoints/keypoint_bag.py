@@ -20,7 +20,7 @@ from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import messages_of, open_bag, stamped_messages, topic_types
+from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.ros2_bags import joined_types
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
@@ -75,8 +75,8 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
     for name in names:
         if ' and ' in types[name]:
             raise BadInputError(f'{bag.filename}: messages on {name} are of several types: {types[name]}')
-    for _, message, time in messages_of(bag, names):
-        yield message, time.to_nsec()
+    for stored in stamped_messages(bag, names):
+        yield deserialized(stored), stored.time
 
 
 def count_messages(bag: rosbag.Bag, topic: str) -> int:

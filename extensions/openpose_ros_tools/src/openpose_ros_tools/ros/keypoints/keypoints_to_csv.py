@@ -37,10 +37,10 @@ import rospy
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_options import command_parser
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_signals.ros.convert import signals_from_array
-from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import LiveFile, output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoints import keypoint_bag

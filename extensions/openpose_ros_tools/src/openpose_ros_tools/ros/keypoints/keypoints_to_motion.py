@@ -10,16 +10,9 @@ from typing import Callable, Dict, Optional, Sequence
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_output, add_up, check_up, command_parser, number, whole_number
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
-from openpose_ros_tools.command_options import (
-    add_output,
-    add_up,
-    check_up,
-    command_parser,
-    positive_number,
-    whole_number,
-)
 from openpose_ros_tools.motion.angles import joint_angles
 from openpose_ros_tools.motion.bvh import bvh_text
 from openpose_ros_tools.motion.samples import SampledPerson, measured_only, sample_people
@@ -81,7 +74,7 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
                arguments: Optional[Sequence[str]]) -> int:
     """Run a program that writes a file for each person."""
     parser = _parser(name, program, 'folder')
-    parser.add_argument('--rate', type=positive_number(float), metavar='HZ',
+    parser.add_argument('--rate', type=number(0.001, 1000), metavar='HZ',
                         help='samples per second (default: as many as the recording has)')
     add_up(parser)
     options = parser.parse_args(arguments)
@@ -141,6 +134,7 @@ def _parser(name: str, program: Callable[..., int], output: str) -> argparse.Arg
     parser.add_argument('file', type=Path, metavar='FILE', help='bag, or table of process_bag or keypoints_to_csv')
     add_output(parser, output)
     parser.add_argument('--topic', help='of the people, where a bag has several')
-    parser.add_argument('--persons', type=whole_number(0), nargs='+', metavar='ID', help='only these (default: all)')
+    parser.add_argument('--persons', type=whole_number(0, 2 ** 32 - 1), nargs='+', metavar='ID',
+                        help='only these (default: all)')
     parser.add_argument('--measured', action='store_true', help='leave out joints that are inferred')
     return parser

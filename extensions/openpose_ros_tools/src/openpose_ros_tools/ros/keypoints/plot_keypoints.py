@@ -33,10 +33,10 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_time_span, add_up, check_time_span, check_up, checked, command_parser
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, checked, command_parser
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag

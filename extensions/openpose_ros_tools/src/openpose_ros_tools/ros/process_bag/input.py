@@ -224,7 +224,7 @@ class FrameReader:
     def _check_frames(self) -> None:
         """Warn where depth images seem not to be aligned to the images; messages do not contain it."""
         image, depth = (self._first(topic).frame_id for topic in (self._topics.image, self._topics.depth))
-        if image.lstrip('/') != depth.lstrip('/'):
+        if image != depth:
             _log.warning("%s is of frame '%s', but %s of '%s': joints are right in space only where the depth images "
                          'are aligned to the images', self._topics.image, image, self._topics.depth, depth)
 

@@ -47,6 +47,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_options import command_parser, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -55,8 +56,7 @@ from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
-from openpose_ros_pkg.structured_text import yaml_value
-from openpose_ros_tools.command_options import command_parser, whole_number
+from openpose_ros_pkg.structured_text import plain_text, yaml_value
 from openpose_ros_tools.outputs import delete_parts, new_run
 from openpose_ros_tools.parallel.cluster import run_on_cluster
 from openpose_ros_tools.parallel.processes import run_in_processes
@@ -109,7 +109,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     values: Dict[str, Any] = {}
     for path in paths:
         try:
-            content = yaml_value(path.read_text()) or {}
+            content = yaml_value(plain_text(path)) or {}
         except (OSError, ValueError) as error:
             raise ParameterError(f'--config {path} can not be read: {error}') from error
         if not isinstance(content, dict):
@@ -276,8 +276,8 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     bags: Dict[Path, None] = {}
     for path in (path.expanduser().absolute() for path in inputs):
         if path.is_dir() and not is_ros2(path):
-            held = sorted((bag for bag in path.iterdir() if is_bag(bag) and not bag.name.startswith('.')),
-                          key=natural_key)
+            held = sorted((bag for bag in path.iterdir() if not bag.name.startswith('.')
+                           and (is_ros2(bag) or (is_bag(bag) and bag.is_file()))), key=natural_key)
             if not held:
                 raise ParameterError(f'{path} holds no bags')
             bags.update(dict.fromkeys(held))

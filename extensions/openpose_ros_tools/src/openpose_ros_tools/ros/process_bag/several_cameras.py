@@ -15,8 +15,9 @@ from std_msgs.msg import Header
 from tqdm import tqdm
 
 from openpose_ros_fusion.rig import read_rig
+from openpose_ros_pkg.command_options import named_value, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.command_options import named_value, seconds
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
@@ -80,7 +81,7 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
                             'order. Topics that are named are in the namespace of each camera')
     group.add_argument('--rgb-cameras', nargs='+', default=[], metavar='NAME',
                        help='further cameras, without depth, or whose points are ignored; their bags come last')
-    group.add_argument('--fixed-frame', default='', metavar='FRAME',
+    group.add_argument('--fixed-frame', type=frame_name, default='', metavar='FRAME',
                        help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
     group.add_argument('--rig', type=Path, metavar='FILE',
                        help='where the cameras stand, and by which time their clocks differ (default: tf says where)')

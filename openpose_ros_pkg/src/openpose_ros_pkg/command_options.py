@@ -1,18 +1,36 @@
 """Parts of the command lines that the programs share."""
 import argparse
-import math
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Callable, Optional, Tuple
+from typing import Any, Callable, Iterator, Optional, Tuple
 
 # Stamps of ROS have 32-bit unsigned seconds.
 _MOST_SECONDS = 2.0 ** 32
 
 
-def command_parser(name: str, description: Optional[str]) -> argparse.ArgumentParser:
+class _Parser(argparse.ArgumentParser):
+    """Refuses paths of what is neither file nor folder: reading a device or a pipe need not end."""
+
+    def parse_known_args(self, *arguments: Any) -> Any:  # type: ignore[override]
+        options, rest = super().parse_known_args(*arguments)
+        paths = [path for value in vars(options).values() for path in _paths(value)]
+        for path in paths:
+            if path.exists() and not (path.is_file() or path.is_dir()):
+                self.error(f'{path} is a device, pipe or socket; name a file or folder')
+        return options, rest
+
+
+def _paths(value: Any) -> Iterator[Path]:
+    if isinstance(value, Path):
+        yield value.expanduser()
+    elif isinstance(value, (list, tuple)):
+        for part in value:
+            yield from _paths(part)
+
+
+def command_parser(name: str, description: Optional[str], **options: Any) -> argparse.ArgumentParser:
     """Return the parser of a program; its description is printed as it is."""
-    return argparse.ArgumentParser(prog=name, description=description,
-                                   formatter_class=argparse.RawDescriptionHelpFormatter)
+    return _Parser(prog=name, description=description, formatter_class=argparse.RawDescriptionHelpFormatter, **options)
 
 
 def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
@@ -36,14 +54,14 @@ def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace
 
 def add_up(parser: argparse.ArgumentParser) -> None:
     """Add --up, the direction for computing signals; `check_up` checks it."""
-    parser.add_argument('--up', type=float, nargs=3, metavar=('X', 'Y', 'Z'),
+    parser.add_argument('--up', type=number(-1e9, 1e9), nargs=3, metavar=('X', 'Y', 'Z'),
                         help='compute what people do, with this upwards in the frame of the people (default: what the '
                              'recording has; where it has nothing, the axis along which people are most of the time)')
 
 
 def check_up(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
     """End the program if --up is no direction."""
-    if options.up is not None and not 1e-6 < sum(value * value for value in options.up) < float('inf'):
+    if options.up is not None and sum(value * value for value in options.up) < 1e-6:
         parser.error('--up must be three numbers that are not all 0')
 
 
@@ -64,14 +82,14 @@ def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expec
     return read
 
 
-def positive_number(kind: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return the reader of an option that is a finite number above 0; `kind` makes the number of the text."""
-    return checked(kind, lambda value: 0 < value < math.inf, 'a number above 0')
+def number(least: float, most: float, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
+    """Return the reader of an option that is a number in this range; `kind` makes the number of the text."""
+    return checked(kind, lambda value: least <= value <= most, f'a number from {least:g} to {most:g}')
 
 
-def whole_number(least: int) -> Callable[[str], int]:
-    """Return the reader of an option that is a whole number from `least`."""
-    return checked(int, lambda value: value >= least, f'a whole number from {least}')
+def whole_number(least: int, most: int = 1_000_000) -> Callable[[str], int]:
+    """Return the reader of an option that is a whole number in this range."""
+    return checked(int, lambda value: least <= value <= most, f'a whole number from {least} to {most}')
 
 
 def named_value(kind: Callable[[str], Any], example: str) -> Callable[[str], Tuple[str, Any]]:
