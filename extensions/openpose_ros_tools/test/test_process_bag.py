@@ -243,7 +243,7 @@ def test_clouds_without_rows_are_left_alone(run, tmp_path, out, capsys):
     assert 'rows of an image' not in capsys.readouterr().err
     assert run(write_recording(tmp_path / 'b.bag', points=None, others=lidar), output=tmp_path / 'c.bag') == 0
     assert len(arrays(tmp_path / 'c.bag', 'detected_poses', '/openpose_ros')) == FRAMES
-    assert 'the clouds on /lidar/points have not the rows of an image' in capsys.readouterr().err
+    assert 'there is no depth: /lidar/points: it has not the rows of an image' in capsys.readouterr().err
 
 
 def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):

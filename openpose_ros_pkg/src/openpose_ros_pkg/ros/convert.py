@@ -143,8 +143,13 @@ def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIX
     return decode_image(message.data, f"compressed image of format '{message.format}'", most=most)
 
 
+def is_png_of_depth(data: bytes) -> bool:
+    """Return whether bytes are a PNG of one channel of 16 bits."""
+    return data.startswith(PNG) and data[24:26] == b'\x10\x00'
+
+
 def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> Image:
-    """Return the 16UC1 or 32FC1 message of a PNG of compressed_depth_image_transport.
+    """Return the 16UC1 or 32FC1 message of a PNG of compressed_depth_image_transport, or of 16 bits.
 
     Raises:
         BadInputError: it holds no such image, or one of more than `most` megapixels.
@@ -152,7 +157,7 @@ def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAP
     encoding = message.format.partition(';')[0].strip()
     begin = message.data.find(PNG, 0, _DEPTH_HEADER.size + len(PNG))
     pixels = None
-    if encoding in ('16UC1', '32FC1') and begin >= 0:
+    if (encoding in ('16UC1', '32FC1') or is_png_of_depth(message.data)) and begin >= 0:
         pixels = decode_image(message.data[begin:], 'compressed depth image', cv2.IMREAD_UNCHANGED, most)
     if pixels is None or pixels.ndim != 2 or pixels.dtype != np.uint16 or (
             encoding == '32FC1' and begin != _DEPTH_HEADER.size):
@@ -163,7 +168,7 @@ def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAP
         _, a, b = _DEPTH_HEADER.unpack_from(message.data)
         inverse = np.where(pixels == 0, np.nan, pixels).astype(np.float32)
         pixels = np.float32(a) / (inverse - np.float32(b))
-    return pixels_to_image(pixels, encoding, message.header)
+    return pixels_to_image(pixels, '32FC1' if encoding == '32FC1' else '16UC1', message.header)
 
 
 def any_image_to_bgr(message: Union[Image, CompressedImage], most: float = MOST_MEGAPIXELS) -> np.ndarray:

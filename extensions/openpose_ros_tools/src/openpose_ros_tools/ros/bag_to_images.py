@@ -90,6 +90,8 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, 
         if wanted[stream] is None:
             found = finder.candidates[stream] or (finder.organized_clouds() if stream == 'depth' else [])
             topics[stream] = finder.choose(stream, found)
+            if stream == 'depth' and not found:
+                finder.warn_without_depth()
     topics = {stream: topics[stream] for stream in wanted if topics.get(stream)}
     if not topics.keys() & {'colour', 'depth'}:
         raise BadInputError(f'{bag.filename} has no images of a camera; it has {finder.listed()}')

@@ -87,10 +87,7 @@ def find_topics(finder: TopicFinder, wanted: CameraTopics, only_2d: bool = False
         beside = wanted.camera_info or finder.camera_info_of(depth, image) or ''
         return CameraTopics(image, depth=depth,
                       camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
-    if finder.candidates['points']:
-        _log.warning('people are found in the images alone: the clouds on %s have not the rows of an image; drivers '
-                     'give such ones when asked for ordered or registered clouds',
-                     ', '.join(finder.candidates['points']))
+    finder.warn_without_depth()
     return CameraTopics(image)
 
 

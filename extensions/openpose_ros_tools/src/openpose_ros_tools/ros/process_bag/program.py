@@ -221,7 +221,7 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
     group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
     group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
-                                                                    'compressedDepth, in place of clouds')
+                                                                    'PNG, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
     add_cameras(parser)
