@@ -157,7 +157,7 @@ class TopicFinder:
     def _stream_of(self, topic: str, kind: str) -> Optional[str]:
         if kind in (CLOUD, CAMERA_INFO):
             return 'points' if kind == CLOUD else 'camera_info'
-        if raw_topic(topic) != topic and self.types.get(raw_topic(topic)) == IMAGE:
+        if (raw_topic(topic) != topic and self.types.get(raw_topic(topic)) == IMAGE) or f'{topic}Depth' in self.types:
             return None
         if kind not in (IMAGE, COMPRESSED):
             if kind in _UNREAD and _DEPTH_NAME.search(topic):

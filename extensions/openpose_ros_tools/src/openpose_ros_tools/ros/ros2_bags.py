@@ -75,11 +75,11 @@ class Ros2Recording:
                       connection_filter: Optional[Callable[..., Any]] = None) -> Iterator[Tuple[Any, ...]]:
         """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged.
 
-        rosbags parses definitions, so that code can be made of them: `connection_filter` is not asked.
+        rosbags parses definitions, so that code can be made of them: `connection_filter` is asked by `Ros1Mcap` alone.
         """
         start = None if start_time is None else start_time.to_nsec()
         stop = None if end_time is None else end_time.to_nsec() + 1
-        for connection, time, kind, content in self._converted(topics, start, stop):
+        for connection, time, kind, content in self._converted(topics, start, stop, connection_filter):
             message = (kind._type, content, kind._md5sum, None, kind) if raw else kind().deserialize(content)
             found = BagMessage(connection.topic, message, genpy.Time(0, time))
             header = _header_of(connection.topic, kind)
@@ -89,8 +89,8 @@ class Ros2Recording:
         """Return a reader; each belongs to one thread, as SQLite's connections do."""
         return import_module('rosbags.highlevel').AnyReader([self._path], default_typestore=self._ros2)
 
-    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
-                   ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
+    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int],
+                   _: Optional[Callable[..., Any]]) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
         """Yield connection, time [ns], class and bytes of ROS 1 of messages."""
         try:
             with self._reader() as reader:
@@ -115,6 +115,47 @@ class Ros2Recording:
                 installed = genpy.dynamic.generate_dynamic(ros1_name, text)[ros1_name]
             self._kinds[name] = installed, store
         return self._kinds[name]
+
+
+class Ros1Mcap(Ros2Recording):
+    """An .mcap of a bag of ROS 1, as `mcap convert` makes it: its messages and definitions are those of the bag."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.filename = path, str(path)
+        self._mcap = _library('mcap.reader', 'read MCAP')
+        try:
+            with path.open('rb') as file:
+                summary = self._mcap.make_reader(file).get_summary()
+            counts = summary.statistics.channel_message_counts
+            self._start, self._end = summary.statistics.message_start_time, summary.statistics.message_end_time
+            self._connections = [SimpleNamespace(topic=one.topic, msgtype=summary.schemas[one.schema_id].name,
+                                                 msgcount=counts.get(one.id, 0)) for one in summary.channels.values()]
+        except Exception as error:
+            raise BadInputError(f'{path} is damaged or unfinished ({error}); {MENDING}') from error
+
+    @staticmethod
+    def is_one(path: Path) -> bool:
+        """Return whether a file says so in its header."""
+        if not path.is_file():
+            return False
+        with path.open('rb') as file:
+            return file.read(25)[17:] == b'\4\0\0\0ros1'
+
+    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int],
+                   connection_filter: Optional[Callable[..., Any]]
+                   ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
+        kinds: Dict[int, Type[genpy.Message]] = {}
+        with self._path.open('rb') as file:
+            for schema, channel, message in self._mcap.make_reader(file).iter_messages(topics, start, stop):
+                if channel.id not in kinds:
+                    text, installed = schema.data.decode(), get_message_class(schema.name)
+                    if connection_filter is not None:
+                        connection_filter(channel.topic, schema.name, '', text, {})
+                    is_same = installed is not None and (channel.metadata.get('md5sum') == installed._md5sum
+                                                         or text.strip() == installed._full_text.strip())
+                    kinds[channel.id] = installed if is_same else genpy.dynamic.generate_dynamic(
+                        schema.name, text)[schema.name]
+                yield channel, message.log_time, kinds[channel.id], message.data
 
 
 class McapFile:
