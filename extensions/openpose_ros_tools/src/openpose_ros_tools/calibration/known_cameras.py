@@ -5,7 +5,8 @@ Sources of the formats:
     Pose2Sim    perfanalytics/pose2sim 003a7ad, common.py computeP: x_camera = Rodrigues(rotation) x + translation, [m]
     Qualisys    the same, calibration.py read_qca, and the Calib.toml that it makes of its demo's .qca.txt: x, y, z are
                 the centre of the camera [mm], the rows r11 r12 r13 ... its axes right, up and back in the room;
-                focal lengths and centres in 1/64 px of the sensor. Pose2Sim divides the distortion by 64 as well; the
+                focal lengths and centres in 1/64 px of the sensor, all as of 1080 rows
+                where video_resolution is another ("720p"). Pose2Sim divides the distortion by 64 as well; the
                 same cameras, calibrated with a checkerboard (Calib_scene.toml), show that it has no unit
     Kalibr      ethz-asl/kalibr 0b8b9e8, wiki "yaml formats": x_camera = T_cn_cnm1 x_previous, [m];
                 t_imu = t_camera + timeshift_cam_imu
@@ -34,7 +35,7 @@ from skeleton_extract_3d.points.camera import calibrated_camera
 
 # Rotation matrices of few digits differ from orthogonal by this.
 _ROUNDED = 0.01
-_QUALISYS_PIXEL, _QUALISYS_UNIT = 1 / 64, 0.001
+_QUALISYS_PIXEL, _QUALISYS_UNIT, _QUALISYS_ROWS = 1 / 64, 0.001, 1080
 # Axes of Qualisys' cameras (right, up, back) in optical ones (right, down, forward).
 _FROM_QUALISYS = np.diag([1.0, -1.0, -1.0])
 # Sections of Calib.toml that are no cameras.
@@ -190,8 +191,11 @@ def _qualisys(text: str) -> KnownCameras:
                               for part in ('intrinsic', 'fov_video', 'transform'))
         fu, fv, cu, cv, skew = (_QUALISYS_PIXEL * lens[name] for name in (
             'focalLengthU', 'focalLengthV', 'centerPointU', 'centerPointV', 'skew'))
-        matrix = [[fu, skew, cu - image['left']], [0, fv, cv - image['top']], [0, 0, 1]]
-        size = image['right'] - image['left'] + 1, image['bottom'] - image['top'] + 1
+        matrix = np.array([[fu, skew, cu - image['left']], [0, fv, cv - image['top']], [0, 0, 1]])
+        size = np.array([image['right'] - image['left'] + 1, image['bottom'] - image['top'] + 1])
+        rows = re.fullmatch(r'(\d+)p', camera.get('video_resolution', ''))
+        scale = 1.0 if rows is None else int(rows[1]) / _QUALISYS_ROWS
+        matrix[:2], size = scale * matrix[:2], scale * size
         # OpenCV's order, with its third radial coefficient last; Qualisys writes tangental
         distortion = [lens[name] for name in ('radialDistortion1', 'radialDistortion2', 'tangentalDistortion1',
                                               'tangentalDistortion2', 'radialDistortion3')]
