@@ -20,12 +20,13 @@ _FILE_KEYS = {'width': 'image_width', 'height': 'image_height', 'name': 'camera_
               'rectification': 'rectification_matrix', 'projection': 'projection_matrix', 'binning': 'binning',
               'region': 'roi'}
 _ROWS = {'matrix': 3, 'distortion': 1, 'rectification': 3, 'projection': 3}
-_SPELLINGS: Dict[str, Tuple[str, ...]] = {
-    '': ('', 'none', 'pinhole'), 'plumb_bob': ('plumb_bob', 'radtan', 'radial_tangential', 'brown_conrady'),
-    'rational_polynomial': ('rational_polynomial', 'rational'),
-    'equidistant': ('equidistant', 'equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4')}
-# Keys by which files of other programs name the distortion model.
-_MODEL_KEYS = ('camera_model', 'lens_model', 'model_type', 'distortion_type')
+# Spellings of distortion models, and what they are in a CameraInfo.
+_SPELLINGS = {'': '', 'none': '', 'pinhole': '', 'plumb_bob': 'plumb_bob', 'rational_polynomial': 'rational_polynomial',
+              'equidistant': 'equidistant', 'rational': 'rational_polynomial',
+              **dict.fromkeys(('radtan', 'radial_tangential', 'brown_conrady'), 'plumb_bob'),
+              **dict.fromkeys(('equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4'), 'equidistant')}
+# Keys by which files name the distortion model.
+_MODEL_KEYS = ('distortion_model', 'camera_model', 'lens_model', 'model_type', 'distortion_type')
 # Distortion models of OpenCV by number of coefficients, for its calibrations, which name none.
 _MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomial', 12: 'rational_polynomial',
            14: 'rational_polynomial'}
@@ -80,11 +81,10 @@ def distortion_model(name: str) -> str:
         BadInputError: it is unknown.
     """
     plain = re.sub(r'[\s-]+', '_', name.strip().lower())
-    for model, spellings in _SPELLINGS.items():
-        if plain in spellings:
-            return model
-    raise BadInputError(f"distortion model '{name}' is unknown; expected one of none, "
-                        + ', '.join(filter(None, _SPELLINGS)))
+    if plain not in _SPELLINGS:
+        raise BadInputError(f"distortion model '{name}' is unknown; expected one of none, plumb_bob, "
+                            'rational_polynomial, equidistant')
+    return _SPELLINGS[plain]
 
 
 def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre: Sequence[float],
@@ -173,20 +173,18 @@ def _of_open3d(values: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def _with_model(read: Dict[str, Any], values: Dict[str, Any]) -> Dict[str, Any]:
-    """Return what was read with the distortion model that a file names by another key."""
-    stated = read.get('distortion_model')
-    named = {distortion_model(str(values[key])) for key in _MODEL_KEYS if key in values} - {''}
+    """Return what was read, with the distortion model that a file names by any key."""
+    names = [str(values[key]) for key in _MODEL_KEYS if values.get(key)]
     if 'fisheye_model' in values:  # of OpenCV's calibration
-        named.add('equidistant' if values['fisheye_model'] else 'plumb_bob')
-    if stated:
-        named.add(distortion_model(stated) if named else stated)
-    if len(named) > 1:
-        raise BadInputError(f'it names several distortion models: {", ".join(sorted(named))}')
+        names.append('fisheye' if values['fisheye_model'] else 'plumb_bob')
+    models = sorted({*map(distortion_model, names)} - {''})
     distortion = read.get('distortion') or ()
-    if not named and len(distortion) == 4 and any(distortion):
+    if len(models) > 1:
+        raise BadInputError(f'it names several distortion models: {", ".join(models)}')
+    if not models and len(distortion) == 4 and any(distortion):
         raise BadInputError('it names no distortion model, and lenses of several have 4 coefficients; add '
                             'distortion_model: plumb_bob, or equidistant for a fisheye lens')
-    return {**read, 'distortion_model': stated or next(iter(named), stated)}
+    return {**read, 'distortion_model': models[0]} if models else read
 
 
 def _completed(values: Dict[str, Any]) -> Calibration:

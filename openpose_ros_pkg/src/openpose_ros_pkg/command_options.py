@@ -2,40 +2,21 @@
 import argparse
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Callable, Iterator, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 # Stamps of ROS have 32-bit unsigned seconds.
 _MOST_SECONDS = 2.0 ** 32
 
 
-class _Parser(argparse.ArgumentParser):
-    """Refuses paths of what is neither file nor folder: reading a device or a pipe need not end."""
-
-    def parse_known_args(self, *arguments: Any) -> Any:  # type: ignore[override]
-        options, rest = super().parse_known_args(*arguments)
-        paths = [path for value in vars(options).values() for path in _paths(value)]
-        for path in paths:
-            if path.exists() and not (path.is_file() or path.is_dir()):
-                self.error(f'{path} is a device, pipe or socket; name a file or folder')
-        return options, rest
-
-
-def _paths(value: Any) -> Iterator[Path]:
-    if isinstance(value, Path):
-        yield value.expanduser()
-    elif isinstance(value, (list, tuple)):
-        for part in value:
-            yield from _paths(part)
-
-
 def command_parser(name: str, description: Optional[str], **options: Any) -> argparse.ArgumentParser:
     """Return the parser of a program; its description is printed as it is."""
-    return _Parser(prog=name, description=description, formatter_class=argparse.RawDescriptionHelpFormatter, **options)
+    return argparse.ArgumentParser(prog=name, description=description,
+                                   formatter_class=argparse.RawDescriptionHelpFormatter, **options)
 
 
 def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
     """Add --output and --overwrite, for `output_file` or `output_folder`; `kind`: 'bag', 'folder'."""
-    parser.add_argument('-o', '--output', type=Path, required=True, metavar=kind.upper(), help=f'{kind} to write')
+    parser.add_argument('-o', '--output', type=plain_path, required=True, metavar=kind.upper(), help=f'{kind} to write')
     parser.add_argument('--overwrite', action='store_true', help=f'write the {kind} again if it is there'
                         + ' and contains nothing else' * (kind == 'folder'))
 
@@ -74,7 +55,7 @@ def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expec
         expected: what is, for the error.
     """
     def read(text: str) -> Any:
-        with suppress(ValueError, ZeroDivisionError):
+        with suppress(OSError, ValueError, ZeroDivisionError):
             value = kind(text)
             if is_allowed(value):
                 return value
@@ -102,3 +83,6 @@ def named_value(kind: Callable[[str], Any], example: str) -> Callable[[str], Tup
 
 seconds = checked(float, lambda value: abs(value) < _MOST_SECONDS, 'a number of seconds below 2^32')
 """Reader of an option that is a time [s] that ROS can have."""
+plain_path = checked(Path, lambda path: not path.exists() or path.is_file() or path.is_dir(),
+                     'a file or folder, not a device, pipe or socket')
+"""Reader of an option that is a path: reading or writing a device or a pipe need not end."""

@@ -25,7 +25,7 @@ import numpy as np
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.command_options import command_parser
+from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame
 from openpose_ros_pkg.detect.image_chain import ImageChain
 from openpose_ros_pkg.detect.network_detection import create_detection
@@ -246,7 +246,7 @@ def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detec
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('detect_files', __doc__)
-    parser.add_argument('inputs', nargs='+', type=Path, metavar='INPUT', help='images, videos, folders of them')
+    parser.add_argument('inputs', nargs='+', type=plain_path, metavar='INPUT', help='images, videos, folders of them')
     parser.add_argument('--write-json', metavar='DIR', help="keypoints in OpenPose's JSON layout, one file per frame")
     parser.add_argument('--write-images', metavar='DIR', help='annotated images, one file per frame')
     parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from openpose_ros_pkg.command_line import DONE, INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
-from openpose_ros_pkg.command_options import command_parser, named_value, number, seconds, whole_number
+from openpose_ros_pkg.command_options import command_parser, named_value, number, plain_path, seconds, whole_number
 from openpose_ros_pkg.detect_files import main as detect_files
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
@@ -93,14 +93,14 @@ def special(request, tmp_path):
 
 def test_devices_and_pipes_are_refused(special, capsys, tmp_path):
     parser = command_parser('tool', None)
-    parser.add_argument('inputs', nargs='*', type=Path)
-    parser.add_argument('-o', type=Path)
-    parser.add_argument('--camera-info', type=named_value(Path, 'left=a'), action='append', default=[])
+    parser.add_argument('inputs', nargs='*', type=plain_path)
+    parser.add_argument('-o', type=plain_path)
+    parser.add_argument('--camera-info', type=named_value(plain_path, 'left=a'), action='append', default=[])
     assert parser.parse_args([str(tmp_path), '-o', str(tmp_path / 'new')]).inputs == [tmp_path]
     for arguments in ([str(special)], ['-o', str(special)], ['a', str(special)], ['--camera-info', f'left={special}']):
         with pytest.raises(SystemExit, match='2'):
             parser.parse_args(arguments)
-        assert f'{special} is a device, pipe or socket; name a file or folder' in capsys.readouterr().err
+        assert 'expected a file or folder, not a device, pipe or socket' in capsys.readouterr().err
     with pytest.raises(SystemExit, match='2'):
         detect_files([str(special), '--write-json', str(tmp_path / 'json')])
     with pytest.raises(ParameterError, match='is no plain file'):

@@ -3,7 +3,7 @@ import sys
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence
 
-from openpose_ros_pkg.command_options import command_parser
+from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.by_name import prove_installed
 from openpose_ros_pkg.networks.model_folder import model_folder_of
@@ -23,7 +23,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     commands = parser.add_subparsers(dest='command', required=True)
     commands.add_parser('list', help='show the networks, and which are here')
     get_parser = commands.add_parser('get', help='fetch or copy the weights, unless they are here and right')
-    get_parser.add_argument('--from', dest='brought', nargs='+', type=Path, default=[], metavar='PATH',
+    get_parser.add_argument('--from', dest='brought', nargs='+', type=plain_path, default=[], metavar='PATH',
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
     commands.add_parser('folder', help='print the folder that holds them')

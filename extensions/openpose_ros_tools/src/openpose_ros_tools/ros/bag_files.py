@@ -1,6 +1,4 @@
 """Opening and reading bags, with helpful errors."""
-import io
-import os
 import re
 import struct
 from contextlib import contextmanager
@@ -46,22 +44,6 @@ class StampedMessage(NamedTuple):
     connection: Dict[str, Any]  # header of the connection
 
 
-class _BagFile(io.BufferedReader):
-    """Reads no more bytes than the file has: a damaged length would take up to 4 GB of memory."""
-
-    def read(self, size: Optional[int] = -1) -> bytes:
-        """See `io.BufferedReader.read`."""
-        if size is not None and size > io.DEFAULT_BUFFER_SIZE:
-            size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
-        return super().read(size)
-
-
-class _Bag(rosbag.Bag):
-    """A bag of a file that is open, whose name rosbag does not know."""
-
-    filename = ''
-
-
 @contextmanager
 def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     """Open a bag to read it, or a recording of ROS 2, which is then like a bag.
@@ -73,8 +55,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         yield (Ros1Mcap if Ros1Mcap.is_one(path) else Ros2Recording)(path)
         return
     try:
-        bag = _Bag(_BagFile(io.FileIO(str(path))))
-        bag.filename = str(path)
+        bag = rosbag.Bag(str(path))
     except rosbag.ROSBagUnindexedException:
         raise BadInputError(f'{path} has no index, as recordings have that were cut off or damaged; mend it with: '
                             f'rosbag reindex {path}') from None

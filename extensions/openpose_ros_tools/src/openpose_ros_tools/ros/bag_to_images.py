@@ -36,7 +36,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
-from openpose_ros_pkg.command_options import add_output, command_parser, number
+from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
@@ -240,7 +240,7 @@ def _summary(folder: Path, topics: Dict[str, str], files: Sequence[WrittenFile],
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('bag', type=Path, metavar='BAG', help='with the topics of a camera')
+    parser.add_argument('bag', type=plain_path, metavar='BAG', help='with the topics of a camera')
     add_output(parser, 'folder')
     for option, what in (('--image', 'colour images'), ('--depth', 'depth images or clouds'),
                          ('--camera-info', 'the calibration')):

@@ -23,7 +23,6 @@ import argparse
 import logging
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Optional, Sequence
 
 import rospy
@@ -31,7 +30,7 @@ from tqdm import tqdm
 
 from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_output, command_parser, named_value, number
+from openpose_ros_pkg.command_options import add_output, command_parser, named_value, number, plain_path
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_tools.calibration.report import report, shared_frames
@@ -81,13 +80,13 @@ _metres = number(0.001, 1000)
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('calibrate_cameras', __doc__)
-    parser.add_argument('files', nargs='*', type=Path, metavar='FILE', help='bags or CSV files with people')
+    parser.add_argument('files', nargs='*', type=plain_path, metavar='FILE', help='bags or CSV files with people')
     parser.add_argument('--seconds', type=number(0.1, 86400), metavar='S',
                         help='listen to running nodes for this time instead')
     add_output(parser, 'folder')
     parser.add_argument('--cameras', type=str.split, default=[], metavar='"A B"',
                         help='only these, the first one is where the frame of the room begins (default: all, by name)')
-    parser.add_argument('--camera-info', type=named_value(Path, 'left=camera.yaml'), action='append',
+    parser.add_argument('--camera-info', type=named_value(plain_path, 'left=camera.yaml'), action='append',
                         default=[], metavar='CAMERA=FILE',
                         help='calibration of a camera without depth, where no CameraInfo is recorded; may be repeated')
     parser.add_argument('--rectified', action='store_true', help='images of cameras without depth are rectified')

@@ -33,7 +33,7 @@ from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import command_parser, seconds
+from openpose_ros_pkg.command_options import command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
@@ -158,9 +158,9 @@ def _is_rigid(matrix: np.ndarray) -> bool:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('evaluate_mocap', __doc__)
-    parser.add_argument('poses', type=Path, metavar='POSES', help='people in space: .csv, or .bag')
-    parser.add_argument('mocap', type=Path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d or .trc')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write report, figures and plots here')
+    parser.add_argument('poses', type=plain_path, metavar='POSES', help='people in space: .csv, or .bag')
+    parser.add_argument('mocap', type=plain_path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d, .trc')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='write report and plots here')
     parser.add_argument('--overwrite', action='store_true', help='replace the report that is there')
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '

@@ -50,7 +50,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
-from openpose_ros_pkg.command_options import add_output, checked, command_parser, number
+from openpose_ros_pkg.command_options import add_output, checked, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.parameters import frame_name
@@ -201,7 +201,7 @@ def _summary(path: Path, folders: Sequence[RgbdFolder], counts: Dict[str, int], 
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('folder', type=Path, metavar='FOLDER', help='see above')
+    parser.add_argument('folder', type=plain_path, metavar='FOLDER', help='see above')
     add_output(parser, 'bag')
     parser.add_argument('--cameras', nargs='*', metavar='NAME',
                         help='FOLDER holds a folder for each camera, all recorded by one clock: these, or all')
@@ -216,7 +216,7 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                        help='units of 16-bit depth per metre (default: see above)')
     group = parser.add_argument_group('camera').add_mutually_exclusive_group()
-    group.add_argument('--camera', type=Path, metavar='FILE',
+    group.add_argument('--camera', type=plain_path, metavar='FILE',
                        help="calibration as camera_calibration writes it, a CameraInfo that 'rostopic echo' printed, "
                             "or JSON of Open3D (default: FOLDER's camera.yaml or meta.json)")
     group.add_argument('--intrinsics', type=number(-1e6, 1e6), nargs=4, metavar=('FX', 'FY', 'CX', 'CY'),

@@ -28,7 +28,7 @@ import numpy as np
 from openpose_ros_fusion.rig import Rig, RigCamera, rig_camera, rig_text
 from openpose_ros_pkg.calibration import calibration_text
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_output, command_parser, number, whole_number
+from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path, whole_number
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.params.parameters import frame_name
@@ -122,7 +122,7 @@ def _ros_name(name: str) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('files', nargs='+', type=Path, metavar='FILE', help='files of one calibration')
+    parser.add_argument('files', nargs='+', type=plain_path, metavar='FILE', help='files of one calibration')
     add_output(parser, 'file')
     parser.add_argument('--cameras', type=str.split, metavar='"A B"',
                         help='names of the cameras, as of their namespaces, in the order of the file (default: those '

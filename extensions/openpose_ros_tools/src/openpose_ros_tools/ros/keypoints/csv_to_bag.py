@@ -26,7 +26,7 @@ from std_msgs.msg import Header
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_output, command_parser
+from openpose_ros_pkg.command_options import add_output, command_parser, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15
@@ -106,7 +106,7 @@ def _time(nanoseconds: int) -> genpy.Time:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('csv', type=Path, metavar='CSV', help='file with keypoints')
+    parser.add_argument('csv', type=plain_path, metavar='CSV', help='file with keypoints')
     add_output(parser, 'bag')
     parser.add_argument('--frame-id', type=frame_name, default='', help='frame of reference, for files that name none')
     return parser

@@ -10,7 +10,15 @@ from typing import Callable, Dict, Optional, Sequence
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_output, add_up, check_up, command_parser, number, whole_number
+from openpose_ros_pkg.command_options import (
+    add_output,
+    add_up,
+    check_up,
+    command_parser,
+    number,
+    plain_path,
+    whole_number,
+)
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_tools.motion.angles import joint_angles
@@ -131,7 +139,7 @@ def _people(options: argparse.Namespace) -> KeypointTable:
 
 def _parser(name: str, program: Callable[..., int], output: str) -> argparse.ArgumentParser:
     parser = command_parser(name, inspect.getdoc(program))
-    parser.add_argument('file', type=Path, metavar='FILE', help='bag, or table of process_bag or keypoints_to_csv')
+    parser.add_argument('file', type=plain_path, metavar='FILE', help='bag or table of process_bag or keypoints_to_csv')
     add_output(parser, output)
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--persons', type=whole_number(0, 2 ** 32 - 1), nargs='+', metavar='ID',

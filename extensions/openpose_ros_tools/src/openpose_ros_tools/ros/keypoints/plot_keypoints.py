@@ -26,14 +26,21 @@ import argparse
 import logging
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_time_span, add_up, check_time_span, check_up, checked, command_parser
+from openpose_ros_pkg.command_options import (
+    add_time_span,
+    add_up,
+    check_time_span,
+    check_up,
+    checked,
+    command_parser,
+    plain_path,
+)
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -137,8 +144,8 @@ def _words(text: str) -> List[str]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('plot_keypoints', __doc__)
-    parser.add_argument('file', type=Path, metavar='FILE', help='CSV of keypoints, or bag')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the plots go')
+    parser.add_argument('file', type=plain_path, metavar='FILE', help='CSV of keypoints, or bag')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='where the plots go')
     parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
     parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')

@@ -47,7 +47,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.command_options import command_parser, whole_number
+from openpose_ros_pkg.command_options import command_parser, plain_path, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -195,18 +195,18 @@ def _told(job: BagJob, result: Any) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('process_bag', __doc__)
-    parser.add_argument('inputs', nargs='+', type=Path, metavar='IN',
+    parser.add_argument('inputs', nargs='+', type=plain_path, metavar='IN',
                         help='a bag, or a recording of ROS 2: a folder with metadata.yaml, .mcap or .db3; several, or '
                              'a folder of them')
-    parser.add_argument('-o', '--output', required=True, type=Path, metavar='OUT',
+    parser.add_argument('-o', '--output', required=True, type=plain_path, metavar='OUT',
                         help='bag with the results, or with the suffix .mcap a file for Foxglove and ROS 2; for '
                              'several, or a folder, a folder for files of the same names')
     group = parser.add_argument_group('results')
-    group.add_argument('--csv', type=Path, metavar='FILE', help='also as a table: people in space, or in the image '
-                                                                'where the bag has no points')
+    group.add_argument('--csv', type=plain_path, metavar='FILE',
+                       help='also as a table: people in space, or in the image where the bag has no points')
     group.add_argument('--csv-layout', choices=LAYOUTS, default=BagJob.csv_layout,
                        help='columns, as keypoints_to_csv has them (default: %(default)s: with status and sigma)')
-    group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
+    group.add_argument('--json', type=plain_path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
     group.add_argument('--signals', action='store_true', help='also postures, gestures, pointing and falls of '
                                                                 'people in space')
@@ -227,7 +227,7 @@ def _parser() -> argparse.ArgumentParser:
     add_cameras(parser)
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
-    group.add_argument('--config', action='append', default=[], type=Path, metavar='FILE',
+    group.add_argument('--config', action='append', default=[], type=plain_path, metavar='FILE',
                        help="a node's YAML file; may be repeated. Its values for topics and saving are not used; --set "
                             'overrides it')
     group = parser.add_argument_group('machines')
