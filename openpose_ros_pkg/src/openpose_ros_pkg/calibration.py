@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import json_value, plain_text, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
@@ -112,13 +112,7 @@ def read_calibration(path: Path) -> Calibration:
     Raises:
         BadInputError: the file can not be read, or is none of these.
     """
-    try:
-        text = plain_text(path)
-        # rostopic echo ends each message with ---
-        values = json_value(text) if text.lstrip().startswith('{') else yaml_value(text)
-    except (OSError, ValueError) as error:
-        raise BadInputError(f'calibration {path} can not be read: {error}') from error
-    return calibration_from_values(values, str(path))
+    return calibration_from_values(file_values(path, f'calibration {path}'), str(path))
 
 
 def calibration_from_values(values: Any, source: str) -> Calibration:

@@ -3,23 +3,31 @@
 The libraries alone raise RecursionError for deep nesting and errors of many classes for YAML's dates and numbers, and
 let a text of 1 KB stand for billions of values by its aliases.
 """
-import errno
 import json
 import re
 from pathlib import Path
-from typing import Any, Dict, Union
+from typing import Any, Callable, Dict, Union
 
 import yaml
+
+from openpose_ros_pkg.errors import BadInputError
 
 # Maximum number of values of a YAML text, with aliases written out: a marker map has 200.
 _MOST_VALUES = 100000
 
 
-def plain_text(path: Path) -> str:
-    """Return the text of a file; OSError: it can not be read, or is a device or pipe, which need not end."""
-    if path.exists() and not path.is_file():
-        raise OSError(errno.EINVAL, 'it is no plain file', str(path))
-    return path.read_text(encoding='utf-8')
+def file_values(path: Path, what: str, error: Callable[[str], Exception] = BadInputError) -> Any:
+    """Return the values in a file of YAML, or of JSON by its suffix.
+
+    Raises:
+        error: it can not be read, or is a device or pipe, which need not end; the text begins with `what`.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise ValueError('it is no plain file')
+        return (json_value if path.suffix == '.json' else yaml_value)(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as failed:
+        raise error(f'{what} can not be read: {failed}') from failed
 
 
 def yaml_value(text: str) -> Any:

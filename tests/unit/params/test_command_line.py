@@ -13,7 +13,7 @@ from openpose_ros_pkg.command_options import command_parser, named_value, number
 from openpose_ros_pkg.detect_files import main as detect_files
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
-from openpose_ros_pkg.structured_text import plain_text
+from openpose_ros_pkg.structured_text import file_values
 
 
 def test_an_error_of_this_project_is_told_in_one_line(capsys):
@@ -105,8 +105,8 @@ def test_devices_and_pipes_are_refused(special, capsys, tmp_path):
         detect_files([str(special), '--write-json', str(tmp_path / 'json')])
     with pytest.raises(ParameterError, match='is no plain file'):
         check_outputs([special], overwrite=True)
-    with pytest.raises(OSError, match='it is no plain file'):
-        plain_text(special)
+    with pytest.raises(BadInputError, match='it can not be read: it is no plain file'):
+        file_values(special, 'it')
 
 
 @pytest.mark.parametrize('kind, good, bad', [

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.params.parameters import frame_name
-from openpose_ros_pkg.structured_text import plain_text, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 from skeleton_extract_3d.points.transform import Transform, quaternions
 
 # Quaternions may differ from length 1 by this, as those do that were rounded to few digits.
@@ -118,8 +118,8 @@ def read_rig(path: Path) -> Rig:
         BadInputError: it can not be read or is none; the text names the file, the key and what is expected.
     """
     try:
-        return _rig_of(yaml_value(plain_text(path)))
-    except (OSError, ValueError) as error:
+        return _rig_of(file_values(path, f'rig {path}'))
+    except ValueError as error:
         raise BadInputError(f'rig {path} can not be read: {error}') from error
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import frame_name
-from openpose_ros_pkg.structured_text import plain_text, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 _EXPECTED = 'expected a list of {name: TEXT, frame_id: TEXT, position: [x, y, z]}, where position may be left out'
 
@@ -26,7 +26,7 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
         BadInputError: it can not be read or is none; the text names the file and what is expected.
     """
     try:
-        values = yaml_value(plain_text(path))
+        values = file_values(path, f'targets {path}')
         if not isinstance(values, list):
             raise ValueError(_EXPECTED)
         targets = tuple(_target(value) for value in values)
@@ -34,7 +34,7 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f'it has two targets of the name {twice[0]!r}')
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise BadInputError(f'targets {path} can not be read: {error}') from error
     return targets
 

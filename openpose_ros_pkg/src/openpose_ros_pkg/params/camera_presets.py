@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.structured_text import plain_text, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 AUTO = 'auto'
 """Name that stands for the camera that the published topics are."""
@@ -149,10 +149,7 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
         ParameterError: the file can not be read or is not of the table's form.
     """
     path = Path(path or presets_file()).expanduser()
-    try:
-        value = yaml_value(plain_text(path))
-    except (OSError, ValueError) as error:
-        raise ParameterError(f"parameter 'camera': {path} can not be read: {error}", 'camera') from error
+    value = file_values(path, f"parameter 'camera': {path}", lambda text: ParameterError(text, 'camera'))
     if not isinstance(value, dict) or not value:
         raise ParameterError(f"parameter 'camera': {path} is no table of cameras, as config/cameras.yaml is", 'camera')
     return {str(name): _preset(path, str(name), entry) for name, entry in value.items()}

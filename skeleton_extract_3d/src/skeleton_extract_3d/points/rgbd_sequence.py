@@ -19,7 +19,7 @@ from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.stream.video_source import read_image
-from openpose_ros_pkg.structured_text import plain_text, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
 
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
@@ -135,7 +135,7 @@ def read_sequence_values(folder: Path) -> Dict[str, Any]:
         BadInputError: the file can not be read, has an unknown key or a wrong value.
     """
     path = folder / 'sequence.yaml'
-    return sequence_values(path, _read_yaml(path) if path.is_file() else {})
+    return sequence_values(path, file_values(path, str(path)) if path.is_file() else {})
 
 
 def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
@@ -146,6 +146,8 @@ def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
         BadInputError: an unknown key or a wrong value.
     """
     known = ('fps', 'frame_id', 'T_world_camera', 'depth_scale')
+    if not isinstance(values, dict):
+        raise BadInputError(f'{path}: expected keys with values, got {type(values).__name__}')
     unknown = [str(key) for key in values if key not in known]  # YAML has keys of any type
     if unknown:
         raise BadInputError(f"{path} has unknown keys {', '.join(unknown)}; allowed: {', '.join(known)}")
@@ -184,13 +186,3 @@ def _check_names(colour_folder: Path, colour: List[Path], depth_folder: Path, de
         raise BadInputError(f'{colour_folder} has {len(stems)} images and {depth_folder} {len(depth_stems)}, expected '
                             f"the same names in both; without a partner: {', '.join(alone[:5])}"
                             f"{', ...' if len(alone) > 5 else ''}")
-
-
-def _read_yaml(path: Path) -> Dict[str, Any]:
-    try:
-        values = yaml_value(plain_text(path))
-        if not isinstance(values, dict):
-            raise ValueError(f'expected keys with values, got {type(values).__name__}')
-    except (OSError, ValueError) as error:
-        raise BadInputError(f'{path} can not be read: {error}') from error
-    return values

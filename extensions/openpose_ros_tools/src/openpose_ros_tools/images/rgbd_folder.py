@@ -25,7 +25,7 @@ import yaml
 
 from openpose_ros_pkg.calibration import Calibration, calibration_from_values, calibration_text, read_calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.structured_text import json_value, plain_text
+from openpose_ros_pkg.structured_text import file_values
 from openpose_ros_tools.images.image_files import COLOUR_SUFFIXES, DEPTH_SUFFIXES
 from openpose_ros_tools.images.stamps import MAX_DIFFERENCE, SECOND, STAMP_END, associate, parse_stamp, seconds_text
 from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values, sequence_values
@@ -113,10 +113,7 @@ def _description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration]]:
     calibration, path = folder / 'camera.yaml', folder / 'meta.json'
     if calibration.is_file() or not path.is_file():
         return read_sequence_values(folder), read_calibration(calibration) if calibration.is_file() else None
-    try:
-        meta = json_value(plain_text(path))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f'{path} can not be read: {error}') from error
+    meta = file_values(path, str(path))
     if not isinstance(meta, dict):
         raise BadInputError(f'{path}: expected keys with values, got {type(meta).__name__}')
     known = {key: meta[key] for key in ('fps', 'frame_id', 'T_world_camera', 'depth_scale') if key in meta}
@@ -128,7 +125,7 @@ def _description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration]]:
 def _listed(path: Path) -> List[StampedFile]:
     """Return the files of a list, in the order of their stamps."""
     try:
-        lines = plain_text(path).splitlines()
+        lines = path.read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(f'{path} can not be read: {error}') from error
     files = []

@@ -56,7 +56,7 @@ from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
-from openpose_ros_pkg.structured_text import plain_text, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 from openpose_ros_tools.outputs import delete_parts, new_run
 from openpose_ros_tools.parallel.cluster import run_on_cluster
 from openpose_ros_tools.parallel.processes import run_in_processes
@@ -108,10 +108,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     used = {field.name for field in parameter_fields(BagSettings)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}
     for path in paths:
-        try:
-            content = yaml_value(plain_text(path)) or {}
-        except (OSError, ValueError) as error:
-            raise ParameterError(f'--config {path} can not be read: {error}') from error
+        content = file_values(path, f'--config {path}', ParameterError) or {}
         if not isinstance(content, dict):
             raise ParameterError(f'--config {path}: expected keys with values, got {type(content).__name__}')
         sections = {key: content.pop(key) for key, value in [*content.items()] if isinstance(value, dict)}
