@@ -226,7 +226,7 @@ def test_a_smashed_message_is_damage(recording, tmp_path, capsys):
 def test_a_damaged_mcap_of_ros_1_is_told(recording, tmp_path):
     path = to_mcap(recording, tmp_path / 'walk.mcap')
     path.write_bytes(path.read_bytes()[:5000])
-    with pytest.raises(BadInputError, match=r'walk\.mcap is damaged or unfinished'):
+    with pytest.raises(BadInputError, match=r'walk\.mcap is no recording of ROS 2, or is damaged or unfinished'):
         all_of(path)
 
 

@@ -16,7 +16,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.recording_paths import is_ros2
-from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros1Mcap, Ros2Recording, joined_types
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, joined_types
 
 COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
 """Compressions of bags, as the command line names them."""
@@ -52,7 +52,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         BadInputError: it is not there, is no bag, is one of before 2010, or has no index.
     """
     if is_ros2(path):
-        yield (Ros1Mcap if Ros1Mcap.is_one(path) else Ros2Recording)(path)
+        yield Ros2Recording(path)
         return
     try:
         bag = rosbag.Bag(str(path))

@@ -41,6 +41,8 @@ class Ros2Recording:
     def __init__(self, path: Path) -> None:
         self._path, self._ros2 = path, _foxy('read recordings of ROS 2')
         self.filename = str(path)
+        with path.open('rb') if path.is_file() else BytesIO() as file:
+            self._is_ros1 = file.read(25)[17:] == b'\4\0\0\0ros1'  # the profile in the header of an .mcap
         self._kinds: Dict[str, Tuple[Type[genpy.Message], Any]] = {}
         try:
             with self._reader() as reader:
@@ -75,11 +77,11 @@ class Ros2Recording:
                       connection_filter: Optional[Callable[..., Any]] = None) -> Iterator[Tuple[Any, ...]]:
         """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged.
 
-        rosbags parses definitions, so that code can be made of them: `connection_filter` is asked by `Ros1Mcap` alone.
+        `connection_filter` is not asked: rosbags parses definitions, so that code can be made of them.
         """
         start = None if start_time is None else start_time.to_nsec()
         stop = None if end_time is None else end_time.to_nsec() + 1
-        for connection, time, kind, content in self._converted(topics, start, stop, connection_filter):
+        for connection, time, kind, content in self._converted(topics, start, stop):
             message = (kind._type, content, kind._md5sum, None, kind) if raw else kind().deserialize(content)
             found = BagMessage(connection.topic, message, genpy.Time(0, time))
             header = _header_of(connection.topic, kind)
@@ -87,17 +89,20 @@ class Ros2Recording:
 
     def _reader(self) -> Any:
         """Return a reader; each belongs to one thread, as SQLite's connections do."""
+        if self._is_ros1:
+            return _Ros1Reader(self._path, self._ros2)
         return import_module('rosbags.highlevel').AnyReader([self._path], default_typestore=self._ros2)
 
-    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int],
-                   _: Optional[Callable[..., Any]]) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
+    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
+                   ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
         """Yield connection, time [ns], class and bytes of ROS 1 of messages."""
         try:
             with self._reader() as reader:
                 wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
                 for connection, time, data in reader.messages(wanted, start, stop) if wanted else ():
                     kind, store = self._kind_of(connection.msgtype)
-                    yield connection, time, kind, bytes(store.cdr_to_ros1(data, connection.msgtype))
+                    yield connection, time, kind, data if self._is_ros1 else bytes(
+                        store.cdr_to_ros1(data, connection.msgtype))
         except Exception as error:  # as above
             raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
 
@@ -117,45 +122,34 @@ class Ros2Recording:
         return self._kinds[name]
 
 
-class Ros1Mcap(Ros2Recording):
-    """An .mcap of a bag of ROS 1, as `mcap convert` makes it: its messages and definitions are those of the bag."""
+class _Ros1Reader:
+    """Reads an .mcap of a bag of ROS 1, as `mcap convert` makes it; has of `AnyReader` what is asked for here."""
 
-    def __init__(self, path: Path) -> None:
-        self._path, self.filename = path, str(path)
-        self._mcap = _library('mcap.reader', 'read MCAP')
-        try:
-            with path.open('rb') as file:
-                summary = self._mcap.make_reader(file).get_summary()
-            counts = summary.statistics.channel_message_counts
-            self._start, self._end = summary.statistics.message_start_time, summary.statistics.message_end_time
-            self._connections = [SimpleNamespace(topic=one.topic, msgtype=summary.schemas[one.schema_id].name,
-                                                 msgcount=counts.get(one.id, 0)) for one in summary.channels.values()]
-        except Exception as error:
-            raise BadInputError(f'{path} is damaged or unfinished ({error}); {MENDING}') from error
+    def __init__(self, path: Path, ros2: Any) -> None:
+        self._file, self._ros2 = path.open('rb'), ros2
+        self._reader = _library('mcap.reader', 'read MCAP').make_reader(self._file)
 
-    @staticmethod
-    def is_one(path: Path) -> bool:
-        """Return whether a file says so in its header."""
-        if not path.is_file():
-            return False
-        with path.open('rb') as file:
-            return file.read(25)[17:] == b'\4\0\0\0ros1'
+    def __enter__(self) -> '_Ros1Reader':
+        summary = self._reader.get_summary()
+        names = {one.id: one.name.replace('/', '/msg/') for one in summary.schemas.values()}
+        types: Dict[str, Any] = {}
+        for schema in summary.schemas.values():
+            types.update(_types_in(schema.data.decode(), names[schema.id]))
+        self.typestore = _store_with(types, self._ros2)
+        counts = summary.statistics.channel_message_counts
+        self._by_id = {one.id: SimpleNamespace(topic=one.topic, msgtype=names[one.schema_id],
+                                               msgcount=counts.get(one.id, 0)) for one in summary.channels.values()}
+        self.connections = self._by_id.values()
+        self.start_time, self.end_time = summary.statistics.message_start_time, summary.statistics.message_end_time
+        return self
 
-    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int],
-                   connection_filter: Optional[Callable[..., Any]]
-                   ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
-        kinds: Dict[int, Type[genpy.Message]] = {}
-        with self._path.open('rb') as file:
-            for schema, channel, message in self._mcap.make_reader(file).iter_messages(topics, start, stop):
-                if channel.id not in kinds:
-                    text, installed = schema.data.decode(), get_message_class(schema.name)
-                    if connection_filter is not None:
-                        connection_filter(channel.topic, schema.name, '', text, {})
-                    is_same = installed is not None and (channel.metadata.get('md5sum') == installed._md5sum
-                                                         or text.strip() == installed._full_text.strip())
-                    kinds[channel.id] = installed if is_same else genpy.dynamic.generate_dynamic(
-                        schema.name, text)[schema.name]
-                yield channel, message.log_time, kinds[channel.id], message.data
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def messages(self, wanted: Iterable[Any], *span: Optional[int]) -> Iterator[Tuple[Any, int, bytes]]:
+        """Yield connection, time [ns] and bytes of messages."""
+        for _, channel, message in self._reader.iter_messages([one.topic for one in wanted], *span):
+            yield self._by_id[channel.id], message.log_time, message.data
 
 
 class McapFile:
@@ -242,10 +236,15 @@ def _definitions(store: Any) -> Dict[str, Any]:
     return getattr(store, 'fielddefs', None) or getattr(store, 'FIELDDEFS', {})
 
 
-def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
-    """Return the definitions of a type of ROS 1 and of those in it, without those that are built into ROS 1."""
-    parsed = import_module('rosbags.typesys').get_types_from_msg(kind._full_text, kind._type.replace('/', '/msg/'))
+def _types_in(text: str, name: str) -> Dict[str, Any]:
+    """Return the types that a definition of ROS 1 has, without those that are built into ROS 1."""
+    parsed = import_module('rosbags.typesys').get_types_from_msg(text, name)
     return {name: definition for name, definition in parsed.items() if name not in _BUILT_IN}
+
+
+def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
+    """Return the definitions of a type of ROS 1 and of those in it; see `_types_in`."""
+    return _types_in(kind._full_text, kind._type.replace('/', '/msg/'))
 
 
 def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
@@ -259,9 +258,14 @@ def _store_of(kind: Type[genpy.Message], ros2: Any) -> Any:
     """Return what encodes a type: the store of ROS 2 where it has the type with the same fields."""
     if _is_same(kind, ros2):
         return ros2
+    return _store_with(_types_of(kind), ros2)
+
+
+def _store_with(types: Dict[str, Any], ros2: Any) -> Any:
+    """Return a store of types alone, and of those that are built into ROS 1."""
     typesys = import_module('rosbags.typesys')
     store = typesys.get_typestore(typesys.Stores.EMPTY)
-    store.register({**_types_of(kind), **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
+    store.register({**types, **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
     return store
 
 
