@@ -27,9 +27,6 @@ _SPELLINGS = {'': '', 'none': '', 'pinhole': '', 'plumb_bob': 'plumb_bob', 'rati
               **dict.fromkeys(('equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4'), 'equidistant')}
 # Keys by which files name the distortion model.
 _MODEL_KEYS = ('distortion_model', 'camera_model', 'lens_model', 'model_type', 'distortion_type')
-# Distortion models of OpenCV by number of coefficients, for its calibrations, which name none.
-_MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomial', 12: 'rational_polynomial',
-           14: 'rational_polynomial'}
 
 
 @dataclass(frozen=True)
@@ -94,11 +91,8 @@ def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre:
     Args:
         focal, centre: fx, fy and cx, cy [px].
         distortion: coefficients; none: five zeros of plumb_bob, the drivers' "no distortion".
-        distortion_model: empty: from the number of coefficients; BadInputError: no model has as many.
+        distortion_model: empty: OpenCV's.
     """
-    if not distortion_model and len(distortion) not in _MODELS:
-        raise BadInputError(f'{len(distortion)} distortion coefficients, expected 4 or 5 (plumb_bob), or 8, 12 or 14 '
-                            '(rational_polynomial); name another model with --distortion-model')
     (fx, fy), (cx, cy) = focal, centre
     return _completed({'width': width, 'height': height, 'matrix': (fx, 0, cx, 0, fy, cy, 0, 0, 1),
                        'distortion': distortion or _NO_DISTORTION, 'distortion_model': distortion_model or None})
@@ -185,7 +179,8 @@ def _completed(values: Dict[str, Any]) -> Calibration:
     """Return a calibration; missing values and None are those of a single camera without distortion."""
     matrix, distortion = values['matrix'], values.get('distortion') or ()
     if values.get('distortion_model') is None:
-        values = {**values, 'distortion_model': _MODELS.get(len(distortion), '')}
+        # OpenCV names none
+        values = {**values, 'distortion_model': 'plumb_bob' if len(distortion) <= 5 else 'rational_polynomial'}
         distortion = distortion or _NO_DISTORTION
     defaults = {'rectification': _IDENTITY, 'projection': (*matrix[:3], 0, *matrix[3:6], 0, *matrix[6:], 0)}
     given = {key: value for key, value in values.items() if value is not None}

@@ -129,7 +129,7 @@ def test_what_is_no_calibration_is_refused(tmp_path, text, words):
         read_calibration(tmp_path / 'camera.yaml')
 
 
-def test_coefficients_that_tell_no_model_are_refused():
-    with pytest.raises(BadInputError, match='3 distortion coefficients'):
-        pinhole_calibration(64, 48, (50, 51), (31, 23), (1, 2, 3))
-    assert pinhole_calibration(64, 48, (50, 51), (31, 23), (1, 2, 3), 'own').distortion_model == 'own'
+@pytest.mark.parametrize('distortion, model', [((1, 2, 3, 4), 'plumb_bob'), (range(8), 'rational_polynomial')])
+def test_coefficients_without_a_model_are_those_of_opencv(distortion, model):
+    assert pinhole_calibration(64, 48, (50, 51), (31, 23), distortion).distortion_model == model
+    assert pinhole_calibration(64, 48, (50, 51), (31, 23), distortion, 'own').distortion_model == 'own'

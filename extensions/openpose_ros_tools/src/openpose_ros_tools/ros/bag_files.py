@@ -24,8 +24,6 @@ COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compress
 TF_TOPIC = '/tf_static'
 """Topic of static transforms."""
 
-# Those before it, which rosbag reads without an index, name no topics; 200 is 2.0.
-_LEAST_VERSION = 200
 # A line of a definition, or a type: genmsg takes `int32 a; import os; b=1` for a constant.
 _DEFINITION = re.compile(r'={80}|string\s+\w+\s*=.*|[\w/:[\]\s]*(=[-+.\w\s]*)?(#.*)?', re.ASCII)
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
@@ -49,7 +47,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     """Open a bag to read it, or a recording of ROS 2, which is then like a bag.
 
     Raises:
-        BadInputError: it is not there, is no bag, is one of before 2010, or has no index.
+        BadInputError: it is not there, is no bag, or has no index.
     """
     if is_ros2(path):
         yield Ros2Recording(path)
@@ -65,9 +63,6 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
                             'a damaged one') from error
     with bag:
-        if bag.version < _LEAST_VERSION:
-            raise BadInputError(f'{path} has version {bag.version / 100:.1f}, expected 2.0 or later, as all have since '
-                                '2010')
         yield bag
 
 

@@ -2,6 +2,7 @@
 
 The bytes of a message are converted between CDR and the serialization of ROS 1; ROS 2 has no `seq` in headers.
 """
+from contextlib import suppress
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -134,7 +135,8 @@ class _Ros1Reader:
         names = {one.id: one.name.replace('/', '/msg/') for one in summary.schemas.values()}
         types: Dict[str, Any] = {}
         for schema in summary.schemas.values():
-            types.update(_types_in(schema.data.decode(), names[schema.id]))
+            with suppress(Exception):  # as above; its topic can not be read
+                types.update(_types_in(schema.data.decode(), names[schema.id]))
         self.typestore = _store_with(types, self._ros2)
         counts = summary.statistics.channel_message_counts
         self._by_id = {one.id: SimpleNamespace(topic=one.topic, msgtype=names[one.schema_id],
