@@ -304,7 +304,7 @@ def test_no_frame_id():
 
 
 def test_frames_that_the_node_is_told():
-    node = replace(WORKING, parameters={'target_frame': 'map'})
+    node = replace(WORKING, parameters={'target_frame': '/map'})  # tf2 refuses leading slashes
     assert "'map'" in wrong(replace(WELL, nodes=[node]), 'tf')[0].text
 
 

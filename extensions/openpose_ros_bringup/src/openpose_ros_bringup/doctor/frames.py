@@ -15,6 +15,7 @@ from openpose_ros_bringup.doctor.findings import (
 )
 from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Stream, Tf
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.parameters import frame_name
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 # x, y, z [m] and yaw, pitch, roll, to begin with, in a room with z up: of an optical frame and of another frame of a
@@ -29,8 +30,8 @@ _ALIKE = 0.8
 def frames_needed(seen: Snapshot, camera: Camera) -> List[str]:
     """Return the frames in which the people of a camera are wanted, without that of the points."""
     node = seen.node_of(camera)
-    asked = [seen.tf.fixed_frame] + [str(node.parameters.get(key, '')) for key in ('tracking_frame', 'target_frame')
-                                     if node is not None]
+    asked = [seen.tf.fixed_frame] + [frame_name(str(node.parameters.get(key, '')))
+                                     for key in ('tracking_frame', 'target_frame') if node is not None]
     return [frame for frame in dict.fromkeys(asked) if frame and frame != _frame_of(camera)]
 
 
