@@ -21,29 +21,20 @@ def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
                         + ' and contains nothing else' * (kind == 'folder'))
 
 
-def add_time_span(parser: argparse._ActionsContainer, since: str) -> None:
-    """Add --start and --end; `check_time_span` checks them. `since`: what begins at 0, such as 'the first frame'."""
-    parser.add_argument('--start', type=seconds, metavar='S', help=f'leave out what is before: [s] since {since}')
-    parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
+class _Direction(argparse.Action):
+    """Takes three numbers that are not all 0."""
 
-
-def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """End the program if --start is not less than --end."""
-    if None not in (options.start, options.end) and options.start >= options.end:
-        parser.error('--start must be less than --end')
+    def __call__(self, parser: Any, options: Any, values: Any, option: Any = None) -> None:
+        if sum(value * value for value in values) < 1e-6:
+            parser.error(f'{option} must be three numbers that are not all 0')
+        setattr(options, self.dest, values)
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:
-    """Add --up, the direction for computing signals; `check_up` checks it."""
-    parser.add_argument('--up', type=number(-1e9, 1e9), nargs=3, metavar=('X', 'Y', 'Z'),
+    """Add --up, the direction for computing signals."""
+    parser.add_argument('--up', type=number(-1e9, 1e9), nargs=3, metavar=('X', 'Y', 'Z'), action=_Direction,
                         help='compute what people do, with this upwards in the frame of the people (default: what the '
                              'recording has; where it has nothing, the axis along which people are most of the time)')
-
-
-def check_up(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """End the program if --up is no direction."""
-    if options.up is not None and sum(value * value for value in options.up) < 1e-6:
-        parser.error('--up must be three numbers that are not all 0')
 
 
 def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expected: str) -> Callable[[str], Any]:

@@ -131,14 +131,15 @@ def pixels_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
                  step=little.nbytes // height, data=little.tobytes())
 
 
-def is_in_file_order(format_text: str) -> bool:
-    """Return whether the file in a CompressedImage shows its colours: not a mosaic, nor red and blue exchanged.
+def order_of_file(format_text: str) -> str:
+    """Return the encoding of the file in a CompressedImage: bgr8, rgb8 where red and blue are exchanged, or a mosaic's.
 
     Source: compressed_image_transport, compressed_subscriber.cpp; its publishers wrote RGB in place of BGR at first.
     """
     encoding, _, codec = format_text.strip().partition(';')
-    is_colour = encoding.startswith(('rgb', 'bgr'))
-    return not (encoding.startswith('bayer') or (is_colour and codec and 'compressed bgr' not in codec))
+    if encoding.startswith(('rgb', 'bgr')) and codec and 'compressed bgr' not in codec:
+        return 'rgb8'
+    return encoding if encoding.startswith('bayer') else 'bgr8'
 
 
 def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> np.ndarray:
@@ -150,13 +151,12 @@ def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIX
     if image_kind(message.data) is None:
         raise BadInputError(f"compressed image of format '{message.format}' and {len(message.data)} bytes can not be "
                             'decoded; expected JPEG or PNG, as image_transport publishes')
-    in_order, encoding = is_in_file_order(message.format), message.format.partition(';')[0].strip()
-    is_mosaic = not in_order and encoding.startswith('bayer')
+    order = order_of_file(message.format)
     image = decode_image(message.data, f"compressed image of format '{message.format}'",
-                         cv2.IMREAD_UNCHANGED if is_mosaic else cv2.IMREAD_COLOR, most)
-    if is_mosaic:
-        return image if image.ndim == 3 else image_to_bgr(pixels_to_image(image, encoding, message.header), most)
-    return image if in_order else np.ascontiguousarray(image[..., ::-1])
+                         cv2.IMREAD_COLOR if order in ('bgr8', 'rgb8') else cv2.IMREAD_UNCHANGED, most)
+    if image.ndim == 2:
+        return image_to_bgr(pixels_to_image(image, order, message.header), most)
+    return np.ascontiguousarray(image[..., ::-1]) if order == 'rgb8' else image
 
 
 def is_png_of_depth(data: bytes) -> bool:

@@ -54,8 +54,7 @@ _ROTATION_TOLERANCE = 1e-2
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command('evaluate_mocap', lambda: _run(options))
+    return run_command('evaluate_mocap', lambda: _run(_parser().parse_args(arguments)))
 
 
 def transform_of(values: Sequence[str]) -> np.ndarray:

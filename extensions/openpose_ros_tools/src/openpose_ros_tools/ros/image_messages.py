@@ -17,7 +17,7 @@ from openpose_ros_pkg.ros.convert import (
     compressed_image_to_bgr,
     image_to_bgr,
     image_to_pixels,
-    is_in_file_order,
+    order_of_file,
     pixels_to_image,
 )
 from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
@@ -200,7 +200,7 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
         kind = image_kind(message.data)
         if kind is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
-        if is_in_file_order(message.format):
+        if order_of_file(message.format) == 'bgr8':
             return _SUFFIXES[kind], message.data
         return '.png', image_files.encode_image(compressed_image_to_bgr(message), '.png', source)
     try:

@@ -25,7 +25,7 @@ import numpy as np
 import rospkg
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_up, check_up, command_parser, plain_path, whole_number
+from openpose_ros_pkg.command_options import add_up, command_parser, plain_path, whole_number
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
@@ -69,9 +69,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument('--thumbnails', type=whole_number(0), default=120, metavar='N',
                         help='at most so many images (default: %(default)s)')
     add_up(parser)
-    options = parser.parse_args(arguments)
-    check_up(parser, options)
-    return run_command('report', lambda: _run(options))
+    return run_command('report', lambda: _run(parser.parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -46,8 +46,7 @@ _NAME = 'rig_from'
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command(_NAME, lambda: _run(options))
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def rig_of(known: KnownCameras, names: Sequence[str], unit: float, fixed_frame: str, frame_id: str) -> Rig:

@@ -88,8 +88,7 @@ def write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command(_NAME, lambda: _run(options))
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -10,15 +10,7 @@ from typing import Callable, Dict, Optional, Sequence
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import (
-    add_output,
-    add_up,
-    check_up,
-    command_parser,
-    number,
-    plain_path,
-    whole_number,
-)
+from openpose_ros_pkg.command_options import add_output, add_up, command_parser, number, plain_path, whole_number
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_tools.motion.angles import joint_angles
@@ -85,9 +77,7 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
     parser.add_argument('--rate', type=number(0.001, 1000), metavar='HZ',
                         help='samples per second (default: as many as the recording has)')
     add_up(parser)
-    options = parser.parse_args(arguments)
-    check_up(parser, options)
-    return run_command(name, lambda: _write_files(options, suffix, text_of))
+    return run_command(name, lambda: _write_files(parser.parse_args(arguments), suffix, text_of))
 
 
 def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[SampledPerson, str], str]) -> int:

@@ -32,15 +32,7 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import (
-    add_time_span,
-    add_up,
-    check_time_span,
-    check_up,
-    checked,
-    command_parser,
-    plain_path,
-)
+from openpose_ros_pkg.command_options import add_up, checked, command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -87,8 +79,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = parser.parse_args(arguments)
     if options.output is None and not options.list:
         parser.error('give -o FOLDER for the plots, or --list')
-    check_time_span(parser, options)
-    check_up(parser, options)
+    if None not in (options.start, options.end) and options.start >= options.end:
+        parser.error('--start must be less than --end')
     return run_command('plot_keypoints', lambda: _run(options))
 
 
@@ -158,7 +150,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--persons', metavar='I,J',
                         type=checked(lambda text: list(map(int, _words(text))), bool, 'numbers, as 0,2'),
                         help='only these ids (default: the 8 with most rows)')
-    add_time_span(parser, 'the first frame')
+    parser.add_argument('--start', type=seconds, metavar='S', help='leave out what is before [s], from the first frame')
+    parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
     add_up(parser)
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser
