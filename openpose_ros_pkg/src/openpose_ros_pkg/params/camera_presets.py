@@ -15,7 +15,7 @@ CAMERA_INFO = 'sensor_msgs/CameraInfo'
 # Topics that each source of points needs, and the values of keys with a choice.
 _NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_info')}
 _CHOICES = {'points_source': tuple(_NEEDED), 'image_transport': ('raw', 'compressed'),
-            'depth_transport': ('raw', 'compressedDepth')}
+            'depth_transport': ('raw', 'compressed', 'compressedDepth')}
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,8 @@ class CameraPreset:
         elif not depth:
             points = self.topic('points', ns)
         else:
-            points = f'{depth}/compressedDepth' if compressed or self.depth_transport != 'raw' else depth
+            points = f'{depth}/{self.depth_transport}' if self.depth_transport != 'raw' else (
+                depth + '/compressedDepth' * compressed)
         return [topic for topic in (image, points, info) if topic]
 
 
