@@ -25,7 +25,7 @@ _SPELLINGS = {'': '', 'none': '', 'pinhole': '', 'plumb_bob': 'plumb_bob', 'rati
               'equidistant': 'equidistant', 'rational': 'rational_polynomial',
               **dict.fromkeys(('radtan', 'radial_tangential', 'brown_conrady'), 'plumb_bob'),
               **dict.fromkeys(('equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4'), 'equidistant')}
-# Keys by which files name the distortion model.
+# Keys by which files name the distortion model; the first one does not matter without any.
 _MODEL_KEYS = ('distortion_model', 'camera_model', 'lens_model', 'model_type', 'distortion_type')
 
 
@@ -162,11 +162,11 @@ def _of_open3d(values: Dict[str, Any]) -> Dict[str, Any]:
 
 def _with_model(read: Dict[str, Any], values: Dict[str, Any]) -> Dict[str, Any]:
     """Return what was read, with the distortion model that a file names by any key."""
-    names = [str(values[key]) for key in _MODEL_KEYS if values.get(key)]
+    distortion = read.get('distortion') or ()
+    names = [str(values[key]) for key in _MODEL_KEYS[not any(distortion):] if values.get(key)]
     if 'fisheye_model' in values:  # of OpenCV's calibration
         names.append('fisheye' if values['fisheye_model'] else 'plumb_bob')
     models = sorted({*map(distortion_model, names)} - {''})
-    distortion = read.get('distortion') or ()
     if len(models) > 1:
         raise BadInputError(f'it names several distortion models: {", ".join(models)}')
     if not models and len(distortion) == 4 and any(distortion):

@@ -63,7 +63,7 @@ class CameraModel:
         if skew != 0 or below != 0 or last != [0, 0, 1]:
             raise BadInputError(f'camera matrix K: expected [fx 0 cx; 0 fy cy; 0 0 1], got {matrix.tolist()}')
         distortion = np.array(self.distortion, np.float64).reshape(-1)
-        model = distortion_model(self.distortion_model)
+        model = distortion_model(self.distortion_model) if distortion.any() else ''
         lengths = _DISTORTION_LENGTHS[model]
         fitting = [length for length in lengths if length <= distortion.size and not distortion[length:].any()]
         if distortion.any() and not (fitting and np.isfinite(distortion).all()):

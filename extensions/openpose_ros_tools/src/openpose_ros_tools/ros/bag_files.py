@@ -16,7 +16,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.recording_paths import is_ros2
-from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, joined_types
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, header_of, joined_types
 
 COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
 """Compressions of bags, as the command line names them."""
@@ -90,9 +90,8 @@ def new_bag(path: Path, compression: str = 'none', mcap: bool = False) -> Iterat
 def write_static_transforms(bag: rosbag.Bag, transforms: Sequence[TransformStamped], time: genpy.Time, program: str
                             ) -> None:
     """Write static transforms as a broadcaster has latched them: later subscribers get them as well."""
-    connection = {'topic': TF_TOPIC, 'type': TFMessage._type, 'md5sum': TFMessage._md5sum,
-                  'message_definition': TFMessage._full_text, 'callerid': f'/{program}', 'latching': '1'}
-    bag.write(TF_TOPIC, TFMessage(list(transforms)), time, connection_header=connection)
+    bag.write(TF_TOPIC, TFMessage(list(transforms)), time,
+              connection_header={**header_of(TF_TOPIC, TFMessage), 'callerid': f'/{program}'})
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:

@@ -85,7 +85,7 @@ class Ros2Recording:
         for connection, time, kind, content in self._converted(topics, start, stop):
             message = (kind._type, content, kind._md5sum, None, kind) if raw else kind().deserialize(content)
             found = BagMessage(connection.topic, message, genpy.Time(0, time))
-            header = _header_of(connection.topic, kind)
+            header = header_of(connection.topic, kind)
             yield BagMessageWithConnectionHeader(*found, header) if return_connection_header else found
 
     def _reader(self) -> Any:
@@ -271,7 +271,7 @@ def _store_with(types: Dict[str, Any], ros2: Any) -> Any:
     return store
 
 
-def _header_of(topic: str, kind: Type[genpy.Message]) -> Dict[str, str]:
+def header_of(topic: str, kind: Type[genpy.Message]) -> Dict[str, str]:
     """Return the header of a connection of ROS 1."""
     return {'topic': topic, 'type': kind._type, 'md5sum': kind._md5sum, 'message_definition': kind._full_text,
             **({'latching': '1'} if topic.endswith('tf_static') else {})}
