@@ -1,6 +1,5 @@
 """Several cameras that see the same people: each by itself, then fused, in one bag."""
 import argparse
-import functools
 import heapq
 import itertools
 from contextlib import ExitStack
@@ -179,18 +178,13 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 done_cameras.append(part)
                 reports[camera.camera] = process_camera(
-                    part, view, {}, networks, functools.partial(_count_on, on_frame, (done, total)))
+                    part, view, {}, networks, lambda count, _, before=done: on_frame(before + count, total))  # type: ignore
                 done += view.images
                 given.append(_found_people(part, view))
         report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
         report.cameras.update(reports)
         _merge(job, given, folder / 'fused.bag', copied, (output, {**made, **digests(done_cameras, csv)}))
     return report
-
-
-def _count_on(on_frame: Callable[[int, int], None], before: Tuple[int, int], done: int, _: int) -> None:
-    """Count the images of a camera as those of all; `before`: those done before it, and all."""
-    on_frame(before[0] + done, before[1])
 
 
 def _given_people(camera: BagJob) -> CameraPeople:
