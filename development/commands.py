@@ -2,9 +2,10 @@
 import os
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Callable, Dict, NoReturn, Sequence
 
-from development import PYTHON, ROOT
+from development import PACKAGES, PYTHON, ROOT
 from development.generated import write_config, write_docs
 from development.locks import write_locks
 from development.set_up import find_python_38, set_up, weights
@@ -32,6 +33,13 @@ def demo(arguments: Sequence[str]) -> NoReturn:
 
 
 def launch(arguments: Sequence[str]) -> NoReturn:
+    ours = [path for word in arguments for path in (ROOT / 'launch' / word, Path(word)) if path.suffix == '.launch'
+            and path.exists()]
+    if '--ros-args' in arguments and ours:  # roslaunch would call those without a default required, and name helpers
+        sys.path.append(str(PACKAGES['openpose_ros_pkg'] / 'src'))
+        from openpose_ros_pkg.params.launch_arguments import listing
+        sys.stdout.write(listing(ours[0]))
+        sys.exit(0)
     enter_workspace(['roslaunch', *arguments])
 
 

@@ -23,11 +23,6 @@ ORDER = ('accuracy', 'errors', 'sigma', 'speed', 'modes', 'latency', 'live', 'im
 FIGURE = re.compile(r'<!-- figure: (?P<name>[a-z0-9_]+\.[a-z0-9_]+)(?: (?P<form>[a-z]+))? -->'
                     r'(?P<shown>[^<]*)<!-- end -->')
 FORMS = ('number', 'percent', 'interval')
-# What README.md shows by its name only: a number with a unit of accuracy or speed, and shares such as 0.96. Code, as
-# the value of a parameter, does not count.
-_UNNAMED = re.compile(r'(?<![\w.])(?:\d[\d.,]*\s?(?:mm|cm|ms|Hz|fps|frames per second|%|deg|degrees)(?!\w)'
-                      r'|0?\.\d{2,}(?!\.?\d))')
-_CODE = re.compile(r'^```.*?^```|`[^`\n]*`|\]\([^)]*\)', re.MULTILINE | re.DOTALL)
 
 Sections = Dict[str, Dict[str, Any]]
 
@@ -93,26 +88,6 @@ def figure_text(figure: Dict[str, Any], form: str = '') -> str:
     if form == 'interval' and figure['low'] is not None:
         return f"{value} [{figure['low']:.{figure['digits']}f}, {figure['high']:.{figure['digits']}f}]{unit}"
     return value if form == 'number' else value + unit
-
-
-def faults_of(text: str, sections: Sections) -> List[str]:
-    """Return what is wrong with the figures of a page."""
-    faults = [f'the marker of a figure is broken: {text[found.start():found.start() + 60]!r}'
-              for found in re.finditer('<!-- figure:', text) if not FIGURE.match(text, found.start())]
-    for found in FIGURE.finditer(text):
-        section, _, name = found['name'].partition('.')
-        if name not in sections.get(section, {}).get('figures', {}):
-            faults.append(f"{found['name']}: results hold no such figure")
-        elif found['form'] not in (None, *FORMS):
-            faults.append(f"{found['name']}: form {found['form']!r}, allowed: {', '.join(FORMS)}")
-        elif found['shown'] != _shown(found, sections):
-            faults.append(f"{found['name']}: the page has {found['shown']}, results have {_shown(found, sections)}")
-    return faults
-
-
-def unnamed_figures(text: str) -> List[str]:
-    """Return the figures of accuracy and speed in a page that are no quoted results."""
-    return [found[0] for found in _UNNAMED.finditer(_CODE.sub('', FIGURE.sub('', text)))]
 
 
 def write_results() -> None:

@@ -1,9 +1,11 @@
 #include <cmath>
+#include <cstdint>
 #include <geometry_msgs/PointStamped.h>
 #include <openpose_ros_msgs/PersonSignalsArray.h>
 #include <ros/ros.h>
 #include <set>
 #include <std_msgs/Bool.h>
+#include <utility>
 
 using openpose_ros_msgs::PersonSignalsArray;
 
@@ -26,7 +28,7 @@ private:
     stamp_ = signals->header.stamp;
     for (const auto& person : signals->persons)
     {
-      if (!person.fallen || !told_.insert(person.fall_stamp).second)
+      if (!person.fallen || !told_.insert({ person.person_ID, person.fall_stamp }).second)
         continue;
       geometry_msgs::PointStamped place;
       place.header.stamp = person.fall_stamp;
@@ -48,7 +50,7 @@ private:
 
   ros::NodeHandle node_;
   ros::Time stamp_;
-  std::set<ros::Time> told_;
+  std::set<std::pair<std::uint32_t, ros::Time>> told_;
   ros::Publisher alarm_, watch_;
   ros::Subscriber signals_;
   ros::Timer timer_;

@@ -18,8 +18,8 @@ class AlarmOnFall:
     def on_signals(self, message):
         self.stamp = message.header.stamp
         for person in message.persons:
-            if person.fallen and person.fall_stamp not in self.told:
-                self.told.add(person.fall_stamp)
+            if person.fallen and (person.person_ID, person.fall_stamp) not in self.told:
+                self.told.add((person.person_ID, person.fall_stamp))
                 header = Header(stamp=person.fall_stamp, frame_id=message.header.frame_id)
                 self.alarm.publish(PointStamped(header, person.floor_pose.position))
                 rospy.logerr(f'person {person.person_ID} fell within {person.fall_duration:.1f} s')

@@ -5,13 +5,15 @@ from typing import NamedTuple
 
 import actionlib
 import rospy
-import tf2_ros
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseStamped, Quaternion, Vector3Stamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from openpose_ros_msgs.msg import PersonGesture, PersonSignalsArray
 from std_msgs.msg import Header
 from tf2_geometry_msgs import do_transform_point, do_transform_vector3
+
+from openpose_ros_pkg.errors import NoTransformError
+from skeleton_extract_3d.ros.transforms import Transforms
 
 LATE, LOST = 0.7, 1.5  # [s] without signals; without the person, or its place
 MOVED, TURNED, PAUSE = 0.3, 0.5, 1.0  # [m], [rad] of the goal, and [s] between two goals
@@ -37,8 +39,7 @@ class ApproachPerson:
         if self.wanted not in ('wave', 'nearest') and not str(self.wanted).isdigit():
             raise SystemExit(f"~person is '{self.wanted}', expected wave, nearest or a person_ID")
         self.frame = rospy.get_param('~frame', 'map').lstrip('/')
-        self.buffer = tf2_ros.Buffer()
-        self.listener = tf2_ros.TransformListener(self.buffer)
+        self.transforms = Transforms(0.2)  # [s] waited for
         self.message = None  # newest signals
         self.person, self.seen, self.since = None, rospy.Time(), rospy.Time()  # id; last seen; waves until then are old
         self.goal, self.sent, self.in_front = None, rospy.Time(), True
@@ -61,7 +62,7 @@ class ApproachPerson:
             return
         try:
             places = self.places(message)
-        except tf2_ros.TransformException as error:
+        except NoTransformError as error:
             rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
             places = {}
         if self.person is None:
@@ -78,7 +79,7 @@ class ApproachPerson:
     def places(self, message):
         """Return by person_ID where to go and how far that person is away [m]."""
         header = message.header
-        room, base = (self.buffer.lookup_transform(self.frame, name, header.stamp, rospy.Duration(0.2))
+        room, base = (self.transforms.lookup(self.frame, name, header.stamp)
                       for name in (header.frame_id, 'base_link'))
         robot, found = base.transform.translation, {}
         for person in message.persons:

@@ -2,10 +2,12 @@
 import math
 
 import rospy
-import tf2_geometry_msgs  # noqa: F401  teaches tf2 to transform points
-import tf2_ros
 from geometry_msgs.msg import PointStamped, Twist
 from openpose_ros_msgs.msg import PersonGesture, PersonSignalsArray
+from tf2_geometry_msgs import do_transform_point
+
+from openpose_ros_pkg.errors import NoTransformError
+from skeleton_extract_3d.ros.transforms import Transforms
 
 DISTANCE, SPEED, TURN = 1.2, 0.5, 0.8  # [m], [m/s], [rad/s]
 LATE, LOST = 0.7, 3.0  # [s]
@@ -17,8 +19,7 @@ def tells(person, gesture):
 
 class FollowWhoWaved:
     def __init__(self):
-        self.buffer = tf2_ros.Buffer()
-        self.listener = tf2_ros.TransformListener(self.buffer)
+        self.transforms = Transforms(0.2)  # [s] waited for
         self.leader, self.seen, self.velocity = None, rospy.Time(), Twist()
         self.output = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/people_signals', PersonSignalsArray, self.on_signals, queue_size=1)
@@ -35,9 +36,9 @@ class FollowWhoWaved:
             self.leader, self.velocity = None, Twist()
             return
         try:
-            place = self.buffer.transform(PointStamped(message.header, leader.floor_pose.position),
-                                          'base_link', rospy.Duration(0.2)).point
-        except tf2_ros.TransformException as error:
+            robot = self.transforms.lookup('base_link', message.header.frame_id, message.header.stamp)
+            place = do_transform_point(PointStamped(point=leader.floor_pose.position), robot).point
+        except NoTransformError as error:
             rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
             return
         self.leader, self.seen = leader.person_ID, message.header.stamp

@@ -2,17 +2,18 @@
 import math
 
 import rospy
-import tf2_ros
 from openpose_ros_msgs.msg import PersonSignalsArray
 from std_msgs.msg import String
+
+from openpose_ros_pkg.errors import NoTransformError
+from skeleton_extract_3d.ros.transforms import Transforms
 
 NEAR, TOWARDS, AGAIN = 3.0, 0.8, 60.0  # [m], cosine, [s]
 
 
 class GreetWhoComes:
     def __init__(self):
-        self.buffer = tf2_ros.Buffer()
-        self.listener = tf2_ros.TransformListener(self.buffer)
+        self.transforms = Transforms(0.2)  # [s] waited for
         self.greeted = {}  # by id: when last seen [s]
         self.voice = rospy.Publisher('say', String, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/people_signals', PersonSignalsArray, self.on_signals, queue_size=1)
@@ -20,9 +21,8 @@ class GreetWhoComes:
     def on_signals(self, message):
         header = message.header
         try:
-            robot = self.buffer.lookup_transform(header.frame_id, 'base_link', header.stamp,
-                                                 rospy.Duration(0.2)).transform.translation
-        except tf2_ros.TransformException as error:
+            robot = self.transforms.lookup(header.frame_id, 'base_link', header.stamp).transform.translation
+        except NoTransformError as error:
             rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
             return
         now = header.stamp.to_sec()

@@ -2,19 +2,20 @@
 import math
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import Point, PointStamped
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3dArray
 from std_msgs.msg import Header
 from tf2_geometry_msgs import do_transform_point
+
+from openpose_ros_pkg.errors import NoTransformError
+from skeleton_extract_3d.ros.transforms import Transforms
 
 REACH, SIGMA, REST, FARTHEST = 0.25, 0.05, 0.15, 1.5  # [m], [m], [m/s], [m]
 
 
 class HandOver:
     def __init__(self):
-        self.buffer = tf2_ros.Buffer()
-        self.listener = tf2_ros.TransformListener(self.buffer)
+        self.transforms = Transforms(0.2)  # [s] waited for
         self.output = rospy.Publisher('hand_over', PointStamped, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray, self.on_people,
                          queue_size=1)
@@ -22,8 +23,8 @@ class HandOver:
     def on_people(self, message):
         header = message.header
         try:
-            camera = self.buffer.lookup_transform('base_link', header.frame_id, header.stamp, rospy.Duration(0.2))
-        except tf2_ros.TransformException as error:
+            camera = self.transforms.lookup('base_link', header.frame_id, header.stamp)
+        except NoTransformError as error:
             rospy.logwarn_throttle(5.0, f'people are not used: {error}')
             return
         wrists = [self.held_out(person, velocity, side, camera) for side in ('left', 'right')

@@ -11,7 +11,7 @@ from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
-sequence = RgbdSequence.read(Path(sys.argv[1]))       # rgb/*.jpg, depth/*.png [mm] and camera.yaml
+sequence = RgbdSequence.read(Path(sys.argv[1]))       # rgb/, depth/, camera.yaml
 chain = create_chain({'mode': 'fast'})                # any parameter of config/*.yaml; loads the networks
 for image in sequence:
     points = DepthImage(image.depth, sequence.camera)  # (H, W) uint16 [mm] and the intrinsics; None: 2D alone

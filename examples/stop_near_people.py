@@ -2,10 +2,12 @@
 import math
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import Point, PointStamped, Twist
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
 from tf2_geometry_msgs import do_transform_point
+
+from openpose_ros_pkg.errors import NoTransformError
+from skeleton_extract_3d.ros.transforms import Transforms
 
 NEAR, LATE = 1.0, 0.7  # [m] from base_link; [s]
 PARTS = PersonDetection_3d.__slots__[3:]  # after header, num_people_detected, person_ID
@@ -13,8 +15,7 @@ PARTS = PersonDetection_3d.__slots__[3:]  # after header, num_people_detected, p
 
 class StopNearPeople:
     def __init__(self):
-        self.buffer = tf2_ros.Buffer()
-        self.listener = tf2_ros.TransformListener(self.buffer)
+        self.transforms = Transforms(0.2)  # [s] waited for
         self.clear = None  # stamp of the newest frame, if no person in it is near
         self.output = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray, self.on_people,
@@ -25,8 +26,8 @@ class StopNearPeople:
     def on_people(self, message):
         header = message.header
         try:
-            camera = self.buffer.lookup_transform('base_link', header.frame_id, header.stamp, rospy.Duration(0.2))
-        except tf2_ros.TransformException as error:
+            camera = self.transforms.lookup('base_link', header.frame_id, header.stamp)
+        except NoTransformError as error:
             rospy.logwarn_throttle(5.0, f'people are not used: {error}')
             return  # the robot stops when that lasts
         near = any(self.distance(getattr(person, part), camera) < NEAR for person in message.persons for part in PARTS)

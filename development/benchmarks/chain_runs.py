@@ -26,7 +26,6 @@ from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
@@ -41,13 +40,7 @@ BEGIN = 1.0
 Frames = List[Tuple[float, People3D]]
 
 
-def open_sequence(folder: Path) -> RgbdSequence:
-    """Open a sequence with the camera of its camera.yaml or meta.json."""
-    if (folder / 'camera.yaml').is_file():
-        return RgbdSequence.read(folder)
-    meta = json.loads((folder / 'meta.json').read_text())
-    camera = CameraModel(meta['width'], meta['height'], meta['K'])
-    return RgbdSequence(folder, camera, meta['fps'], meta.get('frame_id', ''))
+open_sequence = RgbdSequence.read
 
 
 def name_of(folder: Path) -> str:

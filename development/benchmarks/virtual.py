@@ -12,6 +12,7 @@ a report; frames that were left out count.
 
     ./run bench live --virtual SEQUENCE ... --rates 15 30 --slow 1 2 4 --loads 1 4   # the same as ./run bench virtual
     ./run bench live --virtual SEQUENCE --passes 2          # played, 1.5 s of black images, played once more
+    ./run bench live --virtual SEQUENCE --passes 2 --black 20 --light .45 .6 .7   # back after 20 s, in other light
     ./run bench live --virtual --stills FOLDER --rates 0.5 1 1.5   # pictures of COCO, each in three frames of a stream
 """
 import itertools
@@ -20,7 +21,7 @@ import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type
 
 import cv2
 import numpy as np
@@ -47,8 +48,8 @@ from skeleton_extract_3d.points.depth import DepthImage
 # T; the start of a network, and what a frame takes besides networks [s]. A single crop uses the cores less well.
 T, START, BESIDES, SINGLE_CROP = 0.05, 0.002, 0.008, 1.5
 PERIOD, BUSY = 3.0, 1.4  # the other program computes in the first part of each period [s]
-# Visible joints of a person in plain view; time out of it after which another id is no switch; black images [s].
-PLAIN, AWAY, BLACK = 6, 1.0, 1.5
+# Visible joints of a person in plain view; time out of it after which another id is no switch [s].
+PLAIN, AWAY = 6, 1.0
 REPEATS, ANNOTATED, SAME = 3, 5, 0.5  # frames of a picture; key points of people who count; greatest distance
 
 
@@ -86,20 +87,24 @@ class VirtualNetworks(Networks):
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         recipe, networks = super().load(recipe)
-        return recipe, {name: VirtualNetwork(name, network, self.machine) for name, network in networks.items()}
+        return recipe, {name: VirtualNetwork(name, self.kept(network), self.machine)
+                        for name, network in networks.items()}
+
+    def kept(self, network: Backend) -> Backend:
+        return network
 
 
 class Chains:
     """Makes chains that follow people, with the same networks."""
 
-    def __init__(self, settings: ChainSettings) -> None:
+    def __init__(self, settings: ChainSettings, networks: Type[VirtualNetworks] = VirtualNetworks) -> None:
         # with target_rate, the networks would be chosen by the pace of the real machine
         detector = replace(settings.detector.detector, target_rate=0.0)
         self._settings = replace(settings, following=replace(settings.following, following='always'),
                                  detector=replace(settings.detector, detector=detector))
-        networks = VirtualNetworks(settings.detector.backend, detector.model_folder)
-        self.machine = networks.machine
-        self._detector = Detector(self._settings.detector, networks, self._settings.following)
+        self.networks = networks(settings.detector.backend, detector.model_folder)
+        self.machine = self.networks.machine
+        self._detector = Detector(self._settings.detector, self.networks, self._settings.following)
 
     def new(self, slow: float, load: float) -> PeopleChain:
         """Return a chain on a machine whose clock begins at 0."""
@@ -158,6 +163,16 @@ def play(chain: PeopleChain, machine: Machine, moments: Sequence[Moment]) -> Lis
     return answers
 
 
+def counted(moments: Sequence[Moment], answers: Sequence[Answer], tell: bool = False) -> Counter:
+    """Return the sums of a `Tally`; `tell`: print its events."""
+    tally, by_number = Tally(), {answer.number: answer for answer in answers}
+    for number, moment in enumerate(moments):
+        tally.add(moment, by_number.get(number))
+        if tell and tally.events:
+            print(f'  {moment.frame.stamp - BEGIN:.2f} s: {", ".join(tally.events)}')
+    return tally.sums
+
+
 def moments_of(folder: Path) -> List[Moment]:
     """Return the frames of a sequence."""
     sequence, (truth, order) = open_sequence(folder), read_truth(folder)
@@ -173,12 +188,18 @@ def moments_of(folder: Path) -> List[Moment]:
     return moments
 
 
-def passes(moments: Sequence[Moment], rate: float, count: int) -> List[Moment]:
-    """Return moments played at a rate [Hz] so many times, with black images in between."""
+def passes(moments: Sequence[Moment], rate: float, count: int, seconds: float = 1.5,
+           light: Sequence[float] = (1.0, 1.0, 1.0)) -> List[Moment]:
+    """Return moments played at a rate [Hz] so many times, with black images for some seconds in between.
+
+    Args:
+        light: factors, at most 1, on blue, green and red of the images after the first pass.
+    """
     first, points = moments[0].frame, moments[0].frame.points
     black = replace(first, bgr=np.zeros_like(first.bgr),
                     points=DepthImage(np.zeros((points.height, points.width), np.uint16), points.camera))
-    played = [*moments, *(count - 1) * [*round(BLACK * rate) * [Moment(black)], *moments]]
+    again = [one._replace(frame=replace(one.frame, bgr=(one.frame.bgr * light).astype(np.uint8))) for one in moments]
+    played = [*moments, *(count - 1) * [*round(seconds * rate) * [Moment(black)], *again]]
     return [one._replace(frame=replace(one.frame, stamp=BEGIN + number / rate)) for number, one in enumerate(played)]
 
 
@@ -257,17 +278,14 @@ def measure_sequences(chains: Chains, arguments: Any) -> None:
     for folder in arguments.sequences:
         moments = moments_of(folder)
         for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
-            chain, played, tally = chains.new(slow, load), passes(moments, rate, arguments.passes), Tally()
-            answers = {answer.number: answer for answer in play(chain, chains.machine, played)}
-            for number, moment in enumerate(played):
-                tally.add(moment, answers.get(number))
-                if arguments.tell and tally.events:
-                    print(f'  {moment.frame.stamp - BEGIN:.2f} s: {", ".join(tally.events)}')
-            latencies = [answer.latency / T / slow for answer in answers.values()]
-            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), tally.sums, latencies))
+            played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
+            answers = play(chains.new(slow, load), chains.machine, played)
+            sums = counted(played, answers, arguments.tell)
+            latencies = [answer.latency / T / slow for answer in answers]
+            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
             print(*rows[-1], sep=' | ', flush=True)
-            unreported = max(total['unreported'], tally.sums['unreported'])
-            total.update(tally.sums)
+            unreported = max(total['unreported'], sums['unreported'])
+            total.update(sums)
             total['unreported'], every = unreported, [*every, *latencies]
     print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
 
@@ -313,6 +331,9 @@ def main() -> int:
     parser.add_argument('--loads', type=float, nargs='+', default=[1.0],
                         help=f'factors on that in the first {BUSY} s of each {PERIOD:g} s')
     parser.add_argument('--passes', type=int, default=1, help='with black images in between')
+    parser.add_argument('--black', type=float, default=1.5, help='for so long [s]')
+    parser.add_argument('--light', type=float, nargs=3, default=(1.0, 1.0, 1.0),
+                        help='factors, at most 1, on blue, green and red after the first pass')
     parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
     parser.add_argument('--stills', type=Path, help='folder with person_keypoints.json and images/')
     parser.add_argument('--pictures', type=int, default=8, help='those of the stills with most people')

@@ -138,6 +138,10 @@ class VisualizationTest(unittest.TestCase):
                 self.assertEqual({(each.ns, each.id, each.action) for each in gone},
                                  {(*key, Marker.DELETE) for key in points})
 
+    def test_an_id_beyond_those_of_markers(self):
+        found = self.show(2 ** 31 + 7, 2 ** 32 - 1, number=6)
+        self.assertEqual(len({marker.id for marker in found if marker.action == Marker.ADD}), 2)
+
     def test_people_of_an_unknown_joint_set_are_counted(self):
         before = self.diagnostics.count(NODE, 'bad input')
         self.publisher.publish(PersonDetection_3dArray(header=Header(stamp=now()), pose_model='SPIDER'))

@@ -249,8 +249,16 @@ def test_markers_carry_header_pose_lifetime_and_points():
     orientation = marker.pose.orientation
     assert (orientation.x, orientation.y, orientation.z, orientation.w) == (0, 0, 0, 1)
     assert (marker.color.r, marker.color.g, marker.color.b, marker.color.a) == (0, 0, 1, 0.5)
-    assert marker.scale.x == 0.03
     np.testing.assert_array_equal([(point.x, point.y, point.z) for point in marker.points], points)
+
+
+@pytest.mark.parametrize('kind, scale', [('sphere_list', (1, 1, 1)), ('line_list', (1, 0, 0)), ('arrow', (1, 2, 3)),
+                                         ('text', (0, 0, 1))])
+def test_markers_have_the_scale_that_rviz_reads(kind, scale):
+    """RViz warns of any other one."""
+    spec = MarkerSpec('skeleton', 7, 'add', kind, np.ones((2, 3), np.float32), 0.5, (0, 0, 1, 0.5))
+    found = convert.marker_to_message(spec, HEADER).scale
+    assert (found.x, found.y, found.z) == tuple(0.5 * each for each in scale)
 
 
 @pytest.mark.parametrize('angles', [(0, 0, 0), (90, 0, 0), (0, 180, 0), (-95, 10, 170), (20, -30, 40)], ids=str)

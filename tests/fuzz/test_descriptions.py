@@ -18,8 +18,8 @@ from openpose_ros_tools.calibration.known_cameras import read_known_cameras
 from openpose_ros_tools.mocap.marker_map import read_marker_map, shipped_maps
 from openpose_ros_web.protocol import WIDTHS, read_want
 from skeleton_extract_3d.node_params import PeopleSettings
+from skeleton_extract_3d.points import rgbd_folder
 from skeleton_extract_3d.points.camera import calibrated_camera
-from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values
 
 CALIBRATION = calibration_text(pinhole_calibration(640, 480, (500, 500), (320, 240), (0.1, -0.2, 0, 0, 0)))
 CAMERA_INFO = {'header': {'seq': 0, 'frame_id': 'camera'}, 'height': 480, 'width': 640,
@@ -101,9 +101,8 @@ def test_calibrations_of_other_programs(tmp_path_factory, name, contents, data):
 @example(_dumped({None: 15, 'camera': 1}))
 def test_sequence(tmp_path_factory, content):
     folder = written(tmp_path_factory, 'sequence.yaml', content).parent
-    values = survives(read_sequence_values, folder, size=len(content))
-    if values is not None and values['T_world_camera'] is not None:
-        assert np.isfinite(values['T_world_camera']).all()
+    values, _ = survives(rgbd_folder.read_description, folder, size=len(content)) or ({'T_world_camera': None}, None)
+    assert values['T_world_camera'] is None or np.isfinite(values['T_world_camera']).all()
 
 
 @given(texts(MODEL))
@@ -127,7 +126,7 @@ def test_marker_map(tmp_path_factory, content):
 
 def test_examples_are_right(tmp_path):
     """Else only the first check would be tried."""
-    for name, read, value in (('sequence.yaml', lambda path: read_sequence_values(path.parent), SEQUENCE),
+    for name, read, value in (('sequence.yaml', lambda path: rgbd_folder.read_description(path.parent), SEQUENCE),
                               ('own.yaml', read_description, MODEL), ('markers.yaml', read_marker_map, MARKERS),
                               ('camera.yaml', camera_of, CAMERA_INFO), ('open3d.yaml', camera_of, OPEN3D),
                               *(('room.yaml', lambda path: read_known_cameras([path]), value)

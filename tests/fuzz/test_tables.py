@@ -12,10 +12,10 @@ from mocap_files import MOTIVE, TRC, c3d_file
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.images.rgbd_folder import read_rgbd_folder
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
+from skeleton_extract_3d.points.rgbd_folder import read_rgbd_folder
 
 JOINTS = len(COCO_18.joints)
 

@@ -6,8 +6,8 @@ counts of each scene go into the folder --out, one file per scene and part, and 
 they show: paired differences over scenes with 95 % bootstrap intervals.
 
 Parts: `estimator` (the detections of a full search are the same for all variants), `floor` (known floor), `detection`
-(full search), `following` (people count before the search; half a full search of work per frame), and `images` (people
-without points).
+(full search), `following` (people count before the search; half a full search of work per frame), `images` (people
+without points), and `lives` (long sequences in virtual time, see `./run bench virtual`).
 
     ./run bench ablation people --out FOLDER --part estimator SCENE [SCENE ...]
     ./run bench ablation people --out FOLDER --table development/notes/ablation.md
@@ -15,22 +15,27 @@ without points).
 import json
 import sys
 from pathlib import Path
-from typing import Any, Dict, Optional, Set
+from typing import Any, Dict, Optional, Set, Union
 
 from ablation_tools import table
 from ablation_tools.parts import MECHANISMS, PARTS, paths_of
-from ablation_tools.scenes import BUDGET, Runner, Scene, lifted
+from ablation_tools.scenes import BUDGET, Lives, Runner, Scene, lifted
 from ablation_tools.variants import Variant, text_of, variants
 from common import Parser
 from results.machine import commit
+from virtual import moments_of, passes
 
 BASE = Variant(table.BASE, {})
 
 
-def sums_of(scene: Scene, part: str, runner: Runner, some: Optional[Set[str]] = None) -> Dict[str, Any]:
+def sums_of(folder: Path, part: str, runner: Union[Runner, Lives], some: Optional[Set[str]] = None) -> Dict[str, Any]:
     """Return the sums of a scene by variant; `some`: paths of constants that are varied, all if None."""
     everything = [BASE, *(one for one in variants(paths_of(part)) if some is None or set(one.constants) <= some),
                   *MECHANISMS[part]]
+    if isinstance(runner, Lives):
+        moments = passes(moments_of(folder), 15.0, 1)
+        return {one.name: runner.sums(moments, one) for one in everything}
+    scene = Scene.read(folder)
     if part in ('estimator', 'floor'):
         frames = scene.on_floor if part == 'floor' else scene.frames
         people = [found.detections for found in runner.found(scene, BASE)]
@@ -56,12 +61,12 @@ def main() -> int:
     parser.add_argument('--table', type=Path, help='write the tables of all counts')
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    runner = Runner()
+    runner = Lives() if arguments.part == 'lives' else Runner()
     some = table.unsettled(arguments.out, arguments.part) if arguments.unsettled else None
     for folder in arguments.scenes:
         path = arguments.out / f'{folder.name}.{arguments.part}.json'
         if not path.exists():
-            found = sums_of(Scene.read(folder), arguments.part, runner, some)
+            found = sums_of(folder, arguments.part, runner, some)
             path.write_text(json.dumps({'commit': commit(), 'values': values_of(arguments.part), 'sums': found}))
             runner.forget()
             print(path, flush=True)

@@ -11,7 +11,7 @@ from scoring.figures import LEVEL, draws
 
 # Parts of the names of figures that are better the less they are.
 LESS_IS_BETTER = ('false', 'wrong', 'other gesture', 'missed', 'extra', 'error', 'delay', 'switches', 'mixed up',
-                  'waits', 'dropped', 'runs', 'unlabelled', 'floor', 'lies', 'median')
+                  'waits', 'dropped', 'runs', 'unlabelled', 'floor', 'lies', 'median', 'lost', 'ghosts')
 IDLE = 'idle here'
 
 Counts = Mapping[str, np.ndarray]

@@ -19,7 +19,7 @@ from openpose_ros_pkg.detect import (
 )
 from skeleton_extract_3d import constants
 
-PARTS = ('estimator', 'floor', 'detection', 'following', 'images')
+PARTS = ('estimator', 'floor', 'detection', 'following', 'images', 'lives')
 # Shared instances of the constants of parts, by the names of their modules.
 SHARED: Dict[str, Dict[str, Any]] = {
     'detection': {
@@ -30,7 +30,12 @@ SHARED: Dict[str, Dict[str, Any]] = {
     'following': {
         'detect.following': following.FOLLOWING, 'detect.schedule': schedule.SCHEDULE,
         'detect.existence': existence.EXISTENCE, 'detect.target_rate': recipe_choice.RATE},
-    'images': {'detect.tracking': tracking.TRACKING}}
+    'images': {'detect.tracking': tracking.TRACKING},
+    'lives': {
+        'detect.following': following.FOLLOWING, 'detect.schedule': schedule.SCHEDULE,
+        'detect.existence': existence.EXISTENCE,
+        **{f'track.{name}': getattr(constants.METHOD.track, name)
+           for name in ('existence', 'identity', 'one_body', 'out_of_sight', 'returning')}}}
 IN_DETECTION = {name: shared for part in SHARED.values() for name, shared in part.items()}
 # Parts of the method that the people of these scenes do not show: guards against bad input, hands and faces, joints
 # that COCO_18 does not have.
@@ -105,7 +110,8 @@ IMAGES = (
     Variant('extrapolation in the image', {'detect.tracking.extrapolation': 0.0}),
 )
 
-MECHANISMS = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING, 'images': IMAGES}
+MECHANISMS = {'estimator': METHOD, 'floor': FLOOR, 'detection': DETECTION, 'following': FOLLOWING, 'images': IMAGES,
+              'lives': FOLLOWING}
 
 
 def paths_of(part: str) -> Paths:

@@ -6,8 +6,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 import chain_runs
+import virtual
 from ablation_tools.kept import RememberedNetwork
-from ablation_tools.parts import IN_DETECTION
+from ablation_tools.parts import IN_DETECTION, SHARED
 from ablation_tools.variants import Variant, in_shared, with_values
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.detect.detection import ImageFrame, Looks
@@ -29,7 +30,7 @@ from skeleton_extract_3d.points.depth import DepthImage
 # Figures of a scene, and their titles.
 TITLES = {'persons_recall': 'found', 'persons_precision': 'real', 'visible_100': 'visible', 'hidden_150': 'hidden',
           'lies': 'lies', 'switches': 'switches', 'within_2_sigma': 'in 2 sigma', 'visible_median': 'median [mm]',
-          'image_switches': 'switches in the image'}
+          'image_switches': 'switches in the image', 'lost': 'lost', 'ghosts': 'ghosts', 'kept': 'ids kept'}
 # Bins of the errors of visible joints: 1 mm wide, the last one open.
 _BINS = 300
 # In the image, a person is the true one within this median distance, in half diagonals of the true joints.
@@ -155,6 +156,33 @@ class Runner:
     def forget(self) -> None:
         """Forget what the networks computed."""
         for network in self._networks.remembered.values() if self._networks else ():
+            network.outputs.clear()
+
+
+class _RememberedVirtual(virtual.VirtualNetworks):
+    """Networks on a virtual clock that compute each input once."""
+
+    def kept(self, network: Backend) -> Backend:
+        self.remembered = (*getattr(self, 'remembered', ()), RememberedNetwork(network))
+        return self.remembered[-1]
+
+
+class Lives:
+    """Runs variants on sequences in virtual time, at 15 Hz, on a machine of slowness 4."""
+
+    def __init__(self) -> None:
+        self._chains = virtual.Chains(build(ChainSettings, {'threads': 1}), _RememberedVirtual)
+
+    def sums(self, moments: Sequence[virtual.Moment], variant: Variant) -> Dict[str, List[float]]:
+        """Return the sums of a sequence, see `virtual.Tally`."""
+        with in_shared(SHARED['lives'], variant.constants):
+            sums = virtual.counted(moments, virtual.play(self._chains.new(4.0, 1.0), self._chains.machine, moments))
+        return {'lost': [sums['lost'], sums['plain']], 'ghosts': [sums['ghosts'], sums['found']],
+                'switches': [sums['switches']], 'kept': [sums['kept'], sums['returned']]}
+
+    def forget(self) -> None:
+        """Forget what the networks computed."""
+        for network in self._chains.networks.remembered:
             network.outputs.clear()
 
 

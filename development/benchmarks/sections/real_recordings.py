@@ -6,6 +6,7 @@ import json
 import re
 from contextlib import ExitStack
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, NamedTuple, Sequence
@@ -59,7 +60,7 @@ def frames_of_bag(path: Path) -> Iterator[Frame]:
         settings = build_settings(job.values)
         with ExitStack() as stack:
             points = partial(points_from_message, params=replace(settings.extractor, points_source='depth_image'))
-            reader = FrameReader(*open_camera(job, settings, stack), settings.pairing, points)
+            reader = FrameReader(open_camera(job, settings, stack), settings.pairing, points, False)
             frames = [frame for frame in reader if isinstance(frame, RecordedFrame)]
         advice = re.search(r'slop=([\d.]+)', reader.counts.advice)
         if frames or values or advice is None:
@@ -74,7 +75,7 @@ def frames_of_folder(path: Path) -> Iterator[Frame]:
     """Yield the frames of the RealSense; its matrix is written column by column, its rate is not known."""
     values = json.loads((path / 'cam_params_realsense.json').read_text())
     camera = CameraModel(values['width'], values['height'], np.reshape(values['intrinsic_matrix'], (3, 3)).T)
-    for frame in RgbdSequence(path, camera, 15.0):
+    for frame in RgbdSequence.read(path, camera, Fraction(15)):
         yield Frame('', 1.0 + frame.time, frame.bgr, DepthImage(frame.depth, camera))
 
 

@@ -3,14 +3,17 @@
 import itertools
 import os
 import re
+import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import unittest
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rosgraph
@@ -27,7 +30,7 @@ sys.path.append(str(Path(__file__).resolve().parents[3] / 'skeleton_extract_3d/t
 from harness import FakeDetector
 
 from openpose_ros_pkg.ros.convert import bgr_to_jpeg, pixels_to_image
-from session import Diagnostics, await_true
+from session import PATIENCE, Diagnostics, await_true
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message
@@ -205,7 +208,9 @@ class DoctorTest(unittest.TestCase):
             ('a driver that hangs', {**GOOD, DEPTH: (Image, None)}, (), 'rates', 'which sends nothing',
              'roslaunch realsense2_camera rs_camera.launch align_depth:=true'),
             ('depth in colours', {**GOOD, DEPTH: (Image, image), '/camera/depth/image_raw': (Image, depth)}, (),
-             'encodings', "depth image has encoding 'bgr8'", 'depth:=/camera/depth/image_raw'),
+             'encodings', "depth image has encoding 'bgr8'", 'align_depth:=true'),
+            ('no align_depth', {**without(DEPTH, INFO), RAW_DEPTH: (Image, depth), RAW_INFO: (CameraInfo, wide_info)},
+             (), 'topics', f'{DEPTH}: no node', 'rs_camera.launch align_depth:=true'),
             ('millimetres', {**GOOD, DEPTH: (Image, lambda stamp: pixels_to_image(1000 * METRES, '32FC1',
                                                                                 header(stamp)))}, (),
              'encodings', 'is it in millimetres?', 'REP 118'),
@@ -228,7 +233,7 @@ class DoctorTest(unittest.TestCase):
                 cloud_from_depth(METRES, COLOUR, BGR), header(stamp, 'camera_depth')))},
              ('--image', IMAGE, '--points', CLOUD), 'registration', "but the image in 'camera_color", CLOUD),
             ('no tf', GOOD, ('--fixed-frame', 'base_link'), 'tf', "tf does not connect 'base_link'",
-             f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base_link {OPTICAL}'),
+             f'static_transform_publisher 0 0 1.35 -1.5708 0 -1.5708 base_link {OPTICAL}'),
             ('one row', {**GOOD, CLOUD: (PointCloud2, flat_cloud)}, ('--image', IMAGE, '--points', CLOUD),
              'encodings', 'cloud is not organized', f'points_source:=depth_image depth:={DEPTH}'),
             ('z up', {**GOOD, CLOUD: (PointCloud2, cloud_of_the_robot)}, ('--image', IMAGE, '--points', CLOUD),
@@ -269,6 +274,24 @@ class DoctorTest(unittest.TestCase):
         with socket.create_server(('localhost', 0)) as silent:  # takes connections, and answers nothing
             uri = f'http://localhost:{silent.getsockname()[1]}'
             self.check('a master that hangs', 'master', 'does not answer', 'roscore', ROS_MASTER_URI=uri)
+
+    def test_a_recorder(self):
+        """It makes its folder, and begins anew after it was killed."""
+        with tempfile.TemporaryDirectory() as home, camera(GOOD):
+            folder = Path(home, 'my bags', 'today')
+            launch = subprocess.Popen(
+                ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'topics:={IMAGE}', 'folder:=~/my bags/today'],
+                env={**os.environ, 'HOME': home}, stdin=subprocess.DEVNULL)
+            try:
+                await_true(lambda: list(folder.glob('people_*.bag.active')), 'a bag')
+                self.assertIn(['right', f'records into {folder}', ''], doctor()[1]['subscribers'])
+                uri = rosgraph.Master('/check_doctor').lookupNode('/record_people')
+                os.kill(ServerProxy(uri).getPid('/check_doctor')[2], signal.SIGKILL)
+                self.check('a recorder that has ended', 'subscribers', 'ended with status -9', f"df -h '{folder}'")
+                await_true(lambda: len(list(folder.glob('people_*'))) == 2, 'another bag')
+            finally:
+                launch.send_signal(signal.SIGINT)
+                launch.wait(PATIENCE)
 
     def test_the_chain(self):
         detector = FakeDetector('detect_poses_3d')

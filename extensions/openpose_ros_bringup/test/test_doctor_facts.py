@@ -38,7 +38,9 @@ def test_each_preset_that_is_published_is_found(name):
     source, = find_cameras(AUTO, [], published(preset.inputs()))
     assert {stream.topic: stream.kind for stream in source.camera.streams} == preset.inputs()
     named, = find_cameras(Wanted(name, {}, ''), [], {})
-    assert (named.camera.driver, named.rectified) == (preset.driver_line(), preset.rectified)
+    line, _, missing = named.camera.driver.partition('    # ')
+    assert (line, named.rectified) == (preset.driver_line(), preset.rectified)
+    assert missing in (f'the package {preset.package} is not installed on this machine', '')
 
 
 @pytest.mark.parametrize('missing', ['image', 'depth', 'camera_info'])
@@ -46,6 +48,13 @@ def test_a_preset_of_which_a_topic_is_misspelt(missing):
     preset = find_preset('realsense')
     topics = {topic: kind for topic, kind in preset.inputs().items() if topic != preset.topic(missing)}
     assert find_cameras(AUTO, [], published(topics))[0].camera.preset == 'realsense'
+
+
+def test_a_realsense_without_align_depth():
+    topics = {'/camera/color/image_raw': IMAGE, '/camera/color/camera_info': INFO,
+              '/camera/depth/image_rect_raw': IMAGE, '/camera/depth/camera_info': INFO}
+    camera = find_cameras(AUTO, [], published(topics))[0].camera
+    assert (camera.preset, 'align_depth:=true' in camera.driver) == ('realsense', True)
 
 
 def test_a_camera_without_a_preset():

@@ -89,7 +89,8 @@ def of_config_files(config):
 def test_an_empty_argument_is_what_the_config_files_say(name, argument):
     config = load(name, **{**ALL_ON.get(name, {}), argument: ''})
     expected, found = of_config_files(config), parameters(config)
-    assert expected or not [node for node in config.nodes if node.package.startswith(('openpose', 'skeleton'))]
+    assert expected or not [node for node in config.nodes if node.package.startswith(('openpose', 'skeleton'))
+                            and node.type != 'record_camera']  # has no parameters
     wrong = {key: found.get(key) for key, value in expected.items()
              if found.get(key) != value and found.get(key) not in SET.get(key.rpartition('/')[2], ())}
     assert wrong == {}
@@ -186,6 +187,15 @@ def test_nodes_that_are_started_again_know_it(name, arguments):
     """They rest after an error that a start does not mend."""
     for node in load(name, **arguments).nodes:
         assert ('OPENPOSE_ROS_RESPAWNS', '1') in node.env_args or not node.respawn, node.name
+
+
+@pytest.mark.parametrize('arguments, name, ends', [
+    ({'camera': 'sequence'}, 'rgbd_player_node', True), ({'camera': 'files', 'source': 'a.mp4'}, 'camera_node', True),
+    ({'camera': 'files'}, 'camera_node', False)])
+def test_files_that_can_not_be_played_end_the_launch_and_a_webcam_is_started_again(arguments, name, ends):
+    node, = (node for node in load('people.launch', **arguments).nodes if node.name == name)
+    assert (node.required, not node.respawn, dict(node.env_args)['OPENPOSE_ROS_RESPAWNS']) == (
+        ends, ends, '' if ends else '1')
 
 
 def test_all_files_are_at_the_top_and_there_are_ten_at_most():

@@ -142,7 +142,7 @@ class CloudToDepthTest(NodeletTest):
         alone = ['rosrun', 'openpose_ros_nodelets', 'cloud_to_depth_node']
         managed = ['rosrun', 'nodelet', 'nodelet', 'load', 'openpose_ros_nodelets/cloud_to_depth', '/manager']
         for setting, words in (('_encoding:=8UC1', ["'encoding' = 8UC1", '16UC1, 32FC1']),
-                               ('_encodings:=32FC1', ["unknown parameter 'encodings' = 32FC1", 'rosparam delete'])):
+                               ('_encodings:=32FC1', ["parameter 'encodings' = 32FC1", 'rosparam delete /refused'])):
             for command in (alone, managed):
                 done = subprocess.run([*command, '__name:=refused', setting], stdout=subprocess.PIPE,
                                       stderr=subprocess.STDOUT, timeout=60, check=False)

@@ -83,10 +83,10 @@ class PeopleCloudTest(NodeletTest):
     def send(self, ns, message=None):
         return super().send(ns, message or cloud(scene(), rospy.Time()))
 
-    def check_labels(self, message):
+    def check_labels(self, message, number=PERSON_ID):
         self.assertEqual((message.header.frame_id, message.width, message.height), (FRAME_ID, WIDTH, HEIGHT))
         self.assertEqual([field.name for field in message.fields], ['x', 'y', 'z', 'label'])
-        np.testing.assert_array_equal(points_of(message, 'label', '<u4'), np.where(is_person(), PERSON_ID, 0))
+        np.testing.assert_array_equal(points_of(message, 'label', '<u4'), np.where(is_person(), number, 0))
         np.testing.assert_array_equal(points_of(message, 'z', '<f4'), scene()[..., 2])
 
     def test_2_clouds_wait_for_people_in_a_manager(self):
@@ -94,10 +94,14 @@ class PeopleCloudTest(NodeletTest):
         stamps = [self.send('managed') for _ in range(3)]
         self.people['managed'].publish(people(stamps[2]))
         self.check_labels(labelled.wait(1, stamps[2])[0])
+        twice = people(self.send('managed'))
+        twice.persons.append(PersonDetection_3d(person_ID=PERSON_ID))
+        self.people['managed'].publish(twice)  # persons that have one id are numbered
+        self.check_labels(labelled.wait(1, self.last)[0], 1)
         self.people['managed'].publish(PersonDetection_3dArray(header=Header(stamp=self.send('managed'),
                                                                              frame_id=FRAME_ID)))
         self.assertFalse(points_of(labelled.wait(1, self.last)[0], 'label', '<u4').any())
-        self.assertEqual(len(labelled.messages), 2)
+        self.assertEqual(len(labelled.messages), 3)
         await_true(lambda: self.diagnostics.value('managed/people_cloud', 'clouds without people') == '2', 'the count')
 
     def test_3_the_cloud_without_people_alone(self):

@@ -190,14 +190,16 @@ class TenThingsTest(unittest.TestCase):
 
         watches(False)
         lies = does(1, 1.0, 1.0, 0.2, posture='lying')  # was found so
+        both = fell(2, 200, 2.0, 0.1, 0.2), fell(3, 200, 3.0, 0.0, 0.2)  # in one frame; the one got up and fell again
         with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(lies, does(2, 2.0, 0.0))) as feed:
             watches(True)
             feed.send(signals(lies, fell(2, 100, 2.0, 0.0, NAN)), frames=5)  # the trunk is hidden
-            feed.send(signals(lies, fell(2, 200, 2.0, 0.1, 0.2)), frames=5)  # got up and fell again
-            await_true(lambda: len(alarms.messages) >= 2, 'two alarms')
+            feed.send(signals(lies, *both), frames=5)
+            await_true(lambda: len(alarms.messages) >= 3, 'three alarms')
         watches(False)
         self.assertEqual([(each.header.stamp.secs, each.header.frame_id, each.point.x, each.point.y)
-                          for each in alarms.messages], [(100, 'map', 2.0, 0.0), (200, 'map', 2.0, 0.1)])
+                          for each in alarms.messages], [(100, 'map', 2.0, 0.0), (200, 'map', 2.0, 0.1),
+                                                   (200, 'map', 3.0, 0.0)])
 
     def test_hand_over(self):
         ns = '/hand_over'

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 import rospy
 from openpose_ros_msgs.msg import PersonGesture, PersonSignals
+from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
@@ -19,7 +20,14 @@ from openpose_ros_signals.records import (
     Ray,
     Walk,
 )
-from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array, summary_to_message
+from openpose_ros_signals.ros.convert import (
+    poses_of,
+    signals_from_array,
+    signals_to_array,
+    summary_to_message,
+    turned_array,
+)
+from skeleton_extract_3d.points.transform import UPRIGHT, rotation_of
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
@@ -59,6 +67,27 @@ def test_there_and_back(person):
     array.persons[0]._check_types()
     assert array.persons[0].header == HEADER
     assert plain(signals_from_array(array)[0]) == plain(person)
+
+
+@pytest.mark.parametrize('person', [EVERYTHING, NOTHING, SOME], ids=['everything', 'nothing', 'some'])
+def test_all_places_and_directions_are_turned(person):
+    array = signals_to_array([person], HEADER)
+    before, after = (signals_from_array(each)[0] for each in (array, turned_array(array, UPRIGHT)))
+    np.testing.assert_array_equal(after.place, UPRIGHT @ person.place)
+    assert plain(before) == plain(person), 'the message is another one'
+    for there, here in zip(after.gestures, before.gestures):
+        if here.pointing is not None:
+            for ray in ('eye_ray', 'arm_ray'):
+                np.testing.assert_array_equal(getattr(there.pointing, ray).direction,
+                                              UPRIGHT @ getattr(here.pointing, ray).direction)
+            assert [each.position.tolist() for each in there.pointing.targets] == [
+                (UPRIGHT @ each.position).tolist() for each in here.pointing.targets]
+    if person.floor is not None:
+        turned = rotation_of(UPRIGHT) * Rotation.from_quat(person.floor.orientation)
+        np.testing.assert_allclose(after.floor.orientation, turned.as_quat())
+        np.testing.assert_array_equal(after.walk.direction, UPRIGHT @ person.walk.direction)
+    back = signals_from_array(turned_array(turned_array(array, UPRIGHT), UPRIGHT.T))[0]
+    np.testing.assert_allclose(back.place, person.place)
 
 
 def test_unknown_values_are_those_that_the_message_names():

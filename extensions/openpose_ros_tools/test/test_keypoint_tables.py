@@ -20,7 +20,8 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.ros.keypoints import csv_to_bag, keypoints_to_csv
+from openpose_ros_tools.mocap.files import read_mocap
+from openpose_ros_tools.ros.keypoints import csv_to_bag, keypoints_to_csv, keypoints_to_motion
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
 from openpose_ros_tools.tables.keypoint_csv import columns, read_keypoint_csv
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -125,10 +126,22 @@ def test_a_bag_without_people(tmp_path):
 
 def test_several_bags_follow_each_other(tmp_path):
     messages = list(frames(10, 3))
-    first = record(tmp_path / 'a.bag', messages[:5], single_topic(3), f'{SPACE}_3d')
-    second = record(tmp_path / 'b.bag', messages[5:], single_topic(3), f'{SPACE}_3d', compression='lz4')
+    first = record(tmp_path / 'a_2026-11-28-10-00-00_0.bag', messages[:5], single_topic(3), f'{SPACE}_3d')
+    second = record(tmp_path / 'a_2026-11-28-10-05-00_1.bag', messages[5:], single_topic(3), f'{SPACE}_3d',
+                    compression='lz4')
     both = record(tmp_path / 'both.bag', messages, single_topic(3))
     assert converted(tmp_path, first, second) == converted(tmp_path, both)
+    converted(tmp_path, first, second.rename(tmp_path / 'b.bag'))
+    assert set(read_keypoint_csv(tmp_path / 'converted.csv').ids) == {10, 11, 12, 22, 23, 24}  # another recording
+
+
+def test_a_recording_begins_with_its_first_frame_also_without_people(tmp_path):
+    messages = list(frames(12, 3))
+    for message in messages[:3]:
+        message.persons = []
+    bag = record(tmp_path / 'a.bag', messages, array=f'{SPACE}_3d')
+    assert keypoints_to_motion.trc([str(bag), '-o', str(tmp_path)]) == 0
+    assert read_mocap(tmp_path / 'person_10.trc').times[0] == pytest.approx(3e-9 * PERIOD, abs=1e-3)
 
 
 def other_definition(change):

@@ -12,9 +12,10 @@ import genpy
 import numpy as np
 import pytest
 import rosbag
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from known_recording import (
     BEGIN,
+    CAMERA,
     COMPRESSED,
     DEPTH,
     EMPTY,
@@ -31,17 +32,23 @@ from known_recording import (
     write_recording,
 )
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
-from std_msgs.msg import Header, String
+from std_msgs.msg import Float32, Header, String
 from tf2_msgs.msg import TFMessage
 
 from disk_limits import file_size_limit
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.ros.bag_to_images import main as main_of_images
+from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, CameraTopics
 from openpose_ros_tools.ros.process_bag.preset import with_preset
 from openpose_ros_tools.ros.process_bag.program import main, read_config
 from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
+from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth, registered
+from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
+from synthetic_scene import pinhole
 
 NAMESPACE = '/openpose_ros/skeleton_3d'
 # Joints that the scene shows are lifted from exact pixels and depth: what is left is the shape of the bodies [m].
@@ -256,6 +263,98 @@ def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):
     assert f"{IMAGE} is of frame '{FRAME_ID}', but {DEPTH} of 'depth_frame'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('pause, apart', [(0, False), (60, False), (0, True)])
+def test_people_and_transforms_go_on_in_the_next_part_of_a_recording(run, tmp_path, capsys, pause, apart):
+    """As `rosbag record --split` makes them, with latched messages in the first part alone."""
+    whole = write_recording(tmp_path / 'whole.bag', others=with_transform)
+    (tmp_path / 'parts').mkdir()
+    with rosbag.Bag(str(whole)) as bag, rosbag.Bag(str(tmp_path / 'parts/walk_0.bag'), 'w') as first, \
+            rosbag.Bag(str(tmp_path / 'parts/walk_1.bag'), 'w') as second:
+        for topic, message, time in bag.read_messages():
+            if time < stamp_of(5):
+                first.write(topic, message, time)
+            elif topic != INFO:
+                second.write(topic, message, time + genpy.Duration(pause))
+    status = run(tmp_path / 'parts', '--workers', 1, '--csv', tmp_path / 'csv', output=tmp_path / 'out',
+                 target_frame='world')
+    said = capsys.readouterr()
+    assert run(whole, target_frame='world') == 0
+    if pause:  # another recording, which has neither
+        assert status == 1 and f'FAILED {tmp_path}/parts/walk_1.bag: ' in said.out
+        return
+    found = arrays(tmp_path / 'out/walk_0.bag') + arrays(tmp_path / 'out/walk_1.bag')
+    for one, other in zip(found, arrays(tmp_path / 'out.bag')):
+        assert [person.person_ID for person in one.persons] == [person.person_ID for person in other.persons]
+        np.testing.assert_array_equal(positions(one), positions(other))
+    assert len(found) == FRAMES and status == 0
+    if apart:
+        assert run(write_recording(tmp_path / 'walk_1.bag'), '--overwrite', output=tmp_path / 'out/walk_1.bag') == 0
+    assert numbered_anew([tmp_path / f'out/walk_{part}.bag' for part in (0, 1)]) == {
+        tmp_path / f'out/walk_{part}.bag' for part in range(1 + apart)}
+
+
+OTHER, BASELINE, VIEWER = pinhole(640, 360, 0.42), 0.025, '/device_0/sensor_'
+OTHER_TOPICS = ('/camera/color/image_raw', '/camera/color/camera_info', '/camera/depth/image_rect_raw',
+                '/camera/depth/camera_info')
+VIEWER_TOPICS = (f'{VIEWER}1/Color_0/image/data', f'{VIEWER}1/Color_0/info/camera_info',
+                 f'{VIEWER}0/Depth_0/image/data', f'{VIEWER}0/Depth_0/info/camera_info')
+
+
+def camera_beside(bag):
+    transform = TransformStamped(Header(0, stamp_of(0), 'depth'), FRAME_ID, None)
+    transform.transform.translation.x, transform.transform.rotation.w = BASELINE, 1
+    bag.write('/tf_static', TFMessage([transform]), stamp_of(0))
+
+
+def viewer(bag):
+    for name, x in (('1/Color_0', -BASELINE), ('0/Depth_0', 0)):
+        bag.write(f'{VIEWER}{name}/tf/0', Transform(Vector3(x, 0, 0), Quaternion(0, 0, 0, 1)), stamp_of(0))
+    bag.write(f'{VIEWER}0/option/Depth_Units/value', Float32(0.00025), stamp_of(0))
+
+
+def unregistered(path, topics, frames, others, cloud=False):
+    """Write the recording with the depth of a camera beside that of the images, of another lens."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        others(bag)
+        for number in range(FRAMES):
+            stamp, seen = stamp_of(number), frame(number)
+            depth = registered(DepthImage(seen.depth, CAMERA), OTHER, (np.eye(3), np.array([BASELINE, 0, 0])))
+            z = depth.depths(*np.meshgrid(np.arange(depth.width), np.arange(depth.height)))
+            headers = [Header(number, stamp, each) for each in frames]
+            units = 4000 if topics is VIEWER_TOPICS else 1000
+            points = depth_to_message(np.nan_to_num(z * units).astype(np.uint16), headers[1])
+            if cloud:
+                points = cloud_to_message(cloud_from_depth(z, depth.camera, np.zeros((*z.shape, 3), np.uint8)),
+                                          headers[1])
+            if topics is VIEWER_TOPICS:
+                points.encoding = 'mono16'
+            for topic, message in zip(topics, (bgr_to_image(seen.bgr, headers[0]), camera_to_message(
+                    CAMERA, headers[0]), points, camera_to_message(depth.camera, headers[1]))):
+                bag.write(topic, message, stamp)
+    return path
+
+
+@pytest.mark.parametrize('topics, frames, others, cloud, words', [
+    (OTHER_TOPICS, (FRAME_ID, 'depth'), camera_beside, False, 'by both calibrations, 25 mm'),
+    (OTHER_TOPICS, (FRAME_ID, 'depth'), camera_beside, True, 'by both calibrations, 25 mm'),
+    (VIEWER_TOPICS, ('0', '0'), viewer, False, 'by both calibrations, 25 mm'),
+    (OTHER_TOPICS, ('0', '0'), lambda bag: None, False, 'without a distance'),
+    (OTHER_TOPICS, (FRAME_ID, 'depth'), lambda bag: None, False, 'does not tell where its camera is')])
+def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_path, out, capsys, topics, frames,
+                                                          others, cloud, words):
+    """Of OTHER fx differs by a quarter, so the joints of people at 3 m would be half a metre off."""
+    other = unregistered(tmp_path / 'b.bag', topics, frames, others, cloud)
+    assert run(other) == (2 if 'does not tell' in words else 0)
+    assert words in capsys.readouterr().err
+    assert main_of_images([str(other), '-o', str(tmp_path / 'images')]) == 2
+    if out.exists():
+        assert run(recording, output=tmp_path / 'aligned.bag') == 0
+        for one, other in zip(arrays(out), arrays(tmp_path / 'aligned.bag')):
+            assert one.header.frame_id == frames[0]
+            far = np.linalg.norm(positions(one) - positions(other), axis=2)
+            assert not far.size or np.nanmedian(far) < BASELINE * (1.5 if frames[1] == '0' else 0.5)
+
+
 def test_images_alone_give_people_in_the_image(run, tmp_path, out):
     for source, arguments in ((write_recording(tmp_path / 'a.bag', points=None), ()),
                               (write_recording(tmp_path / 'b.bag'), ('--only-2d',))):
@@ -368,6 +467,20 @@ def test_joints_and_signals_are_given_in_another_frame_whose_floor_is_at_z_0(run
     assert {person.header.frame_id for person in told} == {'world'}
     assert {person.posture for person in told} == {'unknown', 'standing'}  # unknown until it has held for a moment
     np.testing.assert_allclose([person.floor_pose.position.z for person in told], 0.0, atol=1e-6)
+
+
+def test_signals_of_a_level_camera_have_x_forward_and_z_up(run, tmp_path, out):
+    assert run(write_recording(tmp_path / 'a.bag'), '--signals') == 0
+    with rosbag.Bag(str(out)) as bag:
+        connected = {(each.header.frame_id, each.child_frame_id) for _, message, _ in bag.read_messages('/tf')
+                     for each in message.transforms}
+    for people, signals in zip(arrays(out), arrays(out, 'people_signals')):
+        assert signals.header.frame_id == people.header.frame_id + '_upright'
+        assert connected == {(people.header.frame_id, signals.header.frame_id)}
+        for person, told in zip(people.persons, signals.persons):
+            here, neck, up = told.position, person.neck, told.floor_pose.orientation
+            assert (here.x, here.y, here.z) == pytest.approx((neck.z, -neck.x, -neck.y), abs=0.5)
+            np.testing.assert_allclose((up.x, up.y), 0.0, atol=1e-6)
 
 
 def test_frames_without_their_transform_are_counted(run, tmp_path, out, capsys):

@@ -1,5 +1,8 @@
 """The room: what it says of frames that tf does not connect."""
 import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
 
 from openpose_ros_web.ros.room import Room
@@ -21,3 +24,19 @@ def test_the_fault_names_the_frames_that_are_not_connected_until_it_rests(monkey
     assert "with 'left_optical', shown" in room.fault()
     room.rest()
     assert room.fault() == ''
+
+
+def test_a_moving_camera_is_where_it_was_when_a_recording_is_played_again(monkeypatch):
+    buffers = []
+    monkeypatch.setattr(tf2_ros, 'TransformListener', buffers.append)  # without a master
+    room, places = Room('map'), []
+    room.place(Header(frame_id='camera'))
+    for seconds in (30, 5):
+        for second in range(seconds + 1):
+            header = Header(stamp=rospy.Time(1000 + second), frame_id='map')
+            moved = TransformStamped(header=header, child_frame_id='camera')
+            moved.transform.translation.x, moved.transform.rotation.w = second, 1.0
+            buffers[0].set_transform(moved, 'test')
+        places += [room.place(Header(stamp=rospy.Time(1000 + late), frame_id='camera')).pose[1][0]
+                   for late in (seconds - 1, seconds, seconds + 1)]
+    assert places == [29, 30, 30, 4, 5, 5]

@@ -1,8 +1,9 @@
 // Messages of a running node, by WebSocket; connects again by itself.
 const VERSION = 1
 const FIRST_WAIT = 500, LONGEST_WAIT = 4000 // [ms]
-// The node sends `state` each second: after this silence the network or the computer is gone [ms].
-const SILENCE = 6000
+// The node sends `state` each second: after so many looks, one each second, without a message between them the network
+// or the computer is gone. A page that is busy looks less often, and its messages wait for it: time would tell nothing.
+const SILENCE = 6
 
 export class LiveSource {
   constructor(address) {
@@ -35,11 +36,11 @@ export class LiveSource {
     // an old one may end late
     socket.onclose = () => { if (socket === this.socket) this.lost() }
     this.socket = socket
-    this.heard = Date.now()
+    this.quiet = 0
   }
 
   receive(data) {
-    this.heard = Date.now()
+    this.quiet = 0
     if (typeof data !== 'string') return this.state.receiveBinary(data)
     const message = JSON.parse(data)
     if (message.type === 'hello') {
@@ -52,7 +53,7 @@ export class LiveSource {
 
   // A browser that sends nothing never learns by itself that the other side is gone.
   watch() {
-    if (!this.socket || this.socket.readyState > WebSocket.OPEN || Date.now() - this.heard < SILENCE) return
+    if (!this.socket || this.socket.readyState > WebSocket.OPEN || ++this.quiet < SILENCE) return
     this.socket.close()
     this.socket = null
     this.lost()

@@ -7,12 +7,13 @@ import {Scene, camerasOf} from './scene.js'
 import {Settings} from './settings.js'
 import {State} from './state.js'
 
-const STALE = 3000 // frames that are older are said to be old [ms]
+const LOOK = 500 // [ms]
+const STALE = 6 // people are faded after so many looks without a message between them
 
 // `source` has start(state) and want(wish); it calls receive, receiveBinary and setLink of the state.
 export function openPage(source) {
   const state = new State(), settings = new Settings(), measures = new Measures(state)
-  let asked = '', last = 0, scene = null
+  let asked = '', last = 0, quiet = 0, scene = null
   const ask = () => {
     const hidden = document.hidden
     const wish = {image: hidden ? null : picture.wish(),
@@ -50,7 +51,7 @@ export function openPage(source) {
     scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
     Object.assign(window.peopleView, {view: scene.view, scenery: scene.scenery})
   } catch (error) {
-    notice(`No view in 3D: ${error.message}`)
+    notice([`No view in 3D: ${error.message}`])
     for (const kind of ['people', 'signals']) {
       state.on(kind, () => drawn(state.people(), camerasOf(state.messages.cameras, state.messages.hello)))
     }
@@ -61,14 +62,15 @@ export function openPage(source) {
     document.body.classList.toggle('flat', hello.dimensions === 2)
     ask()
   })
-  state.on('people', () => { last = Date.now() })
+  state.on('people', () => { [last, quiet] = [Date.now(), 0] })
   settings.onChange(ask)
   document.addEventListener('visibilitychange', ask)
   setInterval(() => {
     panel.showFigures(measures.values())
-    const old = last && Date.now() - last > STALE && state.link.state === 'live'
-    if (scene) notice(old ? `No people message for ${Math.round((Date.now() - last) / 1000)} s` : '')
-  }, 500)
+    const {state: link, text} = state.link, old = last > 0 && ++quiet > STALE && link !== 'recorded'
+    document.body.classList.toggle('old', old)
+    if (scene) notice([link === 'lost' && text, old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])
+  }, LOOK)
   source.start(state)
 }
 
@@ -79,8 +81,8 @@ function viewsOf(people, cameras, mode = 'free') {
     ...cameras.map(({index, name}) => [`camera ${index}`, `Camera ${name}`])]
 }
 
-function notice(text) {
+function notice(texts) {
   const place = document.getElementById('notice')
-  place.hidden = !text
-  place.textContent = text
+  place.textContent = texts.filter(Boolean).join('; ')
+  place.hidden = !place.textContent
 }

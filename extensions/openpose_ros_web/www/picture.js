@@ -1,6 +1,7 @@
 // The annotated image: asks for the width that is shown, and as often as the browser can draw it.
 const FIRST_RATE = 10, SLOWEST = 1 // [Hz]
 const PERIOD = 2000 // of adapting the rate [ms]
+const OLD = 4 // an image is faded [s]
 
 const element = id => document.getElementById(id)
 
@@ -80,6 +81,7 @@ export class Picture {
       this.canvas.getContext('2d').drawImage(bitmap, 0, 0)
       bitmap.close()
       this.drawn += 1
+      this.last = Date.now()
     } catch {
       this.dropped += 1 // a damaged image
     } finally {
@@ -94,7 +96,10 @@ export class Picture {
     const {drawn, dropped} = this
     const rate = dropped > 0.2 * (drawn + dropped) ? Math.max(SLOWEST, 0.6 * this.rate)
       : Math.min(this.hello?.image_rate ?? FIRST_RATE, this.rate + 1)
-    element('image_figures').textContent = drawn ? `${(drawn * 1000 / PERIOD).toFixed(0)} Hz · ${this.canvas.width} px` : ''
+    const age = Math.round((Date.now() - this.last) / 1000)
+    element('image_figures').textContent = drawn ? `${(drawn * 1000 / PERIOD).toFixed(0)} Hz · ${this.canvas.width} px`
+      : age ? `${age} s ago` : ''
+    this.canvas.classList.toggle('old', age > OLD)
     this.drawn = this.dropped = 0
     if (rate === this.rate) return
     this.rate = rate

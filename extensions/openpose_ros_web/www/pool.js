@@ -10,21 +10,20 @@ class Pool {
     this.geometry = geometry
     this.material = new MeshLambertMaterial({transparent: opacity < 1, opacity, depthWrite: opacity > 0.4, fog: false})
     this.count = 0
-    this.grow(256)
     this.matrix = new Matrix4()
     this.colour = new Color()
+    this.grow(256)
   }
 
   grow(size) {
     const before = this.mesh
     this.mesh = new InstancedMesh(this.geometry, this.material, size)
     this.mesh.frustumCulled = false
-    this.mesh.setColorAt(0, new Color())
-    for (let index = 0; before && index < this.count; index++) {
-      before.getMatrixAt(index, this.matrix)
-      before.getColorAt(index, this.colour)
-      this.mesh.setMatrixAt(index, this.matrix)
-      this.mesh.setColorAt(index, this.colour)
+    this.mesh.visible = false // until `show`: instances begin at the origin with the size of the geometry
+    this.mesh.setColorAt(0, this.colour)
+    if (before) {
+      this.mesh.instanceMatrix.array.set(before.instanceMatrix.array)
+      this.mesh.instanceColor.array.set(before.instanceColor.array)
     }
     before?.removeFromParent()
     before?.dispose()

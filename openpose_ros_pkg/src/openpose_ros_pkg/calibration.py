@@ -1,6 +1,6 @@
 """Calibrations of cameras: the content of a CameraInfo, in the usual file formats."""
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Dict, Sequence, Tuple
 
@@ -82,6 +82,35 @@ def distortion_model(name: str) -> str:
         raise BadInputError(f"distortion model '{name}' is unknown; expected one of none, plumb_bob, "
                             'rational_polynomial, equidistant')
     return _SPELLINGS[plain]
+
+
+def turned(calibration: Calibration, degrees: int) -> Calibration:
+    """Return the calibration of images that are turned clockwise, by 0, 90, 180 or 270 degrees.
+
+    Raises:
+        BadInputError: the sensor is tilted to the lens, which no turned camera of its model is.
+    """
+    for _ in range(degrees // 90 if calibration.is_calibrated else 0):
+        # a quarter takes u, v to h - 1 - v, u, and x, y to -y, x
+        wide, high = calibration.width, calibration.height
+        last = high - max(calibration.binning[1], 1)  # a binned pixel is where its first one is
+        x, y, height, width, rectified = calibration.region
+        fx, _, cx, _, fy, cy, *_ = calibration.matrix
+        px, skew, pcx, tx, below, py, pcy, ty, *row = calibration.projection
+        quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+        rectification = quarter @ np.reshape(calibration.rectification, (3, 3)) @ quarter.T
+        distortion = list(calibration.distortion)
+        if any(distortion[12:]):
+            raise BadInputError(f'images of a camera whose sensor is tilted, D {distortion}, can not be turned')
+        if any(distortion) and distortion_model(calibration.distortion_model) != 'equidistant':
+            distortion[2:4] = [distortion[3], -distortion[2]] if len(distortion) > 3 else distortion[2:4]
+            distortion[8:12] = [-each for each in distortion[10:12]] + distortion[8:10]
+        calibration = replace(
+            calibration, width=high, height=wide, distortion=tuple(distortion), binning=calibration.binning[::-1],
+            region=(high - y - height, x, width, height, rectified) if height else calibration.region,
+            rectification=tuple(rectification.ravel()), matrix=(fy, 0, last - cy, 0, fx, cx, 0, 0, 1),
+            projection=(py, below, last - pcy, -ty, skew, px, pcx, tx, *row))
+    return calibration
 
 
 def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre: Sequence[float],

@@ -15,16 +15,16 @@ import argparse
 import logging
 import re
 import sys
-from contextlib import ExitStack
+from collections import Counter
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
 from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame
 from openpose_ros_pkg.detect.image_chain import ImageChain
@@ -219,15 +219,29 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
             report = replace(report, skipped=len(inputs) - len(todo))
             detection, landmarks = _networks(settings, create) if todo else (None, None)
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
-            progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
+            progress = stack.enter_context(Progress(total=sum(item.frames for item in todo), unit='frame'))
+            done: Dict[InputFile, int] = Counter()
             for item, result in detect_inputs(todo, detection, landmarks, settings.tracking, recorder):
                 report = report.added(item, result)
+                done[item] += not isinstance(result, BadInputError)
                 progress.update(not isinstance(result, BadInputError))
+            for item, frames in done.items():
+                if options.overwrite and item.path not in report.unreadable:
+                    _delete_from(frames, item, writer)
     finally:
         counters = {'written': 0, 'failed': 0} if recorder is None else recorder.counters
         if report.frames or report.skipped or report.unreadable:
             sys.stdout.write(report.text(counters) + '\n')
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE
+
+
+def _delete_from(number: int, item: InputFile, writer: FrameWriter) -> None:
+    """Delete the files of frames from a number on, which a longer video of this name had."""
+    while item.is_video and any(path.exists() for path in writer.files(item.name(number)).values()):
+        for path in writer.files(item.name(number)).values():
+            with suppress(FileNotFoundError):
+                path.unlink()
+        number += 1
 
 
 def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detection]

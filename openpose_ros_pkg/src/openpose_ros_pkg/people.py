@@ -93,6 +93,11 @@ def no_points(people: int) -> np.ndarray:
     return np.full((people, WHOLE_BODY_POINTS, 3), (np.nan, np.nan, 0), np.float32)
 
 
+def distinct_ids(ids: np.ndarray) -> np.ndarray:
+    """Return the ids (P,) of the people of a frame; where one is there twice, the numbers of their rows from 1 on."""
+    return ids if len(np.unique(ids)) == len(ids) else np.arange(FIRST_ID, FIRST_ID + len(ids))
+
+
 def checked_existence(existence: Optional[np.ndarray], people: int) -> np.ndarray:
     """Return the probabilities (P,) float64 that P people are there; None: 1.
 

@@ -23,10 +23,11 @@ def file_values(path: Path, what: str, error: Callable[[str], Exception] = BadIn
         error: it can not be read, or is a device or pipe, which need not end; the text begins with `what`.
     """
     try:
+        path = path.expanduser()
         if path.exists() and not path.is_file():
             raise ValueError('it is no plain file')
         return (json_value if path.suffix == '.json' else yaml_value)(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as failed:
+    except (OSError, RuntimeError, ValueError) as failed:
         raise error(f'{what} can not be read: {failed}') from failed
 
 

@@ -17,7 +17,7 @@ from typing import Callable, Dict, Iterator, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame, NextPart
-from openpose_ros_pkg.detect.tracking import ImageTracker, PerCamera, TrackingParams
+from openpose_ros_pkg.detect.tracking import TURNED_CAMERA, ImageTracker, Mounting, PerCamera, TrackingParams
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -46,12 +46,14 @@ class Result:
         people_2d: the people in the image, with their ids; -1 for people without a place in space.
         estimate: the people in space and how they were found; None: without points.
         landmarks: hands and faces.
+        mounting: how the camera seems to be turned, see `Mounting`.
     """
 
     frame: Frame
     people_2d: People2D
     estimate: Optional[Estimate] = None
     landmarks: Landmarks = field(default_factory=Landmarks.empty)
+    mounting: str = ''
 
     @property
     def people_3d(self) -> Optional[People3D]:
@@ -60,8 +62,9 @@ class Result:
 
     @property
     def doubts(self) -> Tuple[Doubt, ...]:
-        """What seems to be wrong with image and points."""
-        return () if self.estimate is None else self.estimate.doubts
+        """What seems to be wrong with camera, image and points."""
+        return (*(() if self.estimate is None else self.estimate.doubts),
+                *([Doubt(TURNED_CAMERA, self.mounting)] if self.mounting else []))
 
     @property
     def timing(self) -> Dict[str, float]:
@@ -93,6 +96,7 @@ class PeopleChain:
         self._ids = itertools.count(FIRST_ID)
         self._estimators = PerCamera(lambda: PeopleEstimator(self._settings, self._ids))
         self._trackers = PerCamera(lambda: ImageTracker(tracking, self._ids))
+        self._mountings = PerCamera(Mounting)
         self._newest: Optional[ImageFrame] = None
 
     @property
@@ -129,8 +133,12 @@ class PeopleChain:
             depth = depth_view(frame.points)
         image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, frame.source)
         self._newest = image
-        if frame.points is None or not self._settings.identity.tracking:
-            return self._in_image(frame, image, in_full, locate)
+        in_space = frame.points is not None and self._settings.identity.tracking
+        result = (self._in_space if in_space else self._in_image)(frame, image, in_full, locate)
+        return replace(result, mounting=self._mountings.of(frame.camera).fault(result.people_2d))
+
+    def _in_space(self, frame: Frame, image: ImageFrame, in_full: bool, locate: Locate) -> Result:
+        """Return a frame whose people keep the ids of tracks in space."""
         estimator = self._estimators.of(frame.camera)
         looks = self.detection.look(image, estimator.expected(frame, self.skeleton), in_full)
         frame = locate(frame)

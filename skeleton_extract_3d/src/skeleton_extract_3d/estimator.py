@@ -182,7 +182,7 @@ class PeopleEstimator:
             observed = observe(whole, frame.image_size, view.points, camera, method)
             clothes = observe_clothes(observed, view.points, bgr, method)
         # where a look at a body in free view found no person, the surface there is another one's
-        open_view = views_of(expected, view, method).visible >= method.track.existence.open_view
+        open_view = views_of(expected, view, method).visible >= EXISTENCE.free_view
         lost = np.setdiff1d(np.flatnonzero(~(looks.of(expected) & open_view)), row)
         found = registered(observed, expected, lost, memory, view, method)
         if len(found.row):

@@ -7,6 +7,7 @@ from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import (
     CAMERA_DOC,
     CAMERA_NS_DOC,
+    ROTATE_DOC,
     AnnotatedImageParams,
     DemandParams,
     ImageTransportParams,
@@ -27,6 +28,7 @@ class ExtractorParams(Parameters):
 
     camera: str = parameter('kinect2', CAMERA_DOC + ' Empty: ~image, ~point_cloud, ~depth_image and ~camera_info.')
     camera_ns: str = parameter('', CAMERA_NS_DOC)
+    rotate_image: int = parameter(0, ROTATE_DOC, unit='degrees', choices=(0, 90, 180, 270))
     points_source: str = parameter(
         'auto', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
                 '~camera_info; auto: as the camera says, point_cloud without one.',
@@ -68,7 +70,7 @@ class ExtractorParams(Parameters):
 class PlayerParams(Parameters):
     """Output of the RGB-D player."""
 
-    folder: str = parameter('', 'Sequence folder: rgb/ or color/, depth/, camera.yaml; empty: the shipped sequence.')
+    folder: str = parameter('', 'RGB-D folder, as images_to_bag --help describes it; empty: the shipped sequence.')
     rate: float = parameter(0.0, 'Frames per second; 0: as sequence.yaml says, else 15.', unit='Hz',
                             minimum=0.0, maximum=1000.0)
     playback: str = parameter(

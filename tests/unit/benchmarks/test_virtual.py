@@ -128,10 +128,11 @@ def test_a_busy_machine_takes_longer_for_a_while():
     assert machine.clock() == pytest.approx(virtual.BUSY + 0.2)
 
 
-def test_black_images_between_passes():
+def test_black_images_between_passes_and_then_another_light():
     moments = virtual.moments_of(DEMO)
-    again = virtual.passes(moments, 15.0, 2)
-    black = again[len(moments)]
-    assert len(again) == 2 * len(moments) + round(15 * virtual.BLACK)
-    assert not black.frame.bgr.any() and not len(black.ids) and again[-1].ids == moments[-1].ids
+    again = virtual.passes(moments, 15.0, 2, 2.0, (0.0, 1.0, 0.5))
+    black, last = again[len(moments)], again[-1]
+    assert len(again) == 2 * len(moments) + 30
+    assert not black.frame.bgr.any() and not len(black.ids) and last.ids == moments[-1].ids
+    np.testing.assert_array_equal(last.frame.bgr, moments[-1].frame.bgr // (1, 1, 2) * (0, 1, 1))
     assert np.diff([one.frame.stamp for one in again]) == pytest.approx(1 / 15)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from animated_skeleton import ADULT, CHILD, SIGMA, STANDING, people_of, without
+from capsule_rows import rows
 from openpose_ros_bridges.capsules import CAPSULES, PARTS, POINTS, bone_paths, capsules_of, reaches_of
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from skeleton_extract_3d.body.body import BODY
@@ -16,7 +17,7 @@ def standing(*ids, **how):
 
 
 def by_part(people):
-    return {capsule.part: capsule for capsule in capsules_of(people)}
+    return {capsule.part: capsule for capsule in rows(capsules_of(people))}
 
 
 def test_no_person_has_no_capsule():
@@ -26,7 +27,7 @@ def test_no_person_has_no_capsule():
 def test_a_person_has_all_parts_but_feet():
     people = standing(3, 7)
     capsules = capsules_of(people)
-    assert [capsule.part for capsule in capsules] == 2 * [part for part in PARTS if not part.endswith('foot')]
+    assert [capsule.part for capsule in rows(capsules)] == 2 * [part for part in PARTS if not part.endswith('foot')]
     assert set(capsules.persons[:len(capsules) // 2].tolist()) == {3}
     assert capsules.measured.all()
     first = by_part(people)['left_forearm']
@@ -117,8 +118,8 @@ def test_nothing_is_within_reach_where_all_is_known():
 def test_a_missing_part_is_within_reach_of_the_nearest_known_joint():
     people = standing(3)
     hidden = reaches_of(without(people, ('left_wrist',)))
-    assert [capsule.part for capsule in hidden] == ['left_forearm', 'left_hand']
-    for capsule in hidden:
+    assert [capsule.part for capsule in rows(hidden)] == ['left_forearm', 'left_hand']
+    for capsule in rows(hidden):
         np.testing.assert_allclose(capsule.ends, people.xyz[0, [COCO_18.index['left_elbow']] * 2], atol=1e-6)
     forearm, hand = hidden.radii
     size = ADULT / BODY.adult_stature
@@ -126,7 +127,7 @@ def test_a_missing_part_is_within_reach_of_the_nearest_known_joint():
     assert hand > (BODY.forearm + CAPSULES.hand_length) * size
     # the true parts are in there
     known = by_part(people)
-    for capsule in hidden:
+    for capsule in rows(hidden):
         own = known[capsule.part]
         assert (np.linalg.norm(own.ends - capsule.ends[0], axis=1) + own.radius <= capsule.radius).all()
 
@@ -135,8 +136,8 @@ def test_of_a_person_with_one_joint_all_parts_are_within_reach_of_it():
     people = standing(3)
     reaches = reaches_of(without(people, [joint for joint in COCO_18.joints if joint != 'neck']))
     known = by_part(people)
-    assert {capsule.part for capsule in reaches} == set(known)
-    for capsule in reaches:
+    assert {capsule.part for capsule in rows(reaches)} == set(known)
+    for capsule in rows(reaches):
         own = known[capsule.part]
         assert (np.linalg.norm(own.ends - capsule.ends[0], axis=1) + own.radius <= capsule.radius).all(), capsule.part
     assert len(reaches_of(without(people, COCO_18.joints))) == 0

@@ -8,6 +8,7 @@ from animated_skeleton import SIGMA, STANDING, joints_of, people_of, without
 from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.footprints import BODY, LEGS, Circle, circles_of, points_in, predicted
 from openpose_ros_bridges.located import located
+from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 
@@ -41,6 +42,21 @@ def test_a_body_is_in_its_circle():
     (wider,) = footprints(sigmas=2.0)
     assert wider.radius == pytest.approx(circle.radius + 2 * SIGMA, abs=0.1)
     assert wider.radius > circle.radius + 2 * SIGMA - 0.01
+
+
+@pytest.mark.parametrize('known, least, most', [
+    (['nose', 'left_ear'], 0.4, 0.9), (['right_shoulder', 'right_elbow'], 0.5, 0.9), (['right_wrist'], 0.9, 1.6),
+    (['right_knee', 'right_ankle', 'left_ankle'], 0.6, 1.2)])
+def test_the_trunk_of_a_person_known_in_part_is_in_the_circle_and_in_the_planning_scene(known, least, most):
+    people = without(people_of([POSE], [7], np.random.RandomState(1)), [j for j in COCO_18.joints if j not in known])
+    capsules = capsules_of(people)
+    (circle,) = circles_of(located(people, [WALKS]), capsules, BODY, 0.0)
+    assert least < circle.radius < most
+    assert len(points_in([circle], 0.05, **FAR)) > 100
+    trunk = joints_of(POSE)[[j.endswith(('shoulder', 'hip')) for j in COCO_18.joints]]
+    held = [np.linalg.norm(trunk - solid.centre, axis=1) < solid.radius for solid in solids_of(
+        capsules, 'person', 0.0).values()]
+    assert np.any(held, axis=0).sum() >= 2
 
 
 def test_legs_have_a_circle_each():

@@ -4,9 +4,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import SIGMA, STANDING, TRUNK, people_of, without
+from animated_skeleton import SIGMA, STANDING, TRUNK, UP, people_of, without
+from openpose_ros_bridges.body_model import body_poses
+from openpose_ros_bridges.capsules import capsules_of, reaches_of
+from openpose_ros_bridges.footprints import BODY, circles_of
 from openpose_ros_bridges.located import Ages, box_round, located
+from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, PersonSignals, Posture, Walk
 from skeleton_extract_3d.people import INFERRED, People3D
 
@@ -43,6 +48,22 @@ def test_people_without_a_place_or_without_joints_are_left_out():
     assert located(People3D.empty(COCO_18), ()) == []
     assert located(visible(7), [replace(BUSY, floor=None)]) == []
     assert located(visible(8), [BUSY]) == []
+
+
+@pytest.mark.parametrize('number', [0, 5])
+def test_people_who_have_one_id_are_told_apart_by_their_rows(number):
+    people, reader = without(people_of([replace(STANDING, place=place) for place in ((2.0, 0.0), (4.0, 1.0))],
+                                       [number, number], np.random.RandomState(1)), ('left_wrist',)), SignalReader()
+    for stamp in np.arange(0.0, 2.0, 0.1):
+        signals = reader.update(people, stamp, UP)
+    assert [(person.id, person.walk.moving, round(person.floor.position[0])) for person in signals] == [
+        (1, False, 2), (2, False, 4)]
+    placed, capsules = located(people, signals), capsules_of(people)
+    assert [(person.id, round(person.position[0])) for person in placed] == [(1, 2), (2, 4)]
+    assert all(circle.radius < 1 for circle in circles_of(placed, capsules, BODY, 1.0))
+    solids = solids_of(capsules, 'p', 1.0)
+    assert [round(solids[f'p_{row}_head'].centre[0]) for row in (1, 2)] == [2, 4]
+    assert sorted(body_poses(people)) == sorted(set(reaches_of(people).persons.tolist())) == [1, 2]
 
 
 def test_a_lying_person_has_no_direction():

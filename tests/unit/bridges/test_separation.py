@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from animated_skeleton import ADULT, Pose, people_of, without
+from capsule_rows import rows
 from openpose_ros_bridges.capsules import CAPSULES, CapsuleConstants, capsules_of
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.moving_parts import Links, spheres_of, tail
@@ -41,7 +42,7 @@ def truth(people, links):
     """Return the distance of links from the capsules of people, by brute force."""
     shares = np.linspace(0, 1, 501)[:, np.newaxis]
     return min(float(np.linalg.norm((1 - shares) * capsule.ends[0] + shares * capsule.ends[1] - centre, axis=1).min())
-               - capsule.radius - radius for capsule in capsules_of(people)
+               - capsule.radius - radius for capsule in rows(capsules_of(people))
                for centre, radius in zip(links.centres, links.radii))
 
 

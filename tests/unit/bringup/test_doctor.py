@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from openpose_ros_bringup.doctor.findings import RIGHT, UNKNOWN, WRONG, Finding
 from openpose_ros_bringup.doctor.report import CHECKS, diagnose, faults, report
@@ -157,6 +158,7 @@ def test_clock_of_a_bag(ticks, fault):
     (DEPTH, {DEPTH.topic: CLOUD}, 'published as sensor_msgs/PointCloud2',
      f'points_source:=point_cloud points:={DEPTH.topic}'),
     (DEPTH, {'/cam/depth/raw': IMAGE}, 'no node publishes it', 'depth:=/cam/depth/raw'),
+    (DEPTH, {'/cam/depth/raw': IMAGE, '/other/aligned_depth': IMAGE}, 'no node', 'depth:=/other/aligned_depth'),
     (DEPTH_INFO, {}, 'no node publishes it', 'camera_info:=/cam/color/camera_info')])
 def test_topics(missing, others, text, line):
     seen = with_published(without=[missing.topic],
@@ -188,6 +190,18 @@ def test_a_transport_that_is_not_published():
 def test_rates(changes, text, line):
     found, = wrong(with_camera(points=replace(DEPTH, **changes)), 'rates')
     assert text in found.text and line in found.line
+
+
+@pytest.mark.parametrize('depth, line', [
+    ('/cam/depth/image_rect_raw', 'roslaunch realsense2_camera'), ('/cam/aligned_depth/image', 'depth:=/cam/aligned')])
+def test_where_the_driver_is_known_no_depth_that_is_not_registered_is_proposed(depth, line):
+    driver = 'roslaunch realsense2_camera rs_camera.launch align_depth:=true'
+    there = with_published(with_camera(driver=driver), [DEPTH.topic], **{depth: PublishedTopic(IMAGE, ['/driver'])})
+    damaged = with_published(with_camera(driver=driver, points=replace(DEPTH, points=None, fault='it is damaged')),
+                             **{depth: PublishedTopic(IMAGE, ['/driver'])})
+    assert [line in wrong(*seen)[0].line for seen in ((there, 'topics'), (damaged, 'encodings'))] == [True, True]
+    info = with_published(with_camera(driver=driver), [DEPTH_INFO.topic])
+    assert wrong(info, 'topics')[0].line == driver
 
 
 def test_a_known_driver_is_started_again():
@@ -285,9 +299,10 @@ def test_what_the_node_says_of_registration():
 
 
 @pytest.mark.parametrize('tf, text, line', [
-    (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 0 0 -1.5708 base {OPTICAL}'),
+    (Tf('base'), 'nothing comes on /tf', f'static_transform_publisher 0 0 1.35 -1.5708 0 -1.5708 base {OPTICAL}'),
     (Tf('base', {'base': 'odom', OPTICAL: 'camera_link'}), 'tf has base, camera_link',
      'static_transform_publisher 0 0 1.35 0 0 0 base camera_link'),
+    (Tf('base', {'base': 'odom', OPTICAL: 'depth_optical'}), 'tf has', '1.35 -1.5708 0 -1.5708 base depth_optical'),
     (Tf('map', {OPTICAL: 'base'}), "tf does not connect 'map'",
      'static_transform_publisher 0 0 0 0 0 0 map base'),
     (Tf('base_lnk', {'base_link': 'odom'}), "tf does not know 'base_lnk'", 'fixed_frame:=base_link'),
@@ -317,6 +332,29 @@ def test_a_camera_that_tf_turns_wrongly(rotation, text):
     assert text in found.text and found.line.endswith(f'0 0 0 -1.5708 0 -1.5708 base {OPTICAL}')
 
 
+@pytest.mark.parametrize('rotation, turn', [(MOUNTED @ np.diag([-1, -1, 1]), 180),
+                                            (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), 90),
+                                            (np.array([[0, 0, 1], [0, -1, 0], [1, 0, 0]]), 270)])
+@pytest.mark.parametrize('changes', [
+    {'people': People(60, 0)}, {'people': None}, {'nodes': []},
+    {'nodes': [replace(WORKING, level=1, text='the camera seems to be turned: 2 of 2')]}, 'rotate_image'], ids=str)
+def test_a_camera_that_is_mounted_as_tf_says_is_right(rotation, turn, changes):
+    if changes == 'rotate_image':
+        changes = {'nodes': [replace(WORKING, parameters={'rotate_image': turn})]}
+    turned = replace(MOUNT, lookups={('base', OPTICAL): Lookup(rotation, np.zeros(3))})
+    finding, = diagnose(replace(WELL, tf=turned, **changes))['frames']
+    assert finding.state == RIGHT and f'rotate_image:={turn}' in finding.text
+
+
+def test_the_proposed_transforms_put_a_person_ahead_ahead():
+    """Of rosrun tf2_ros static_transform_publisher: x y z, then yaw about z, pitch about y, roll about x."""
+    for tf in (Tf('base'), replace(MOUNT, lookups={('base', OPTICAL): Lookup(FORGOTTEN, np.zeros(3))})):
+        line = wrong(replace(WELL, tf=tf), 'tf' if tf == Tf('base') else 'frames')[0].line
+        x, y, z, *angles = map(float, re.findall(r'publisher (.*?) base', line)[0].split())
+        ahead = Rotation.from_euler('ZYX', angles).apply((0, 0, 3)) + np.array((x, y, z))
+        assert ahead == pytest.approx((3, 0, z), abs=1e-3)
+
+
 def test_cameras_that_look_down_or_into_their_own_frame_are_right():
     down = replace(MOUNT, lookups={('base', OPTICAL): Lookup(np.diag([1, -1, -1]), np.zeros(3))})
     own = Tf('other_optical', {OPTICAL: 'x'}, {('other_optical', OPTICAL): Lookup(np.eye(3), np.zeros(3))})
@@ -333,12 +371,26 @@ def test_a_cloud_that_is_not_in_an_optical_frame():
 
 @pytest.mark.parametrize('node, machine, text, line', [
     ({'values': {'rate [Hz]': '6.1'}, 'skipped': 13.7}, {}, '6.1 results per second of 20.0', 'mode:=fast'),
-    ({'values': {'age of the result, median [s]': '0.81'}}, {}, '0.81 s old', 'target_rate:=10'),
     ({}, {'memory': 120.0}, '120 MB of memory', 'top')])
 def test_load(node, machine, text, line):
     seen = replace(WELL, nodes=[replace(WORKING, **node)], machine=WELL.machine._replace(**machine), people=None)
     found, = wrong(seen, 'load')
     assert text in found.text and line in found.line
+
+
+@pytest.mark.parametrize('age, clock, delay', [(0.86, 0.0, '0.81'), (60.15, 60.1, ''), (-59.14, -60.0, '0.81')])
+def test_load_is_told_from_the_clock_of_a_camera_and_from_an_earlier_stream(age, clock, delay):
+    values = {**WORKING.values, 'age of the result, median [s]': '3600.0'}  # over 5 s
+    seen = replace(with_camera(image=replace(COLOUR, arrivals=arrivals(age=0.05 + clock))), people=People(
+        60, 2, {WORKING.results: age}), nodes=[replace(WORKING, values=values)])
+    found = wrong(seen, 'load')
+    assert bool(found) == bool(delay) and all(f'{delay} s after' in each.text for each in found)
+
+
+@pytest.mark.parametrize('recorder, state, line', [
+    ((0, 'records into /a', '/a'), RIGHT, ''), ((2, 'has ended', '/a b'), WRONG, "df -h '/a b'")])
+def test_a_recorder(recorder, state, line):
+    assert Finding(state, recorder[1], line) in diagnose(replace(WELL, recorders=[recorder]))['subscribers']
 
 
 def test_load_that_is_asked_for():

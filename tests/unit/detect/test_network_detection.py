@@ -36,7 +36,7 @@ class Scene:
         self.networks = self.thin, self.searching, self.looking
         networks = Together(mobilenet_thin=self.thin, movenet_multipose=self.searching, movenet_thunder=self.looking)
         self.detector = Detector(build(DetectorSettings, {'mode': 'fast', **values}), networks)
-        self.detection = NetworkDetection(self.detector, FollowingParams(following=following), pace)
+        self.detection = NetworkDetection(self.detector, FollowingParams(following=following), pace, lambda: 0.0)
         self.show(people)
 
     def show(self, people, size=SIZE):

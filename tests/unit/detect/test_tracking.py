@@ -6,7 +6,7 @@ import pytest
 
 from openpose_ros_pkg.detect.detection import Looks
 from openpose_ros_pkg.detect.existence import EXISTENCE, of_miss
-from openpose_ros_pkg.detect.tracking import TRACKING, ImageTracker, PerCamera, TrackingParams
+from openpose_ros_pkg.detect.tracking import TRACKING, ImageTracker, Mounting, PerCamera, TrackingParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
@@ -192,3 +192,35 @@ def test_new_limits_hold_at_once():
     tracker.update(looks(frame((600, 200))), BEGIN, SIZE)
     tracker.params = TrackingParams(track_timeout=0.5)
     assert tracker.update(looks(frame((600, 200))), BEGIN + 0.6, SIZE).ids.tolist() == [2]
+
+
+def people_turned(*angles, length=80):
+    """Return people whose heads are turned clockwise by angles [degrees], with a trunk of a length [px]."""
+    people = frame(*((200 * number, 200) for number in range(1, len(angles) + 1)), joints=())
+    for number, angle in enumerate(np.radians(angles)):
+        trunk = np.array([np.sin(angle), -np.cos(angle)]) * length / 2
+        across = np.array([-trunk[1], trunk[0]]) * 25 / length
+        for part, side in (('shoulder', 1), ('hip', -1)):
+            for name, sign in (('left', 1), ('right', -1)):
+                people.keypoints[number, COCO_18.index[f'{name}_{part}']] = (*(side * trunk + sign * across + 200), 0.8)
+    return replace(people, ids=np.arange(len(angles)))
+
+
+@pytest.mark.parametrize('angles, turn', [
+    ((), ''), ((0,), ''), ((180,), 180), ((170, 190), 180), ((90, 90), 270), ((-90, -80), 90), ((90,), ''),
+    ((0, 180), ''), ((0, 0, 0, 0, 180), ''), ((0, 180, 180, 180, 180), 180), ((90, -90), '')], ids=str)
+def test_heads_of_most_people_tell_how_the_camera_is_turned(angles, turn):
+    mounting = Mounting()
+    faults = [mounting.fault(people_turned(*angles)) for _ in range(TRACKING.turned_images)]
+    assert not any(faults[:-1])
+    assert faults[-1].endswith(f'rotate_image:={turn}' if turn else '')
+    assert bool(faults[-1]) == bool(turn)
+
+
+def test_people_who_bend_or_are_seen_from_the_head_tell_nothing_of_the_camera():
+    """Nor do those without a trunk."""
+    mounting, lying = Mounting(), Mounting()
+    for angle in [0] * 9 + [180] * 30:
+        assert not mounting.fault(people_turned(angle))
+        assert not lying.fault(people_turned(180, length=20))
+        assert not lying.fault(replace(frame((200, 200), joints=[0, 1]), ids=np.array([3])))

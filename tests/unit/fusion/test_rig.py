@@ -1,4 +1,6 @@
 """Files of rigs: what is written is read again, and what is wrong is named."""
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,12 @@ def test_a_rig_is_read_as_it_was_written(tmp_path):
     np.testing.assert_allclose(rotation, LEVEL, atol=1e-12)
     np.testing.assert_allclose(rotation @ [0, 0, 2.0] + centre, [2.25, -1, 1.5], atol=1e-12)
     assert [path.name for path in tmp_path.iterdir()] == ['rig.yaml']
+
+
+def test_a_rig_in_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv('HOME', str(tmp_path))
+    write_rig(tmp_path / 'rig.yaml', rig())
+    assert rig_text(read_rig(Path('~/rig.yaml'))) == rig_text(rig())
 
 
 def test_values_by_hand(tmp_path):

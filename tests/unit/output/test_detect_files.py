@@ -191,3 +191,11 @@ def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
     assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
     assert run(*command, '--overwrite') == 0
     assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'
+
+
+def test_of_a_longer_video_of_the_same_name_nothing_stays(run, tmp_path):
+    out = tmp_path / 'out'
+    for levels, frames in (((10, 20, 10, 20), 4), ((20, 10), 2)):
+        assert run(video(tmp_path / 'a.avi', levels), '--write-json', out, '--overwrite') == 0
+        (out / 'a_1_keypoints.json').write_text('{}')
+        assert names(out) == [*(f'a_{number:012d}_keypoints.json' for number in range(frames)), 'a_1_keypoints.json']

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from openpose_ros_pkg.params.launch_arguments import declared_arguments
+from openpose_ros_pkg.params.launch_arguments import declared_arguments, listing
 
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
@@ -46,10 +46,28 @@ def test_the_pages_are_read_in_an_hour():
     assert sum(words.values()) <= 25000, words
 
 
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_no_command_needs_ros_in_the_place_of_one_system(page):
+    """On Debian it is in /usr; what is sourced is the workspace."""
+    assert not re.findall(r'source /opt/ros\S+', page.read_text())
+
+
 def launch_arguments(path):
     """Return the arguments that a launch file accepts: those of the files that it has checked."""
     command = re.search(r'/check_arguments (.*?)"', path.read_text(), re.DOTALL)[1]
     return set(declared_arguments([LAUNCH_FILES[name] for name in re.findall(r'\w+\.launch', command)]))
+
+
+def test_arguments_of_launch_files_are_listed_by_how_often_they_are_given():
+    """All that can be given, and no helper."""
+    for path in LAUNCH_FILES.values():
+        listed = re.findall(r'^  (\w+):=', listing(path), re.MULTILINE)
+        assert len(listed) == len(set(listed)) > 2, path
+        assert '/check_arguments' not in path.read_text() or set(listed) == launch_arguments(path), path
+    people = listing(LAUNCH_FILES['people.launch'])
+    assert people.startswith('always\n  camera:=          kinect2, realsense')
+    assert re.findall(r'^\w+$', people, re.MULTILINE) == ['always', 'sometimes', 'seldom']
+    assert '\n  respawn:=         start a node again that has ended (true)\n' in people
 
 
 LAUNCH_FILES = {path.name: path for parent in ('.', 'extensions') for path in (ROOT / parent).glob('*/launch/*.launch')}

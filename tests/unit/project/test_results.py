@@ -1,22 +1,42 @@
 """Pages show the figures that were measured, and no others."""
+import re
+
 import pytest
 
 from development import ROOT
-from development.results import (
-    PAGE,
-    faults_of,
-    figure_text,
-    pages,
-    read_results,
-    results_page,
-    unnamed_figures,
-    with_figures,
-)
+from development.results import FIGURE, FORMS, PAGE, figure_text, pages, read_results, results_page, with_figures
+
+# What README.md shows by its name only: a number with a unit of accuracy or speed, and shares such as 0.96. Code, as
+# the value of a parameter, does not count.
+_UNNAMED = re.compile(r'(?<![\w.])(?:\d[\d.,]*\s?(?:mm|cm|ms|Hz|fps|frames per second|%|deg|degrees)(?!\w)'
+                      r'|0?\.\d{2,}(?!\.?\d))')
+_CODE = re.compile(r'^```.*?^```|`[^`\n]*`|\]\([^)]*\)', re.MULTILINE | re.DOTALL)
 
 SECTIONS = {'accuracy': {'figures': {
     'near': {'value': 0.9613, 'low': 0.949, 'high': 0.972, 'unit': '', 'digits': 3},
     'error': {'value': 23.04, 'low': 21.1, 'high': 24.9, 'unit': 'mm', 'digits': 1},
     'nothing': {'value': None, 'low': None, 'high': None, 'unit': 'mm', 'digits': 1}}}}
+
+
+def faults_of(text, sections):
+    """Return what is wrong with the figures of a page."""
+    faults = [f'the marker of a figure is broken: {text[found.start():found.start() + 60]!r}'
+              for found in re.finditer('<!-- figure:', text) if not FIGURE.match(text, found.start())]
+    for found in FIGURE.finditer(text):
+        section, _, name = found['name'].partition('.')
+        if name not in sections.get(section, {}).get('figures', {}):
+            faults.append(f"{found['name']}: results hold no such figure")
+        elif found['form'] not in (None, *FORMS):
+            faults.append(f"{found['name']}: form {found['form']!r}, allowed: {', '.join(FORMS)}")
+        elif with_figures(found[0], sections) != found[0]:
+            shown = FIGURE.match(with_figures(found[0], sections))['shown']
+            faults.append(f"{found['name']}: the page has {found['shown']}, results have {shown}")
+    return faults
+
+
+def unnamed_figures(text):
+    """Return the figures of accuracy and speed in a page that are no quoted results."""
+    return [found[0] for found in _UNNAMED.finditer(_CODE.sub('', FIGURE.sub('', text)))]
 
 
 @pytest.mark.parametrize('page', pages(), ids=lambda page: str(page.relative_to(ROOT)))

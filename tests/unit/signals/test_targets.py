@@ -1,4 +1,6 @@
 """Files of what people may point at, and the node's parameters."""
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,12 @@ def test_targets(tmp_path):
     assert (cup.frame_id, cup.position.tolist()) == ('cup', [0, 0, 0])
     path.write_text('[]')
     assert read_targets(path) == ()
+
+
+def test_a_file_in_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv('HOME', str(tmp_path))
+    (tmp_path / 'my targets.yaml').write_text('[]')
+    assert read_targets(Path('~/my targets.yaml')) == ()
 
 
 @pytest.mark.parametrize('text, says', [

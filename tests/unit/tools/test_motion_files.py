@@ -120,10 +120,26 @@ def test_trc_is_read_as_it_was_written(tmp_path):
     np.testing.assert_allclose(read.times, (15 + np.arange(FRAMES)) / RATE, atol=1e-6)
     np.testing.assert_allclose(read.positions, person.positions, atol=1e-6)
     assert np.isnan(read.positions[20:40, COCO_18.index['left_wrist']]).all()
-    # every row has the cells that the header promises, as OpenSim's reader demands, and y is up
     rows = [line.split('\t') for line in path.read_text().splitlines()]
-    assert {len(row) for row in rows[6:]} == {2 + 3 * 18} and rows[5] == [''] and rows[2][2:5] == ['60', '18', 'm']
-    assert read.positions[0, read.names.index('Nose'), 1] > 1.4
+    assert rows[5] == [''] and rows[2][2:5] == ['60', '18', 'm']
+    assert read.positions[0, read.names.index('Nose'), 1] > 1.4  # y is up
+
+
+@pytest.mark.parametrize('hidden', [(), (0,), (17,), (0, 17), range(18)])
+def test_opensim_reads_a_trc_whatever_markers_are_hidden(tmp_path, hidden):
+    """By its own reader where that is installed, else by its rule: a last cell ends with a tab, or is none."""
+    joints = moving()
+    joints[20:40, list(hidden)] = np.nan
+    person, = sample_people(table_of(joints))
+    (tmp_path / 'a.trc').write_text(trc_text(markers_of(person), 'a.trc'))
+    try:
+        import opensim
+        read = opensim.TimeSeriesTableVec3(str(tmp_path / 'a.trc'))
+        assert (read.getNumRows(), read.getNumColumns()) == (FRAMES, 18)
+    except ImportError:
+        lines = (tmp_path / 'a.trc').read_text().splitlines()
+        cells = [len(re.findall(r'[^\t]*\t|[^\t]+$', line)) for line in lines[3:5] + lines[6:]]
+        assert set(cells) == {2 + 3 * 18}
 
 
 # ---- BVH
@@ -343,6 +359,7 @@ def test_a_file_for_each_person(poses, tmp_path, capsys):
     assert 'person_3.trc is there already' in capsys.readouterr().err
     assert keypoints_to_motion.trc([str(poses), '-o', str(out), '--overwrite', '--measured', '--persons', '4', '--rate',
                                     '60']) == 0
+    assert [path.name for path in out.iterdir()] == ['person_4.trc']  # of the former export nothing stays
     read = read_mocap(out / 'person_4.trc')
     assert 'RWrist' not in read.names and len(read) == 2 * FRAMES - 1
     capsys.readouterr()
@@ -352,6 +369,39 @@ def test_a_file_for_each_person(poses, tmp_path, capsys):
     assert keypoints_to_motion.bvh([str(poses), '-o', str(tmp_path / 'no'), '--persons', '4']) == 2
     assert keypoints_to_motion.bvh([str(poses), '-o', str(tmp_path / 'no'), '--persons', '7']) == 2
     assert 'person 7 is not in' in capsys.readouterr().err and not (tmp_path / 'no').exists()
+
+
+@pytest.mark.parametrize('persons', [(), ('--persons', '4')])
+def test_all_exports_of_a_recording_have_one_clock(poses, tmp_path, persons):
+    """Person 4 comes a second after person 3, whether that is exported as well or not."""
+    head, *rows = poses.read_text().splitlines()
+    late = [row for row in rows if row.split(',')[5] == '3' or int(row.split(',')[0]) >= BEGIN + 10 ** 9]
+    poses.write_text('\n'.join([head, *late]) + '\n')
+    assert keypoints_to_motion.trc([str(poses), '-o', str(tmp_path), *persons]) == 0
+    assert read_mocap(tmp_path / 'person_4.trc').times[0] == pytest.approx(1)
+
+
+def test_a_bvh_rests_until_the_person_comes():
+    person, = sample_people(table_of(moving()), begin=BEGIN - 2 * 10 ** 9)
+    places = bvh_positions(bvh_text(person))
+    assert person.first == 2 * RATE and len(places['Neck']) == FRAMES + 2 * RATE
+    neck = 100 * person.positions[:, person.joints.index('neck')]
+    np.testing.assert_allclose(places['Neck'][2 * RATE:], neck, atol=0.1)
+    assert np.ptp(places['LeftForeArm end'][:2 * RATE], axis=0).max() == 0
+
+
+@pytest.mark.parametrize('order, is_refused', [
+    (lambda rows: rows + rows, True), (lambda rows: rows + rows[::2], True),
+    (lambda rows: rows[:50] + [row for row in rows if row.split(',')[5] == '3'], True),
+    (lambda rows: rows + [','.join([*row.split(',')[:5], '9', *row.split(',')[6:]]) for row in rows], True),
+    (lambda rows: sorted(rows, key=lambda row: row.split(',')[5]), False)])
+def test_time_that_runs_back_is_refused(poses, tmp_path, capsys, order, is_refused):
+    """Two recordings in one table; one that is sorted by people is fine."""
+    head, *rows = poses.read_text().splitlines()
+    poses.write_text('\n'.join([head, *order(rows)]) + '\n')
+    for program in (keypoints_to_motion.trc, keypoints_to_motion.bvh, keypoints_to_motion.angles):
+        assert program([str(poses), '-o', str(tmp_path / program.__name__)]) == 2 * is_refused
+        assert ('time runs back by' in capsys.readouterr().err) == is_refused
 
 
 def test_the_table_of_angles(poses, tmp_path):

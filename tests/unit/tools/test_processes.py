@@ -8,11 +8,10 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.parallel.processes import ProcessLostError, ProcessPool, run_in_processes
+from openpose_ros_tools.parallel.processes import ProcessLostError, run_in_processes
 
 TIMEOUT = 60.0  # [s] of what takes a second, as a loaded machine starts processes slowly
 
@@ -80,35 +79,22 @@ def test_closing_ends_the_processes(tmp_path):
     assert not lives(int(waiting.read_text()))
 
 
-def process_id(_content):
-    return os.getpid()
-
-
-def test_a_process_that_ends_while_a_call_is_sent_to_it_blocks_no_thread():
-    with ProcessPool(2) as pool:
-        pids = [future.result(TIMEOUT) for future in [pool.submit(process_id, None), pool.submit(process_id, None)]]
-        for pid in pids:
-            os.kill(pid, signal.SIGSTOP)  # so that it does not read
-        futures = [pool.submit(process_id, np.zeros((2000, 2000, 3), np.uint8)) for _ in pids]  # more than a pipe holds
-        for pid in pids:
-            os.kill(pid, signal.SIGKILL)
-        assert not {future.result(TIMEOUT) for future in futures} & set(pids)
-
-
 @pytest.mark.parametrize('end', ['kill', 'leave'])
-def test_processes_end_with_their_parent(end):
-    code = ('import os, test_processes as t\n'
+def test_processes_end_with_their_parent(end, tmp_path):
+    code = ('import os, sys, pathlib, test_processes as t\n'
             "if __name__ == '__main__':\n"
-            '    with t.ProcessPool(2) as pool:\n'
-            '        pids = [pool.submit(t.process_id, None) for _ in range(2)]\n'
-            '        print(*(future.result() for future in pids), flush=True)\n'
-            f"        if '{end}' == 'kill':\n"
-            '            os.kill(os.getpid(), 9)\n')
+            '    folder = pathlib.Path(sys.argv[1])\n'
+            "    tasks = {name: (name.split()[0], folder / name) for name in ('wait', 'wait 2', 'work')}\n"
+            '    outcomes = t.run_in_processes(t.work, tasks, 3)\n'
+            '    next(outcomes)\n'
+            "    assert t.comes(lambda: all((folder / n).exists() and (folder / n).read_text() for n in tasks))\n"
+            f"    if '{end}' == 'kill':\n"
+            '        os.kill(os.getpid(), 9)\n')
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    parent = subprocess.run([sys.executable, '-c', code], env=environment, stdout=subprocess.PIPE, check=False)
+    parent = subprocess.run([sys.executable, '-c', code, str(tmp_path)], env=environment, check=False)
     assert parent.returncode == (-signal.SIGKILL if end == 'kill' else 0)
-    pids = [int(pid) for pid in parent.stdout.split()]
-    assert pids and comes(lambda: not any(lives(pid) for pid in pids))
+    pids = [int((tmp_path / name).read_text()) for name in ('wait', 'wait 2')]
+    assert comes(lambda: not any(lives(pid) for pid in pids))
 
 
 def lives(pid):

@@ -180,6 +180,28 @@ def expected_pixels(browser, camera, people):
 
 
 @needs_browser
+def test_nothing_is_drawn_before_the_first_message(browser):
+    browser.wait_for_drawing()
+    assert picture_of(browser)[300:, :900].max() < 130, 'the floor alone'
+
+
+@needs_browser
+def test_many_shapes_have_their_own_places(browser):
+    """A pool that grows while it is filled keeps each shape."""
+    far = browser.run('''Promise.all(["./pool.js", "./vendor/three.module.min.js"].map(each => import(each))).then(
+        ([{Spheres}, {Group, Matrix4}]) => {
+            const pool = new Spheres(new Group()), found = new Matrix4()
+            for (let index = 0; index < 600; index++) pool.add([index, 0, 0], 1, [index % 256, 0, 0])
+            return [...Array(600).keys()].filter(index => {
+                pool.mesh.getMatrixAt(index, found)
+                return found.elements[12] !== index
+                    || pool.mesh.instanceColor.array[3 * index] !== Math.fround(index % 256 / 255)
+            })
+        })''')
+    assert far == []
+
+
+@needs_browser
 @pytest.mark.parametrize('index', range(len(CAMERAS['cameras'])))
 def test_people_are_drawn_where_the_messages_say(site, browser, index):
     people, signals = frame(3, False)
@@ -394,11 +416,59 @@ def test_both_themes_and_a_phone(site, browser):
         grounds.append(picture_of(browser)[60, 20].mean())
     assert grounds[0] > 200
     assert grounds[1] < 60
-    browser.resize(390, 780, phone=True)
-    browser.wait('document.getElementById("scene").clientWidth === 390')
-    assert browser.run('document.documentElement.scrollWidth') == 390, 'nothing is beside the screen'
-    assert browser.run('document.querySelector("header").offsetHeight') < 60, 'one line'
+    for width, height in ((390, 780), (320, 640)):
+        browser.resize(width, height, phone=True)
+        browser.wait(f'document.getElementById("scene").clientWidth === {width}')
+        for state in (['live', 'live'], ['lost', 'no connection, trying again']):
+            browser.run(f'peopleView.state.setLink(...{state})')
+            browser.run('document.getElementById("figures").textContent = "14.8 Hz · 120 ms"')
+            assert browser.run('document.documentElement.scrollWidth') == width, 'nothing is beside the screen'
+            assert browser.run('document.querySelector("header").offsetHeight') < 60, 'one line'
+        site.server.publish(Key('image', 0, 960), image_message(0, 1.0, cv2.imencode('.jpg', np.zeros(
+            (540, 960, 3), np.uint8))[1].tobytes()))
+        left, top, right, bottom = browser.run(
+            '(image => { image.scrollIntoView(); const place = image.getBoundingClientRect();'
+            ' return [place.left, place.top, place.right, place.bottom] })(document.getElementById("image"))')
+        assert left >= 0 and top >= 0 and right <= width and bottom <= height + 1, 'the whole image can be seen'
+        browser.run('document.querySelector("main").scrollTo(0, 0)')
+    browser.run('peopleView.state.setLink("live", "live")')
     browser.resize(1280, 800)
+
+
+@needs_browser
+def test_people_are_faded_when_no_message_comes(site, browser):
+    people, signals = frame(3, False)
+    shown(site, browser, people, signals)
+    assert not browser.run('document.body.classList.contains("old")')
+    browser.wait('document.body.classList.contains("old")')
+    told = browser.run('document.getElementById("notice").textContent')
+    assert re.fullmatch(r'last seen \d+ s ago', told)
+    assert browser.run('getComputedStyle(document.getElementById("scene")).opacity') == '0.35'
+    shown(site, browser, *frame(2, True))
+    browser.wait('document.body.classList.contains("old") === false')
+    assert browser.run('document.getElementById("notice").hidden')
+
+
+@needs_browser
+def test_a_page_that_is_busy_takes_its_messages_for_no_silence(browser):
+    """They have arrived, and wait to be read: a look at the clock long after the last one tells nothing."""
+    states = browser.run('''import("./live.js").then(({LiveSource}) => {
+        const states = [], source = new LiveSource("ws://localhost:1/ws")
+        source.state = {setLink: state => states.push(state), receive: () => {}}
+        source.connect = () => {}
+        source.socket = {readyState: WebSocket.OPEN, close: () => states.push("closed")}
+        const now = Date.now
+        source.receive('{"type": "state"}')
+        Date.now = () => now() + 10000
+        source.watch()
+        source.receive('{"type": "state"}')
+        states.push("heard")
+        for (let look = 0; look < 6; look++) source.watch()
+        Date.now = now
+        clearTimeout(source.timer)
+        return states
+    })''')
+    assert states == ['heard', 'closed', 'lost']
 
 
 @needs_browser

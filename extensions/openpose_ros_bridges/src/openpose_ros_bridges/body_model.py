@@ -9,6 +9,7 @@ from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames, pelvis_frames
 from skeleton_extract_3d.people import MISSING, People3D
@@ -109,7 +110,7 @@ def body_poses(people: People3D) -> Dict[int, BodyPose]:
     """Return the bodies of the people whose hips are known, by their ids."""
     frames, pelvises, index = joint_frames(people), pelvis_frames(people), people.skeleton.index
     bodies = {}
-    for row, name in enumerate(people.ids.tolist()):
+    for row, name in enumerate(distinct_ids(people.ids).tolist()):
         known = {joint: (people.xyz[row, column].astype(np.float64), frames[row, column])
                  for joint, column in index.items() if people.status[row, column] != MISSING}
         if set(_HIPS) <= set(known) and 'neck' in known:

@@ -2,13 +2,13 @@
 
 A part whose joints are MISSING is anywhere within reach of those that are known: `reaches_of`.
 """
-from dataclasses import dataclass
-from typing import Iterator, NamedTuple, Tuple
+from dataclasses import dataclass, fields
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.people import distinct_ids, values_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.geometry import EARS, joints_of, stature_of
 from skeleton_extract_3d.body.body import BODY, HEAD, HIPS, BodyConstants, joint_indices
@@ -75,26 +75,15 @@ PARTS = tuple(name for name, *_ in _PARTS)
 """Names of the capsules of a body."""
 _ENDS = np.array([[_POINTS[start], _POINTS[end]] for *_, start, end in _PARTS])
 _FEET = np.array([part.endswith('foot') for part in PARTS])
-
-
-class Capsule(NamedTuple):
-    """A part of a person, as arrays of `Capsules` have it."""
-
-    person: int
-    part: str
-    ends: np.ndarray
-    radius: float
-    sigma: np.ndarray
-    velocity: np.ndarray
-    measured: bool
+_TRUNK = np.array([field == 'trunk' for _, field, *_ in _PARTS])
 
 
 @dataclass(frozen=True)
 class Capsules:
-    """The N capsules of all people of a frame, those whose ends are both known, person by person.
+    """N capsules of the people of a frame.
 
     Attributes:
-        persons: (N,) int64 ids.
+        persons: (N,) int64 ids, see `distinct_ids`.
         parts: (N,) int64 places in `PARTS`.
         points: (N, 2) int64 places in `POINTS` of the ends.
         ends: (N, 2, 3) float64 [m].
@@ -116,17 +105,14 @@ class Capsules:
     def __len__(self) -> int:
         return len(self.persons)
 
+    def where(self, chosen: np.ndarray) -> 'Capsules':
+        return Capsules(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
     @property
     def known_sigma(self) -> np.ndarray:
         """Sigma of the ends (N, 2) [m], that of `CapsuleConstants.no_sigma` where there is none."""
         with np.errstate(invalid='ignore'):
             return np.asarray(np.where(self.sigma >= 0, np.minimum(self.sigma, _MOST_SIGMA), CAPSULES.no_sigma))
-
-    def __iter__(self) -> Iterator[Capsule]:
-        """Yield the capsules one by one."""
-        for row in range(len(self)):
-            yield Capsule(int(self.persons[row]), PARTS[self.parts[row]], self.ends[row], float(self.radii[row]),
-                          self.sigma[row], self.velocity[row], bool(self.measured[row]))
 
 
 class _Points(NamedTuple):
@@ -139,7 +125,19 @@ class _Points(NamedTuple):
 
 
 def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
-    """Return the capsules of the people of a frame, in their frame of reference.
+    """Return what is to be kept free of the people of a frame, in their frame of reference.
+
+    That is the known parts, and of a person without any of the trunk also the least sphere that holds one of it.
+    """
+    known, spheres = known_parts(people, constants, body), reaches_of(people, constants, body)
+    spheres = spheres.where(_TRUNK[spheres.parts] & ~np.isin(spheres.persons, known.persons[_TRUNK[known.parts]]))
+    spheres = spheres.where(np.argsort(spheres.radii))
+    both = known, spheres.where(np.unique(spheres.persons, return_index=True)[1])
+    return Capsules(*(np.concatenate([getattr(each, field.name) for each in both]) for field in fields(known)))
+
+
+def known_parts(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
+    """Return the parts whose ends are both known.
 
     Radii follow from the measured bones of this frame; without, they are those of an adult.
     """
@@ -147,14 +145,14 @@ def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: 
     known = (points.status[:, _ENDS] != MISSING).all(axis=2)
     persons, parts = np.nonzero(known)
     rows = persons[:, np.newaxis], _ENDS[parts]
-    return Capsules(people.ids[persons], parts, _ENDS[parts], points.xyz[rows],
+    return Capsules(distinct_ids(people.ids)[persons], parts, _ENDS[parts], points.xyz[rows],
                     _radii(constants)[parts] * scale[persons], points.sigma[rows], points.velocity[rows],
                     (points.status[rows] == MEASURED).all(axis=1))
 
 
 def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY,
                feet: bool = False) -> Capsules:
-    """Return for each part that `capsules_of` leaves out a sphere that contains it, round a joint that is known.
+    """Return for each part that `known_parts` leaves out a sphere that contains it, round a joint that is known.
 
     Both ends are that joint, from which the part is a chain of bones away. People without any known joint have none.
 
@@ -174,7 +172,7 @@ def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: B
     nearest = costs.argmin(axis=1)
     rows, both = (persons, nearest), np.stack([nearest, nearest], axis=1)
     return Capsules(
-        people.ids[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
+        distinct_ids(people.ids)[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
         (away[parts, nearest] + _radii(constants)[parts]) * scale[persons],
         np.repeat(points.sigma[rows][:, np.newaxis], 2, axis=1),
         np.repeat(points.velocity[rows][:, np.newaxis], 2, axis=1), np.zeros(len(persons), bool))

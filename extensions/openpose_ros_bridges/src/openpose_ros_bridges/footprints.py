@@ -7,7 +7,7 @@ from typing import List, NamedTuple, Sequence
 
 import numpy as np
 
-from openpose_ros_bridges.capsules import PARTS, Capsules
+from openpose_ros_bridges.capsules import CAPSULES, PARTS, Capsules
 from openpose_ros_bridges.located import Located, velocity_sigma
 
 BODY, LEGS = 'body', 'legs'
@@ -53,9 +53,9 @@ def _circles(person: Located, capsules: Capsules, radii: np.ndarray, shape: str)
     if shape == LEGS and all(len(leg) for leg in legs):
         rows, ids = legs, [2 * person.id, 2 * person.id + 1]
         centres = [capsules.ends[leg, :, :2].mean(axis=(0, 1)) for leg in legs]
-    return [Circle(name, centre, float(
-        (np.linalg.norm(capsules.ends[part, :, :2] - centre, axis=2) + radii[part]).max(initial=0.0)), velocity,
-        velocity_sigma(person)) for name, centre, part in zip(ids, centres, rows)]
+    distances = [np.linalg.norm(capsules.ends[part, :, :2] - centre, axis=2) for part, centre in zip(rows, centres)]
+    return [Circle(name, centre, float((away + radii[part]).max(initial=CAPSULES.shin)), velocity,
+                   velocity_sigma(person)) for name, centre, part, away in zip(ids, centres, rows, distances)]
 
 
 def predicted(circle: Circle, horizon: float, step: float, sigmas: float) -> List[Circle]:

@@ -5,6 +5,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_signals.constants import SIGNALS, MotionConstants
 from openpose_ros_signals.records import UNKNOWN, FloorPose, PersonSignals
 from skeleton_extract_3d.body.body import JOINTS, TRUNK
@@ -53,7 +54,7 @@ class Located:
 
 def located(people: People3D, signals: Sequence[PersonSignals]) -> List[Located]:
     """Return the people of a frame whose place is known, by their joints and signals, in the order of these."""
-    rows = {name: row for row, name in enumerate(people.ids.tolist())}
+    rows = {name: row for row, name in enumerate(distinct_ids(people.ids).tolist())}
     return [_located(people, rows[person.id], person, person.floor) for person in signals
             if person.floor is not None and person.id in rows]
 

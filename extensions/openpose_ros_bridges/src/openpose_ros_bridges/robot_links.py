@@ -1,5 +1,4 @@
 """Links of a robot, as text in a parameter, and which parts of people are in truth these links."""
-import dataclasses
 import re
 from typing import NamedTuple, Sequence, Tuple
 
@@ -56,6 +55,4 @@ def without_links(capsules: Capsules, ends: np.ndarray, radii: Sequence[float]) 
         way = end - start
         share = np.clip((points - start) @ way / max(way @ way, 1e-12), 0.0, 1.0)
         within |= np.linalg.norm(points - start - share[..., np.newaxis] * way, axis=-1) <= radius
-    keep = ~within.all(axis=1)
-    return dataclasses.replace(capsules, **{field.name: getattr(capsules, field.name)[keep]
-                                            for field in dataclasses.fields(capsules)})
+    return capsules.where(~within.all(axis=1))

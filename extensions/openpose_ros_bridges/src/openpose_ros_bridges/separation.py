@@ -30,7 +30,7 @@ from openpose_ros_bridges.capsules import (
     CapsuleConstants,
     Capsules,
     bone_paths,
-    capsules_of,
+    known_parts,
     reaches_of,
 )
 from openpose_ros_bridges.guard import View
@@ -223,7 +223,7 @@ class SeparationEstimator:
         # by their rows, as a message may have an id twice
         rows = replace(people, ids=np.arange(len(people)))
         known, missing, reaches = (parts_of(each, self._capsules, self._body) for parts_of, each in (
-            (capsules_of, rows), (self._reaches_of, rows), (self._reaches_of, _measured(rows))))
+            (known_parts, rows), (self._reaches_of, rows), (self._reaches_of, _measured(rows))))
         parts = self._rows(known, np.where(known.measured, MEASURED, INFERRED), known.radii, stamp).and_of(
             self._rows(missing, np.full(len(missing), MISSING), np.zeros(len(missing)), stamp))
         around = self._rows(reaches, np.full(len(reaches), MEASURED), np.zeros(len(reaches)), stamp)

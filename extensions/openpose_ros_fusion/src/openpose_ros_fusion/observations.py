@@ -12,7 +12,7 @@ from typing import List, Union
 import numpy as np
 
 from openpose_ros_fusion.constants import FUSION, EstimateConstants, ShapeConstants
-from openpose_ros_pkg.people import People2D, values_in
+from openpose_ros_pkg.people import People2D, distinct_ids, values_in
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import HIPS, SHOULDERS
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -160,7 +160,7 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform,
     status = values_in(people.status, people.skeleton, COCO_18, MISSING)
     with np.errstate(invalid='ignore'):
         sigma = np.where(sigma > 0, np.maximum(sigma, constants.common_sigma), constants.unknown_sigma)
-    return Sighting(camera, stamp, origin, people.ids, positions, directions,
+    return Sighting(camera, stamp, origin, distinct_ids(people.ids), positions, directions,
                     np.where(status == MISSING, np.nan, sigma), status,
                     values_in(people.confidence, people.skeleton, COCO_18, 0.0))
 
@@ -179,6 +179,6 @@ def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, 
     directions = rays / np.linalg.norm(rays, axis=2, keepdims=True) @ rotation.T
     angle = constants.pixel_sigma / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     known = np.isfinite(directions).all(axis=2)
-    return Sighting(camera, stamp, origin, people.ids, np.full(directions.shape, np.nan), directions,
+    return Sighting(camera, stamp, origin, distinct_ids(people.ids), np.full(directions.shape, np.nan), directions,
                     np.where(known, angle, np.nan), np.where(known, MEASURED, MISSING).astype(np.uint8),
                     values_in(people.confidence, people.skeleton, COCO_18, 0.0))

@@ -30,15 +30,15 @@ std::string shown(const ros::NodeHandle& handle, const std::string& key)
 }
 
 /// What to do about a wrong parameter that was not set on purpose: the server keeps those of nodes that have ended.
-std::string howToDelete(const std::string& name)
+std::string howToDelete(const ros::NodeHandle& handle)
 {
-  return ". If it was not set on purpose, an earlier start left it: rosparam delete " + name;
+  return ". If it was not set on purpose, an earlier start left it: rosparam delete " + handle.getNamespace();
 }
 
 [[noreturn]] void refuse(const ros::NodeHandle& handle, const std::string& key, const std::string& allowed)
 {
   throw ParameterError("parameter '" + key + "' = " + shown(handle, key) + " is not allowed: " + allowed +
-                       howToDelete(handle.resolveName(key)));
+                       howToDelete(handle));
 }
 
 template <typename Number>
@@ -125,7 +125,7 @@ void ParameterReader::refuseUnknown()
     key = key.substr(0, key.find('/'));
     if (known_.count(key) == 0)
       throw ParameterError("unknown parameter '" + key + "' = " + shown(handle_, key) +
-                           "; allowed: " + joined(known_) + howToDelete(name));
+                           "; allowed: " + joined(known_) + howToDelete(handle_));
   }
 }
 

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <numeric>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -115,6 +117,8 @@ private:
         skeletons.push_back(skeletonOf(person, to_cloud));
         ids.push_back(person.person_ID);
       }
+      if (std::set<std::uint32_t>(ids.begin(), ids.end()).size() < ids.size())
+        std::iota(ids.begin(), ids.end(), 0);  // an id is there twice, or 0, which is the scene
       const std::vector<std::uint32_t>& numbers = labeller_->label(points, skeletons);
       if (without_people_publisher_.getNumSubscribers() > 0)
         without_people_publisher_.publish(withoutLabelled(*cloud, numbers));

@@ -8,6 +8,7 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_signals.show.markers import SignalMarkerParams
+from skeleton_extract_3d.points.transform import UPRIGHT
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,11 @@ class UprightParams(Parameters):
             raise ParameterError(f"parameter 'up' = {self.up!r} is not allowed: three numbers, as '0 -1 0'", 'up')
         return np.asarray(vector / np.linalg.norm(vector))
 
+    @property
+    def level(self) -> bool:
+        """Whether that is upwards in the optical frame of a level camera."""
+        return np.allclose(self.upwards, UPRIGHT[:, 2])
+
 
 @dataclass(frozen=True)
 class SignalsParams(Parameters):
@@ -40,7 +46,8 @@ class SignalsParams(Parameters):
 
     fixed_frame: str = parameter(
         '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '
-            'Empty: the frame of the people, which must not move then.')
+            'Empty: the camera stands still. Of a level one, FRAME_upright: x forward, y left, z up of its FRAME; with '
+            'use_floor, or another up, the frame of the people.')
     use_floor: bool = parameter(
         False, 'Without fixed_frame: upwards is the normal of the plane on ~floor (pcl_msgs/ModelCoefficients in the '
                'frame of the people, as the nodelet floor publishes it).')

@@ -1,9 +1,11 @@
 """What people do, from frame to frame."""
+from dataclasses import replace
 from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import joints_of
 from openpose_ros_signals.gestures import palm_of
@@ -26,7 +28,7 @@ class Present(NamedTuple):
 class SignalReader:
     """Tells what the people of successive frames do; not thread-safe, and with no clock but the stamps.
 
-    An id is a person: a new one begins anew wherever it is, and nothing is told of one that is gone.
+    An id is a person (`distinct_ids`): a new one begins anew wherever it is, and nothing is told of one that is gone.
 
     Attributes:
         present: the people of the last frame, in their order.
@@ -55,6 +57,7 @@ class SignalReader:
         up = np.asarray(up, np.float64) / np.linalg.norm(up)
         self._people = {name: person for name, person in self._people.items()
                         if stamp - person.stamp <= self._constants.person.gap}
+        people = replace(people, ids=distinct_ids(people.ids))
         for name in set(people.ids.tolist()) - self._people.keys():
             self._people[name] = Person(stamp, self._constants)
         seen = _observations(people, joints_of(people), landmarks or Landmarks3D.empty())

@@ -10,6 +10,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.draw import person_colour
+from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_pkg.skeletons import FACE_70, HAND_21, SKELETONS
 from openpose_ros_signals.records import Gesture, Hit, PersonSignals
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
@@ -104,8 +105,8 @@ def people_message(people: People3D, pose: Transform, moment: Moment) -> Message
     return {'type': 'people', **moment.fields(), 'skeleton': people.skeleton.name, 'people': [
         {'id': number, 'rgb': person_colour(number)[::-1], 'xyz': _places(xyz, pose), 'status': status.tolist(),
          'sigma': _millimetres(sigma), 'velocity': _velocity(velocity[trunk], pose[0])}
-        for number, xyz, status, sigma, velocity in zip(people.ids.tolist(), people.xyz, people.status, people.sigma,
-                                                        people.velocity)]}
+        for number, xyz, status, sigma, velocity in zip(distinct_ids(people.ids).tolist(), people.xyz, people.status,
+                                                        people.sigma, people.velocity)]}
 
 
 def signals_message(persons: Sequence[PersonSignals], pose: Transform, moment: Moment) -> Message:

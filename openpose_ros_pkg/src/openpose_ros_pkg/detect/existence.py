@@ -28,14 +28,13 @@ class ExistenceConstants:
     even_score: float = constant(0.2, 'Score of a detection that tells nothing: as frequent without a person.')
     score_scale: float = constant(0.08, 'A score higher by this multiplies the odds by e.')
     least_evidence: float = constant(0.1, 'Least logarithm of the likelihood ratio of an accepted detection.')
-    most_evidence: float = constant(3.0, 'Greatest one.')
     born: float = constant(0.8, 'Greatest probability after one detection.')
-    least: float = constant(0.001, 'Least and greatest probability: every track may be wrong, and right.')
-    most: float = constant(0.995, 'See `least`.')
+    most: float = constant(0.995, 'Greatest probability: every track may be wrong.')
     leaving: float = constant(
         1.0, 'Time in which the probability of a person outside of the image falls to 1/e.', unit='s')
     reported: float = constant(0.5, 'People are reported from this probability on.')
     ended: float = constant(0.05, 'Tracks end below this probability.')
+    free_view: float = constant(0.5, 'People of whom a smaller share is visible count as hidden.')
 
 
 EXISTENCE = ExistenceConstants()
@@ -43,9 +42,9 @@ EXISTENCE = ExistenceConstants()
 
 def with_evidence(existence: Value, log_ratio: Value, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:
     """Return probabilities after evidence with a logarithm of the likelihood ratio of person to no person."""
-    existence = np.clip(existence, constants.least, constants.most)
+    existence = np.minimum(existence, constants.most)
     odds = existence / (1 - existence) * np.exp(log_ratio)
-    return np.clip(odds / (1 + odds), constants.least, constants.most)
+    return np.minimum(odds / (1 + odds), constants.most)
 
 
 def decayed(existence: Value, elapsed: Value, lasting: Value, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:
@@ -53,14 +52,10 @@ def decayed(existence: Value, elapsed: Value, lasting: Value, constants: Existen
     return existence * np.exp(-np.maximum(elapsed, 0.0) / lasting)
 
 
-def of_detection(scores: Value, least_score: float, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:
-    """Return the logarithms of the likelihood ratios of detections with scores of people [0..1].
-
-    Args:
-        least_score: up to which they tell least.
-    """
-    ratio = (np.asarray(scores, np.float64) - least_score) / constants.score_scale
-    return np.clip(ratio, constants.least_evidence, constants.most_evidence)
+def of_detection(scores: Value, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:
+    """Return the logarithms of the likelihood ratios of detections with scores of people [0..1]."""
+    ratio = (np.asarray(scores, np.float64) - constants.even_score) / constants.score_scale
+    return np.maximum(ratio, constants.least_evidence)
 
 
 def of_miss(visibility: Value, since: Value, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:

@@ -53,9 +53,9 @@ class FollowingConstants:
 
     agreement: float = constant(
         0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '
-              'person (half the diagonal of the box of the joints).')
+              'person (half the diagonal of the box of the joints). A person who may be twice as far away may be '
+              'beside its crop.')
     spreads: float = constant(2.0, 'It is greater by this times the standard deviation of the expected place.')
-    most_agreement: float = constant(1.0, 'Greatest value of that distance.')
     elsewhere_score: float = constant(
         0.4, 'Mean score of a pose on a crop, farther away than that, which is a person too: the tracker decides who.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
@@ -143,7 +143,7 @@ class Person:
     def agreed(self) -> float:
         """Greatest disagreement with the expected place of a pose on a crop that is the person."""
         constants = self.constants
-        return min(constants.agreement + constants.spreads * self.spread, constants.most_agreement)
+        return constants.agreement + constants.spreads * self.spread
 
     def since_look(self, stamp: float) -> float:
         """Return the time since the last crop [s]; infinite before the first one."""

@@ -3,7 +3,7 @@ import itertools
 from typing import Iterator, Optional
 
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame, NextPart
-from openpose_ros_pkg.detect.tracking import ImageTracker, PerCamera, TrackingParams
+from openpose_ros_pkg.detect.tracking import ImageTracker, Mounting, PerCamera, TrackingParams
 from openpose_ros_pkg.people import FIRST_ID, People2D
 
 
@@ -13,12 +13,16 @@ class ImageChain:
     Args:
         detection: finds the people.
         tracking: limits of tracks.
+
+    Attributes:
+        mounting: how the camera of the newest image seems to be turned, see `Mounting`.
     """
 
     def __init__(self, detection: Detection, tracking: TrackingParams) -> None:
         self._detection, self._tracking = detection, tracking
         self._ids = itertools.count(FIRST_ID)
         self._trackers = PerCamera(lambda: ImageTracker(self._tracking, self._ids))
+        self._mountings, self.mounting = PerCamera(Mounting), ''
         self._newest: Optional[ImageFrame] = None
 
     def reconfigure(self, tracking: TrackingParams) -> None:
@@ -38,6 +42,7 @@ class ImageChain:
         looks = self._detection.look(frame, expected, in_full)
         people = tracker.update(looks, frame.stamp, frame.size)
         self._detection.remember(frame, people.ids[:len(looks.people)])
+        self.mounting = self._mountings.of(frame.camera).fault(people)
         self._newest = frame
         return people
 

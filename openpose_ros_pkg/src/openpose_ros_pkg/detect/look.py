@@ -232,7 +232,7 @@ def assigned(found: Sequence[PartPeople], people: Sequence[Person], setup: Setup
     nowhere = Person(np.full((len(joint_sigmas), 3), (np.nan, np.nan, 0), np.float32))
     result: List[Person] = []
     groups = group([known, *(one.poses.keypoints for one in found)], joint_sigmas)
-    competing = [person.number >= 0 and person.visibility >= SCHEDULE.hidden and person.crop is None
+    competing = [person.number >= 0 and person.visibility >= EXISTENCE.free_view and person.crop is None
                  for person in people]
     for index in range(1, len(found) + 1):
         groups[:len(people)] = shared_out(groups[:len(people)], index, known, np.array(competing, bool))

@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame, Looks, NextPart
 from openpose_ros_pkg.detect.detector import Detector, check_image, create_detector
 from openpose_ros_pkg.detect.existence import EXISTENCE
-from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams, Person, PersonMemory, voted
+from openpose_ros_pkg.detect.following import FOLLOWING, NEVER_FOLLOWED, FollowingParams, Person, PersonMemory, voted
 from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.look import Look, Networks, Run, SearchPlan
 from openpose_ros_pkg.detect.recipe_choice import RATE
@@ -86,7 +86,7 @@ class CameraMemory:
     def after_crops(self, people: Sequence[Person], interval: float, spent: float, cameras: int) -> 'CameraMemory':
         """Return the memory after crops of people; see `Budget.after_frame`."""
         urgent = [person.box for person in people if not person.found and person.number >= 0
-                  and (person.opinions or person.visibility < self.plan.schedule.hidden)]
+                  and (person.opinions or person.visibility < EXISTENCE.free_view)]
         return replace(self, schedule=self.schedule.in_boxes(urgent),
                        budget=self.budget.after_frame(interval, spent, self.whole(), cameras))
 
@@ -212,7 +212,7 @@ class NetworkDetection:
         networks = Networks(memory.image, self._clock)
         if not plan.setup.recipe.is_ensemble:
             return self._one_network(networks, memory, expected)
-        in_full |= not plan.follows or idle > plan.schedule.bridged
+        in_full |= not plan.follows or idle > plan.schedule.search_time
         persons = memory.expected(expected)
         chosen = _chosen(persons, memory, interval)
         if in_full:
@@ -262,7 +262,7 @@ class NetworkDetection:
         memories = {number: one for number, one in memory.memories.items() if number in expected.ids}
         return replace(memory, stamp=frame.stamp, begun=self._worked, plan=plan, memories=memories,
                        image=SearchedImage(frame.bgr, plan.setup, frame.depth),
-                       candidates=candidates if idle <= plan.schedule.bridged else ()), interval, idle
+                       candidates=candidates if idle <= plan.schedule.search_time else ()), interval, idle
 
     def _one_network(self, networks: Networks, memory: CameraMemory, expected: ExpectedPeople) -> Looks:
         """Return the people that one network alone finds, as it has them."""
@@ -281,7 +281,7 @@ class NetworkDetection:
 
     def _cameras(self, stamp: float) -> int:
         """Return the number of cameras in use at a stamp [s]."""
-        return sum(abs(stamp - memory.stamp) <= memory.plan.schedule.bridged
+        return sum(abs(stamp - memory.stamp) <= memory.plan.schedule.search_time
                    for memory in self._memories.all() if memory is not None) or 1
 
     def _learn(self, runs: Sequence[Run], begin: float) -> None:
@@ -318,7 +318,7 @@ def _chosen(people: Sequence[Person], memory: CameraMemory, interval: float) -> 
     waits = [share * (person.since_look(stamp) + interval / 2) for share, person in zip(shares, people)]
     # an image that comes twice, or late, is looked at anew
     due = [person.number < 0 or interval <= 0 or wait >= schedule.look_interval for wait, person in zip(waits, people)]
-    allowed = (1 - schedule.search_share) * schedule.followed_share * min(interval, schedule.bridged)
+    allowed = (1 - schedule.search_share) * schedule.followed_share * min(interval, schedule.search_time)
     most = max(sum(due), int(min(allowed / max(plan.of_person, 1e-9), len(people))))
     order = sorted(range(len(people)), key=lambda i: (not due[i], -waits[i]))
     return order[:min(most, plan.setup.recipe.max_refined)]
@@ -348,9 +348,9 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
 
     These are visible people who may be beside their crop, and any person where no crop shows one.
     """
-    schedule, runs, before = memory.plan.schedule, list(look.runs), sum(person.found for person in look.people)
+    runs, before = list(look.runs), sum(person.found for person in look.people)
     missing = sum(bool(person.opinions) and not person.found and person.existence >= EXISTENCE.reported
-                  and person.visibility >= schedule.hidden and person.spread > schedule.most_spread
+                  and person.visibility >= EXISTENCE.free_view and person.agreed > 2 * FOLLOWING.agreement
                   for person in look.people)
     likely = any(person.found or (person.existence >= EXISTENCE.reported and not person.opinions)
                  for person in look.people)

@@ -16,21 +16,14 @@ class ScheduleConstants:
         0.7, "Share of a camera's time that the networks take while no frame waits; the rest is for what can not "
              'overlap with them, and for other programs.')
     search_time: float = constant(
-        0.5, 'The whole image is searched once in this time, also where frames wait: frames are left out then.',
-        unit='s')
+        0.5, 'The whole image is searched once in this time, also where frames wait: frames are left out then. After a '
+             'longer time without an image it is searched before it is decided who is there.', unit='s')
     search_share: float = constant(0.3, 'Greatest share of the time that this may take.')
     most_saved: float = constant(0.3, 'Time for searching that can be saved, or owed.', unit='s')
     look_interval: float = constant(
         0.13, 'People in free view are looked at again after this time at the latest; of those who are hidden in part, '
              'after this by the share that is visible.', unit='s')
     least_visibility: float = constant(0.25, 'Least such share: where a hidden person comes out is not known exactly.')
-    hidden: float = constant(0.5, 'People with a smaller visible share count as hidden.')
-    bridged: float = constant(
-        0.5, 'After a longer time without an image, or with so few images, the whole image is searched before it is '
-             'decided who is there.', unit='s')
-    most_spread: float = constant(
-        0.25, 'A visible person may be beside its crop where the standard deviation of its place is greater, see '
-              '`ExpectedPeople`.')
     overlap: float = constant(0.1, 'Overlap of neighbouring strips, as a share of the width of the image.')
     most_strips: int = constant(5, 'A pass is cut into this many strips at most.')
     strip_time: float = constant(
@@ -156,7 +149,7 @@ class Budget:
             whole: that a search of the whole image takes [s].
             cameras: number of cameras in use.
         """
-        constants, share = self.constants, min(interval, self.constants.bridged) / cameras
+        constants, share = self.constants, min(interval, self.constants.search_time) / cameras
         owed = min(self.owed + min(constants.search_share, whole / constants.search_time) * share, constants.most_saved)
         saved = self.saved + max(constants.followed_share * share - spent, 0.0)
         return replace(self, owed=owed, saved=min(max(saved, owed), constants.most_saved))

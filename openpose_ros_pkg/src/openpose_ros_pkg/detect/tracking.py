@@ -10,8 +10,8 @@ from openpose_ros_pkg.detect.detection import Looks
 from openpose_ros_pkg.detect.existence import EXISTENCE, decayed, of_detection, of_miss, with_evidence
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.people import FIRST_ID, ExpectedPeople, People2D, keypoints_in
+from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 
 Value = TypeVar('Value')
 
@@ -40,12 +40,18 @@ class TrackingConstants:
         0.5, 'Growth of the standard deviation of the place of a person, as a share of its size.', unit='1/s')
     open_view: float = constant(
         0.95, 'Visibility of people in the image, where no depth tells whether something is in front of them.')
-    least_score: float = constant(0.2, 'Score of a detection that tells nothing of the existence of a person.')
     most_tracks: int = constant(
         1000, 'Tracks that are kept of a camera: with stamps that stand still no track ever times out.')
+    turned_images: int = constant(10, 'Images of a person from which on it tells how the camera is turned.')
+    turned_share: float = constant(
+        0.8, 'A camera is turned where this share of the people have, in this share of images, the head to one side.')
+    turned_people: int = constant(2, 'Least number of people with the heads to the left or right, as one may lie.')
 
 
 TRACKING = TrackingConstants()
+TURNED_CAMERA = 'the camera seems to be turned'
+"""What nodes warn of where `Mounting` finds a fault."""
+_TRUNK = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 
 
 @dataclass(frozen=True)
@@ -144,7 +150,7 @@ class ImageTracker:
         tracks, sizes = self._alive(stamp, size), person_sizes(people.xy, self._constants)
         matched = dict(self._match(tracks, people, sizes, stamp))
         looked = {*looks.missed.tolist(), *people.ids.tolist()}
-        evidence = of_detection(people.scores, self._constants.least_score)
+        evidence = of_detection(people.scores)
         ids, existence = np.full(len(people), -1, np.int64), with_evidence(0.5, evidence)
         after: List[_Track] = []
         waiting: List[_Track] = []
@@ -217,6 +223,37 @@ class ImageTracker:
         scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
         return match(distances, distances <= self.params.image_track_gate)
+
+
+class Mounting:
+    """Tells how a camera is turned, by the side of its images to which the heads of tracked people are."""
+
+    def __init__(self, constants: TrackingConstants = TRACKING) -> None:
+        self._constants = constants
+        self._sides: Dict[int, np.ndarray] = {}  # by id, the newest last: images with the head up, right, down, left
+
+    def fault(self, people: People2D) -> str:
+        """Return in words how the camera seems to be turned, after the people of one more image; empty: it is level."""
+        constants, xy = self._constants, keypoints_in(people.keypoints, people.skeleton, COCO_18)[..., :2]
+        left, right, *hips = (xy[:, COCO_18.index[joint]].astype(np.float64) for joint in _TRUNK)
+        trunks, shoulders = (left + right - sum(hips)) / 2, left - right
+        with np.errstate(invalid='ignore'):  # a shorter trunk is seen from its end, as of a person who lies
+            seen = np.linalg.norm(trunks, axis=1) > np.linalg.norm(shoulders, axis=1)
+        for person in np.flatnonzero(seen & (people.ids >= 0)):
+            side = round(np.arctan2(trunks[person, 0], -trunks[person, 1]) / (np.pi / 2)) % 4
+            number = int(people.ids[person])
+            self._sides[number] = self._sides.pop(number, np.zeros(4, int)) + np.eye(4, dtype=int)[side]
+        for number in [*self._sides][:-constants.most_tracks]:
+            del self._sides[number]
+        told = [self._sides[number] for number in people.ids.tolist() if number in self._sides
+                and self._sides[number].sum() >= constants.turned_images]
+        count = sum((sides >= constants.turned_share * sides.sum() for sides in told), np.zeros(4, int))
+        side = int(np.argmax(count))
+        least = max(constants.turned_share * len(told), 1 if side == 2 else constants.turned_people)
+        if side == 0 or count[side] < least:
+            return ''
+        how = 'their hips above their necks' if side == 2 else 'their heads to one side'
+        return f'{count[side]} of {len(told)} people have {how}: if they stand, set rotate_image:={360 - 90 * side}'
 
 
 class PerCamera(Generic[Value]):

@@ -4,7 +4,6 @@ What comes is trusted only by the checksum of the member, wherever the address r
 """
 import http.client
 import socket
-import sys
 import time
 import urllib.error
 import urllib.request
@@ -12,8 +11,9 @@ import zipfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Optional
+from typing import IO
 
+from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.params.constants import constant
 
@@ -30,7 +30,6 @@ class DownloadLimits:
 
 LIMITS = DownloadLimits()
 _BLOCK = 1 << 16  # bytes that are read at once
-_SHOWN = 0.2  # time between two updates of the line of progress [s]
 
 
 def download(address: str, path: Path, limits: DownloadLimits = LIMITS) -> None:
@@ -43,7 +42,9 @@ def download(address: str, path: Path, limits: DownloadLimits = LIMITS) -> None:
     opener.addheaders = [('User-Agent', 'openpose_ros')]
     try:
         with opener.open(address, timeout=limits.patience) as response, path.open('wb') as file:
-            _receive(response, file, address, limits)
+            length = response.getheader('Content-Length')
+            with Progress(total=None if length is None else int(length), unit='B', unit_scale=True) as bar:
+                _receive(response, file, bar, address, limits)
     except urllib.error.HTTPError as error:
         raise ModelError(f'{address} answers {error.code} {error.reason}') from error
     except urllib.error.URLError as error:
@@ -54,51 +55,25 @@ def download(address: str, path: Path, limits: DownloadLimits = LIMITS) -> None:
         raise ModelError(f'{address} was cut off, or answers nonsense: {error or type(error).__name__}') from error
 
 
-def _receive(response: http.client.HTTPResponse, file: IO[bytes], address: str, limits: DownloadLimits) -> None:
+def _receive(response: http.client.HTTPResponse, file: IO[bytes], bar: Progress, address: str, limits: DownloadLimits
+             ) -> None:
     """Write what a server sends into a file; raise ModelError where it is too much, too slow or too little."""
-    length = response.getheader('Content-Length')
-    expected = int(length) if length is not None else None
-    received, line = 0, _Progress(expected)
     window_begin, window_bytes = time.monotonic(), 0
     while True:
-        if max(received, expected or 0) > limits.most_bytes:
-            raise ModelError(f'{address} has {max(received, expected or 0)} bytes, expected at most '
-                             f'{limits.most_bytes}')
+        if max(bar.n, bar.total or 0) > limits.most_bytes:
+            raise ModelError(f'{address} has {max(bar.n, bar.total or 0)} bytes, expected at most {limits.most_bytes}')
         block = response.read1(_BLOCK)
         if not block:
             break
         file.write(block)
-        received += len(block)
+        bar.update(len(block))
         window_bytes += len(block)
-        line.show(received)
         if time.monotonic() - window_begin > limits.patience:
             if window_bytes < limits.least_bytes:
                 raise ModelError(f'{address} has stalled: {window_bytes} bytes in {limits.patience:g} s')
             window_begin, window_bytes = time.monotonic(), 0
-    line.end(received)
-    if expected is not None and received != expected:
-        raise ModelError(f'{address} was cut off after {received} of {expected} bytes')
-
-
-class _Progress:
-    """A line that tells how much has come, on terminals."""
-
-    def __init__(self, expected: Optional[int]) -> None:
-        self._of = f' of {expected / 1e6:.1f}' if expected else ''
-        self._shown = 0.0
-        self._is_terminal = sys.stdout.isatty()
-
-    def show(self, received: int) -> None:
-        if self._is_terminal and time.monotonic() - self._shown > _SHOWN:
-            self._shown = time.monotonic()
-            sys.stdout.write(f'\r  {received / 1e6:.1f}{self._of} MB ')
-            sys.stdout.flush()
-
-    def end(self, received: int) -> None:
-        self._shown = 0.0
-        self.show(received)
-        if self._is_terminal:
-            sys.stdout.write('\n')
+    if bar.total is not None and bar.n != bar.total:
+        raise ModelError(f'{address} was cut off after {bar.n} of {bar.total} bytes')
 
 
 def zip_member(archive: Path, name: str, size: int = 0, limits: DownloadLimits = LIMITS) -> bytes:

@@ -28,6 +28,7 @@ class CameraPreset:
     ns: str = ''
     points: str = ''
     depth: str = ''
+    unregistered: str = ''
     camera_info: str = ''
     points_source: str = ''
     image_transport: str = 'raw'
@@ -149,7 +150,7 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
     Raises:
         ParameterError: the file can not be read or is not of the table's form.
     """
-    path = Path(path or presets_file()).expanduser()
+    path = Path(path or presets_file())
     value = file_values(path, f"parameter 'camera': {path}", lambda text: ParameterError(text, 'camera'))
     if not isinstance(value, dict) or not value:
         raise ParameterError(f"parameter 'camera': {path} is no table of cameras, as config/cameras.yaml is", 'camera')

@@ -11,19 +11,48 @@ and so the value of the parameter, is the command line; nothing where roslaunch 
 import argparse
 import difflib
 import os
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, List, Sequence
 
+# Arguments of any launch file that are given always, and seldom; the others: sometimes.
+_ALWAYS = ('camera', 'cameras', 'rgb_cameras', 'driver', 'fixed_frame', 'rviz')
+_SELDOM = ('driver_args', 'camera_ns', 'image_transport', 'depth_transport', 'chain', 'one_process', 'service',
+           'pose_model', 'crop_model', 'look_closer', 'markers', 'look', 'host', 'port', 'manager', 'fuse', 'rgb_image',
+           'publish_tf', 'verbose', 'config', 'respawn')
 _SWITCH = ('true', 'false', '1', '0', '')
 
 
 def declared_arguments(files: Sequence[Path]) -> Dict[str, str]:
     """Return the arguments of launch files that can be given, with their defaults."""
     return {element.attrib['name']: element.attrib.get('default', '') for path in reversed(files)
-            for element in ElementTree.parse(str(path)).getroot().findall('arg')  # noqa: S314
-            if 'value' not in element.attrib}
+            for element in _elements(path, 'arg') if 'value' not in element.attrib}
+
+
+def checked_files(path: Path) -> List[Path]:
+    """Return the files whose arguments a launch file takes: those that it has checked; else itself."""
+    commands = (element.get('command', '') for element in _elements(path, 'param'))
+    names = next((re.findall(r'([\w]+\.launch)', command) for command in commands if '/check_arguments' in command), [])
+    return [path.resolve().parent / name for name in names] or [path]
+
+
+def listing(path: Path) -> str:
+    """Return the arguments of a launch file with their meaning, by how often they are given."""
+    elements = {element.attrib['name']: element for file in reversed(checked_files(path))
+                for element in _elements(file, 'arg') if 'value' not in element.attrib}
+    lines: Dict[str, List[str]] = {'always': [], 'sometimes': [], 'seldom': []}
+    for name, element in elements.items():
+        default = element.get('default', '')
+        group = 'always' if name in _ALWAYS else 'seldom' if name in _SELDOM else 'sometimes'
+        lines[group].append(f'  {name + ":=":<18}{element.get("doc", "")}' + (
+            f' ({default})' if default and '$' not in default else ''))
+    return '\n'.join(f'{group}\n' + '\n'.join(found) for group, found in lines.items() if found) + '\n'
+
+
+def _elements(path: Path, tag: str) -> List[ElementTree.Element]:
+    return ElementTree.parse(str(path)).getroot().findall(tag)  # noqa: S314
 
 
 def starts(command: Sequence[str], path: Path) -> bool:

@@ -18,6 +18,8 @@ from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 CAMERA_DOC = ('Camera whose topics are read unless they are given: a name of cameras.yaml (realsense, kinect2, '
               'azure_kinect, oakd, zed, orbbec, xtion, usb_cam), a YAML file with one camera, or auto: the one that '
               'is published.')
+ROTATE_DOC = ('Turn images and points clockwise by this angle, where the camera hangs upside down or lies on its side. '
+              'Results are in FRAME_turned, the optical frame of a level camera; an extractor publishes it on /tf.')
 CAMERA_NS_DOC = "Namespace of the camera's topics; empty: that of its preset."
 
 
@@ -48,6 +50,7 @@ class StreamParams(Parameters):
             'node. Empty: that of the camera.')
     camera: str = parameter('', CAMERA_DOC + ' Empty: only images that clients send.')
     camera_ns: str = parameter('', CAMERA_NS_DOC)
+    rotate_image: int = parameter(0, ROTATE_DOC, unit='degrees', choices=(0, 90, 180, 270))
 
 
 @dataclass(frozen=True)

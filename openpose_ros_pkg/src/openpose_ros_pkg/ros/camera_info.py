@@ -6,7 +6,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.convert import calibration_from_message
+from openpose_ros_pkg.ros.convert import calibration_from_message, turned_info
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
@@ -24,10 +24,12 @@ class CameraInfoPublisher:
         input: subscriber of the input's camera info, for `demand` to read.
         newest: camera info of the input; None before the first.
         source: resolved name of its topic.
+        degrees: by which the images are turned clockwise.
     """
 
     def __init__(self, namespace: str, source: str, health: Health, demand: Demand, needed: bool = False) -> None:
         self.newest: Optional[CameraInfo] = None
+        self.degrees = 0
         self._health = health
         self._publisher = demand.advertise(f'{namespace}/camera_info', CameraInfo, queue_size=1)
         self.input = InputSubscriber(demand.resolve(source), CameraInfo, optional=not needed)
@@ -43,7 +45,7 @@ class CameraInfoPublisher:
         """
         if self._publisher.get_num_connections() == 0:
             return
-        newest = self.newest
+        newest = self.newest and turned_info(self.newest, self.degrees)
         info = copy.copy(newest) if newest is not None and _is_of_image(newest, size) else otherwise()
         if info is not None:
             info.header = header

@@ -19,7 +19,7 @@ from openpose_ros_msgs.msg import (
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.calibration import Calibration
+from openpose_ros_pkg.calibration import Calibration, turned
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, MESH_POINTS, Faces2D, Hands2D
 from openpose_ros_pkg.output.files import jpeg_of
@@ -52,6 +52,8 @@ _PARTS = tuple(name for name in PersonDetection.__slots__ if name not in _NOT_PA
 Part = TypeVar('Part')
 
 _bridge = CvBridge()
+TURNED_FRAME = '_turned'
+"""End of the name of the optical frame of turned images."""
 
 
 def image_to_bgr(message: Image, most: float = MOST_MEGAPIXELS) -> np.ndarray:
@@ -339,6 +341,23 @@ def _bytes_per_pixel(encoding: str) -> int:
                             'rgba8, bgra8, mono8, mono16, bayer_*, yuv422, yuv422_yuy2') from None
     depth, channels = cv_type & 7, (cv_type >> 3) + 1
     return channels * (1, 1, 2, 2, 4, 4, 8, 2)[depth]
+
+
+def turned_header(header: Header, degrees: int) -> Header:
+    """Return a header with the frame of a camera beside the camera that is turned; of 0 degrees, that of the camera."""
+    return Header(header.seq, header.stamp, header.frame_id + TURNED_FRAME) if degrees else header
+
+
+def turned_image(message: Image, degrees: int) -> Image:
+    """Return a raw image turned clockwise; BadInputError: see `image_to_pixels`."""
+    pixels, encoding = image_to_pixels(message)
+    return pixels_to_image(np.rot90(pixels, -degrees // 90), encoding, turned_header(message.header, degrees))
+
+
+def turned_info(message: CameraInfo, degrees: int) -> CameraInfo:
+    """Return the camera info of images that are turned clockwise."""
+    return calibration_to_message(turned(calibration_from_message(message), degrees),
+                                  turned_header(message.header, degrees))
 
 
 def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:

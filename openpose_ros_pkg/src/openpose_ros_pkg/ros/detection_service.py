@@ -12,6 +12,7 @@ from openpose_ros_pkg.detect.detection import ImageFrame, NextPart
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.image_chain import ImageChain
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
 from openpose_ros_pkg.errors import BadInputError, ParameterError, StoppedError
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.params.parameters import frame_name
@@ -94,6 +95,7 @@ class DetectionService:
         self._camera_info: Optional[CameraInfoPublisher] = None
         if self._settings.publishing.publish_results:
             self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
+            self._camera_info.degrees = self._settings.stream.rotate_image
             inputs.append(self._camera_info.input)
         self._skipped = 0
         self._health.show(lambda: {'images skipped': str(self._skipped)})
@@ -125,12 +127,14 @@ class DetectionService:
 
     def _handle(self, arrived: _Arrived) -> Iterator[NextPart]:
         """Handle an image of the camera."""
-        decoded, message = self._decode(arrived), arrived.message
+        most, degrees = self._settings.limits.max_image_megapixels, self._settings.stream.rotate_image
+        message = raw_image(arrived.message, most, degrees) if degrees else arrived.message
+        decoded = self._decode(_Arrived(message, arrived.received))
         search = self._publish(decoded, self._look(decoded, in_full=False))
         if self._camera_info is not None:
             self._camera_info.publish(message.header, decoded.frame.size)
         if self._input_publisher.get_num_connections() > 0:
-            self._input_publisher.publish(raw_image(message, self._settings.limits.max_image_megapixels))
+            self._input_publisher.publish(raw_image(message, most))
         return search
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
@@ -163,6 +167,8 @@ class DetectionService:
     def _look(self, decoded: _Decoded, in_full: bool) -> People2D:
         begin = time.monotonic()
         people = self._chain.look(decoded.frame, in_full)
+        if self._chain.mounting:
+            self._health.warn(TURNED_CAMERA, self._chain.mounting)
         self._timing.add('wait', begin - decoded.received - decoded.decoding)
         self._timing.add('detection', time.monotonic() - begin)
         return people

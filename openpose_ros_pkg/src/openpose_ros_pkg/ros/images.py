@@ -121,8 +121,15 @@ def image_subscriber(topic: str, transport: str) -> InputSubscriber:
     return InputSubscriber(f'{rospy.resolve_name(topic)}/{transport}', CompressedImage)
 
 
-def raw_image(message: AnyImage, most: float) -> Image:
-    """Return the message itself if it is raw, else the decoded image as bgr8; BadInputError: it can not be decoded."""
+def raw_image(message: AnyImage, most: float, degrees: int = 0) -> Image:
+    """Return the message itself if it is raw, else the decoded image as bgr8, turned clockwise.
+
+    Raises:
+        BadInputError: it can not be decoded.
+    """
+    if degrees:
+        bgr = convert.bgr_to_image(convert.any_image_to_bgr(message, most), message.header)
+        return convert.turned_image(bgr, degrees)
     if message._type == CompressedImage._type:
         return convert.bgr_to_image(convert.compressed_image_to_bgr(message, most), message.header)
     return message

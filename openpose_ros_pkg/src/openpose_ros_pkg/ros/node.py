@@ -6,13 +6,13 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from typing import Any, Callable, Dict, Iterable, List, NoReturn, Sequence, TextIO, Tuple, Type, cast
+from typing import Any, BinaryIO, Callable, Dict, Iterable, List, NoReturn, Sequence, TextIO, Tuple, Type, cast
 
 import rosgraph.names
 import rospy
 from rosgraph.names import load_mappings
 from rospy.core import is_shutdown_requested
-from rospy.impl import registration
+from rospy.impl import registration, tcpros_base
 
 from openpose_ros_pkg.allocator import give_back_free_memory, keep_large_blocks
 from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRosError, ParameterError, StoppedError
@@ -73,7 +73,7 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
     rospy.spin()
     if WATCH.is_replaced:
         is_serving.clear()
-        if RESPAWNS in os.environ:
+        if os.environ.get(RESPAWNS):
             _wait()  # started again, the node would have the default parameters
         sys.exit(1)
     return int(failed(node))  # the node lives until here: its publishers and threads serve while spinning
@@ -85,6 +85,7 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
     # before rospy takes them for its log
     sys.stdout, sys.stderr = cast(TextIO, _Unfailing(sys.stdout)), cast(TextIO, _Unfailing(sys.stderr))
     rospy.init_node(name, disable_signals=True)
+    serialize_whole_messages()
     WATCH.start()
     for key, value in flags.items():
         rospy.set_param(f'~{key}', value)
@@ -101,9 +102,22 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
         raise rospy.ROSInterruptException(str(error)) from error
     except OpenposeRosError as error:
         rospy.logfatal('%s: %s%s', rospy.get_name(), error, _how_to_delete(error))
-        if RESPAWNS in os.environ and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):
+        if os.environ.get(RESPAWNS) and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):
             _rest()
         sys.exit(1)
+
+
+def serialize_whole_messages() -> None:
+    """Let rospy leave nothing of a message that can not be serialised: it would spoil all later ones of the topic."""
+    def serialize(buffer: BinaryIO, number: int, message: Any) -> None:
+        try:
+            rospy.msg.serialize_message(buffer, number, message)
+        except Exception:
+            buffer.seek(0)
+            buffer.truncate()
+            raise
+
+    rospy.topics.serialize_message = tcpros_base.serialize_message = serialize
 
 
 def _wait_for_other(name: str) -> None:
@@ -178,11 +192,10 @@ def check_topic_name(key: str, topic: str) -> None:
 
 
 def _how_to_delete(error: OpenposeRosError) -> str:
-    """Return what to do about a wrong parameter that an earlier start set: the server keeps those of ended nodes."""
-    if not isinstance(error, ParameterError) or not error.key or not rospy.has_param(f'~{error.key}'):
-        return ''
-    name = rospy.resolve_name(f'~{error.key}')
-    return f'. If it was not set on purpose, an earlier start left it: rosparam delete {name}'
+    """Return what to do about parameters that an earlier start set: the server keeps those of ended nodes."""
+    if isinstance(error, ParameterError) and error.key and rospy.has_param(f'~{error.key}'):
+        return f'. If it was not set on purpose, an earlier start left it: rosparam delete {rospy.get_name()}'
+    return ''
 
 
 class _Unfailing:

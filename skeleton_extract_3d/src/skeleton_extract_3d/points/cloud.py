@@ -66,6 +66,13 @@ class OrganizedCloud(PointGrid):
                                 f"{', '.join(layout.fields) or 'none'}")
         return cls(*(_axis_view(data, layout, axis) for axis in 'xyz'))
 
+    def turned(self, degrees: int) -> 'OrganizedCloud':
+        """Return the cloud of a camera at the same place whose images are turned clockwise."""
+        x, y, z = (np.rot90(axis, -degrees // 90) for axis in self._axes)
+        for _ in range(degrees // 90):
+            x, y = -y, x
+        return OrganizedCloud(x, y, z)
+
     def camera_model(self) -> Optional[CameraModel]:
         """Return the pinhole camera that x / z and y / z of the points belong to; see `PointGrid.camera_model`."""
         if not self._fitted:

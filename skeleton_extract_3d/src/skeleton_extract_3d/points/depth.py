@@ -7,6 +7,7 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.points.point_grid import PointGrid, check_buffer, depth_in_metres
+from skeleton_extract_3d.points.transform import Transform
 
 # Type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
 _ENCODINGS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
@@ -79,6 +80,32 @@ class DepthImage(PointGrid):
         z = self.depths(columns, rows)
         rays = self.camera.rays(np.stack([columns.ravel(), rows.ravel()], axis=-1))
         return rays.reshape(*z.shape, 3) * z[..., None]
+
+
+def registered(points: PointGrid, camera: CameraModel, pose: Transform) -> DepthImage:
+    """Return the depth that a camera sees of the points of another one; of several in a pixel the nearest.
+
+    It has the resolution of the points where that of the camera is higher, so that surfaces have no holes.
+
+    Args:
+        pose: from the frame of the points to that of the camera.
+
+    Raises:
+        BadInputError: the points are not those of a camera.
+    """
+    source, size = points.camera_model(), (camera.width, camera.height)
+    if source is not None:
+        scale = min(source.focal_in((source.width, source.height)) / camera.focal_in(size), 1)
+        camera = camera.scaled(*(max(round(scale * side), 2) for side in size))
+    v, u = np.mgrid[:points.height, :points.width]
+    xyz = points.window(u.ravel(), v.ravel(), 1)[:, 0] @ pose[0].T + pose[1]
+    xyz = xyz[np.argsort(-xyz[:, 2])]
+    uv = np.floor(camera.project(xyz) + 0.5)
+    inside = ((uv >= 0) & (uv < (camera.width, camera.height))).all(axis=1)
+    columns, rows = uv[inside].astype(np.int64).T
+    depth = np.zeros((camera.height, camera.width), np.float32)
+    depth[rows, columns] = xyz[inside, 2]
+    return DepthImage(depth, camera)
 
 
 def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, rays: Optional[np.ndarray] = None

@@ -1,12 +1,19 @@
 """Plausibility of points as the depth of a view: no depth at all, another unit, the same depth in each frame."""
 import functools
+from contextlib import suppress
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.calibration import Calibration
+from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.constants import PlausibilityConstants
 from skeleton_extract_3d.points.point_grid import PointGrid
+
+# Points that miss their pixels by a greater share of the image's width do not belong to the image.
+_GREATEST_MISFIT = 0.01
 
 
 class Doubt(NamedTuple):
@@ -45,6 +52,28 @@ def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plaus
         said, unit = (f'up to {most:g}', 'millimetres') if depth > most else (f'at least {least:g}', 'metres')
         doubt = Doubt('implausible depth', f'the median depth is {depth:.4g} m, expected {said} m: is it in {unit}?')
     return PointSummary(sample, share, depth, doubt)
+
+
+def registration_fault(points: PointGrid, calibration: Optional[Calibration]) -> str:
+    """Return why points are not those of the pixels of an image; '': they are, or its camera is not known.
+
+    Args:
+        calibration: of the image, which may be rectified.
+    """
+    u, v = (axis.ravel() for axis in np.meshgrid(*(np.linspace(0, size - 1, 24).astype(np.int64)
+                                                   for size in (points.width, points.height))))
+    sample, misfits = points.window(u, v, 1)[:, 0], []
+    if calibration is None or not np.isfinite(sample).all(axis=1).any() or np.nanmin(sample[:, 2]) < 0:
+        return ''
+    for rectified in (False, True):
+        with suppress(BadInputError):  # not calibrated
+            camera = calibrated_camera(calibration, rectified)
+            pixels = np.stack([u, v], axis=1) * (camera.width / points.width, camera.height / points.height)
+            misfits.append(float(np.nanmedian(np.hypot(*(camera.project(sample) - pixels).T))) / camera.width)
+    if not misfits or min(misfits) <= _GREATEST_MISFIT:
+        return ''
+    return (f'its points miss their pixels in the image by {100 * min(misfits):.2g} % of the width: it is not '
+            'registered to the colour image')
 
 
 class Stillness(NamedTuple):

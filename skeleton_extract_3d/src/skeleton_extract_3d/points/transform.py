@@ -15,6 +15,17 @@ UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """Axes x forward, y left, z up (REP 103) of a level camera, as columns in its optical frame."""
 TURNED = '_upright'
 """End of the name of a frame with these axes."""
+LEVEL: Transform = UPRIGHT.T, np.zeros(3)
+"""From the optical frame of a level camera to these axes."""
+
+
+# Largest rotation (as a sine) and translation [m] between frames that count as one.
+_SAME_PLACE = 2e-3
+
+
+def is_same_place(rotation: np.ndarray, translation: np.ndarray) -> bool:
+    """Return whether a transform connects two names of one frame."""
+    return bool(max(np.abs(rotation - np.eye(3)).max(), np.abs(translation).max()) < _SAME_PLACE)
 
 
 def transform_people(people: People3D, rotation: np.ndarray, translation: np.ndarray) -> People3D:
@@ -37,6 +48,11 @@ def transform_landmarks(landmarks: Landmarks3D, rotation: np.ndarray, translatio
         turns[known] = (rotation_of(rotation) * Rotation.from_quat(turns[known])).as_quat()
     return Landmarks3D(dataclasses.replace(hands, points=moved(hands.points)),
                        dataclasses.replace(faces, points=moved(faces.points), orientations=turns))
+
+
+def quarter_turns(degrees: int) -> np.ndarray:
+    """Return R (3, 3) of x' = R x, from the frame of a camera to that of one whose images are turned clockwise."""
+    return np.linalg.matrix_power(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), degrees // 90)
 
 
 def rotation_of(matrices: np.ndarray) -> Rotation:

@@ -35,14 +35,15 @@ from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
 from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout
-from skeleton_extract_3d.points.transform import quaternions
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, quaternions
 from skeleton_extract_3d.show.markers import MarkerSpec
 
 _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
               PointField.UINT16: 'uint16', PointField.INT32: 'int32', PointField.UINT32: 'uint32',
               PointField.FLOAT32: 'float32', PointField.FLOAT64: 'float64'}
-_MARKER_TYPES = {'sphere_list': Marker.SPHERE_LIST, 'line_list': Marker.LINE_LIST, 'arrow': Marker.ARROW,
-                 'text': Marker.TEXT_VIEW_FACING}
+# And the scale in x, y and z, as RViz reads it: of lines and texts, one; of arrows, shaft, width and length of the head
+_MARKER_TYPES = {'sphere_list': (Marker.SPHERE_LIST, (1, 1, 1)), 'line_list': (Marker.LINE_LIST, (1, 0, 0)),
+                 'arrow': (Marker.ARROW, (1, 2, 3)), 'text': (Marker.TEXT_VIEW_FACING, (0, 0, 1))}
 _MARKER_ACTIONS = {'add': Marker.ADD, 'delete': Marker.DELETE}
 _MISSING_PART = BodypartDetection_3d(x=np.nan, y=np.nan, z=np.nan, confidence=0.0, status=MISSING, sigma=np.nan)
 _UNKNOWN_VELOCITY = Vector3(np.nan, np.nan, np.nan)
@@ -213,6 +214,16 @@ def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Poi
         raise BadInputError(str(error)) from error
 
 
+def turned_frame(header: Header, rotation: np.ndarray, child_frame: str) -> TransformStamped:
+    """Return the transform of a frame at the same place, with axes that are columns of a rotation (3, 3)."""
+    return transform_from_matrix(np.block([[rotation, np.zeros((3, 1))], [np.zeros(3), 1.0]]), header, child_frame)
+
+
+def upright_transform(header: Header) -> TransformStamped:
+    """Return the transform from the upright frame of a level camera to its optical frame, that of a header."""
+    return turned_frame(header, UPRIGHT, header.frame_id + TURNED)
+
+
 def people_to_transforms(people: People3D, header: Header) -> List[TransformStamped]:
     """Return a frame `person_<id>/<joint>` for each joint that is not MISSING, with the axes of `joint_frames`."""
     transforms = []
@@ -228,15 +239,13 @@ def people_to_transforms(people: People3D, header: Header) -> List[TransformStam
 
 
 def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
-    red, green, blue, alpha = marker.rgba
-    message = Marker(header=header, ns=marker.ns, id=marker.id, type=_MARKER_TYPES[marker.kind],
-                     action=_MARKER_ACTIONS[marker.action], text=marker.text,
-                     lifetime=rospy.Duration(marker.lifetime),
-                     color=ColorRGBA(red, green, blue, alpha), scale=Vector3(*([marker.scale] * 3)),
+    kind, scales = _MARKER_TYPES[marker.kind]
+    number = int(np.array(marker.id).astype(np.int32))  # ids of people are unsigned
+    message = Marker(header=header, ns=marker.ns, id=number, type=kind, action=_MARKER_ACTIONS[marker.action],
+                     text=marker.text, lifetime=rospy.Duration(marker.lifetime), color=ColorRGBA(*marker.rgba),
+                     scale=Vector3(*(marker.scale * each for each in scales)),
                      points=[Point(*point) for point in marker.points.tolist()])
     message.pose.orientation.w = 1.0
-    if marker.kind == 'arrow':
-        message.scale.y, message.scale.z = 2 * marker.scale, 3 * marker.scale  # width and length of the head
     if marker.kind == 'text' and message.points:
         # RViz puts a text at the pose and looks at no points
         message.pose.position, message.points = message.points[0], []

@@ -18,6 +18,7 @@ from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
 from openpose_ros_pkg.ros.client.service_client import DetectionClient
+from openpose_ros_pkg.ros.convert import turned_header
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.detection_output import DetectionOutput
 from openpose_ros_pkg.ros.health import Health
@@ -124,6 +125,7 @@ class Extractor:
         topics = input_topics(self._params, self._networks.camera)
         self._camera_info = CameraInfoPublisher(NAMESPACE, topics.camera_info, self._health, self._demand,
                                                 needed=self._params.points_source == 'depth_image')
+        self._camera_info.degrees = self._params.rotate_image
         images = image_subscriber(self._demand.resolve(topics.image), transport.image_transport)
         if self._params.points_source == 'point_cloud':
             points = InputSubscriber(self._demand.resolve(topics.points), PointCloud2)
@@ -162,8 +164,9 @@ class Extractor:
 
     def _compute(self, pair: _Pair) -> None:
         waited, clock = time.monotonic() - pair.received, Stopwatch()
-        image, header = raw_image(pair.image, self._most), pair.points.header
-        frame = self._frame(image, pair.points)
+        degrees = self._params.rotate_image
+        image, header = raw_image(pair.image, self._most, degrees), turned_header(pair.points.header, degrees)
+        frame = self._frame(image, pair.points, header)
         clock.lap('prepare')
 
         def located(looked: Frame) -> Frame:
@@ -173,7 +176,7 @@ class Extractor:
             clock.lap('locate')
             return looked
 
-        self._echo.submit(InputFrame(image, frame.image, pair.points, frame.grid))
+        self._echo.submit(InputFrame(image, frame.image, pair.points, frame.grid, header))
         result = self._chain.look(frame, locate=located)
         clock.lap('estimate')
         self._publish(result, header)
@@ -181,9 +184,9 @@ class Extractor:
         self._note({'wait': waited, **clock.laps, **result.timing}, waited + sum(clock.laps.values()), header)
         self._complete(result, header)
 
-    def _frame(self, image: Image, points: PointsMessage) -> Frame:
-        """Return the frame of a pair; BadInputError: a message can not be used."""
-        header, bgr = points.header, convert_2d.image_to_bgr(image, self._most)
+    def _frame(self, image: Image, points: PointsMessage, header: Header) -> Frame:
+        """Return the frame of a pair, whose points have a header; BadInputError: a message can not be used."""
+        bgr = convert_2d.image_to_bgr(image, self._most)
         if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
             raise BadInputError(f'no camera info yet on {self._camera_info.source}')
         grid = points_from_message(points, self._camera_info.newest, self._params, self._most)

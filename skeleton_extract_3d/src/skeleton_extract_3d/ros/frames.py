@@ -13,7 +13,13 @@ from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.points.transform import Transform, transform_landmarks, transform_people
+from skeleton_extract_3d.points.transform import (
+    IDENTITY,
+    Transform,
+    quarter_turns,
+    transform_landmarks,
+    transform_people,
+)
 from skeleton_extract_3d.ros import convert
 
 PointsMessage = Union[PointCloud2, Image, CompressedImage]
@@ -30,13 +36,17 @@ def points_from_message(message: PointsMessage, info: Optional[CameraInfo], para
     Raises:
         BadInputError: it can not be used; see `convert`.
     """
+    degrees = params.rotate_image
     if message._type == CompressedImage._type:
         message = convert_2d.compressed_depth_to_image(message, most)
     if params.points_source != 'depth_image':
-        points: PointGrid = convert.cloud_from_message(message)
+        cloud = convert.cloud_from_message(message)
+        points: PointGrid = cloud.turned(degrees) if degrees else cloud
     elif info is None:
         raise BadInputError('no camera info came before the depth image')
     else:
+        if degrees:
+            message, info = convert_2d.turned_image(message, degrees), convert_2d.turned_info(info, degrees)
         points = convert.depth_image_from_messages(message, info, params.rectified == 'true')
     check_pixels(params.points_source, points.width, points.height, most)
     return points
@@ -48,11 +58,14 @@ class FrameTransforms:
     Args:
         lookup: returns the transform that takes points of the second frame to the first at a time, or raises
             NoTransformError. Called only for frames that are named; may be None without these.
+
+    Attributes:
+        degrees: by which the images are turned clockwise.
     """
 
     def __init__(self, params: ExtractorParams,
                  lookup: Optional[Callable[[str, str, Time], TransformStamped]]) -> None:
-        self._params, self._lookup = params, lookup
+        self._params, self._lookup, self.degrees = params, lookup, params.rotate_image
 
     def tracking_from_points(self, header: Header) -> Optional[Transform]:
         """Return what takes the points of a message to `tracking_frame`; None: none is named; NoTransformError."""
@@ -78,4 +91,17 @@ class FrameTransforms:
         """Return the transform to another frame at the stamp of a message; None: the same, or none is named."""
         if frame in ('', header.frame_id):
             return None
-        return convert.rotation_and_translation(self._lookup(frame, header.frame_id, header.stamp))
+        own = self._untouched(header.frame_id)
+        rotation, translation = IDENTITY if frame == own else convert.rotation_and_translation(
+            self._lookup(frame, own, header.stamp))
+        return rotation @ quarter_turns(self.degrees).T, translation
+
+    def _untouched(self, frame: str) -> str:
+        """Return the frame of the camera that is turned."""
+        return frame[:-len(convert_2d.TURNED_FRAME)] if self.degrees else frame
+
+    def of_camera(self, header: Header) -> Optional[TransformStamped]:
+        """Return the transform from the frame of the turned points to that of the camera; None: none are turned."""
+        own = Header(stamp=header.stamp, frame_id=self._untouched(header.frame_id))
+        turn = quarter_turns(self.degrees).T
+        return convert.turned_frame(own, turn, header.frame_id) if self.degrees else None

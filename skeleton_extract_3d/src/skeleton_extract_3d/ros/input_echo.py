@@ -3,6 +3,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 from sensor_msgs.msg import Image, PointCloud2
+from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
@@ -20,13 +21,15 @@ class InputFrame(NamedTuple):
     image: Image  # raw
     bgr: np.ndarray  # (H, W, 3) uint8, the same image
     message: PointsMessage  # cloud or depth image, as it came
-    points: PointGrid  # those of the message
+    points: PointGrid  # those of the message, as they are used
+    header: Header  # of these
 
 
 class InputEcho:
     """Publishes input_rgb and input_pointcloud to their subscribers, in a thread of its own.
 
-    A cloud is passed on as it came. Of a depth image one is made, with the colours of the image.
+    A cloud is passed on as it came. Of a depth image, or of points that were turned, one is made, with the colours of
+    the image.
     """
 
     def __init__(self, namespace: str, health: Health, demand: Demand) -> None:
@@ -53,10 +56,14 @@ class InputEcho:
             self._cloud_publisher.publish(self._cloud(frame))
 
     def _cloud(self, frame: InputFrame) -> PointCloud2:
-        if not isinstance(frame.points, DepthImage):
-            return frame.message
-        cloud = frame.points.coloured_cloud(frame.bgr, self._rays_of(frame.points.camera))
-        return convert.cloud_to_message(cloud, frame.message.header)
+        points = frame.points
+        if not isinstance(points, DepthImage):
+            camera = None if frame.header is frame.message.header else points.camera_model()
+            if camera is None:
+                return frame.message
+            points = DepthImage(points.patch(np.zeros(2, int), np.array([points.width, points.height]), 1), camera)
+        cloud = points.coloured_cloud(frame.bgr, self._rays_of(points.camera))
+        return convert.cloud_to_message(cloud, frame.header)
 
     def _rays_of(self, camera: CameraModel) -> np.ndarray:
         """Return the rays of all pixels, (H, W, 3) float32, computed again only for another camera."""

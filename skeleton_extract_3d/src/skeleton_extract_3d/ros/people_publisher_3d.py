@@ -19,14 +19,18 @@ class PeoplePublisher3D:
                                          queue_size=PERSONS_QUEUE)
         self._arrays = demand.advertise(f'{namespace}/detected_poses_3d', PersonDetection_3dArray,
                                         queue_size=RESULTS_QUEUE)
-        self._broadcaster = tf2_ros.TransformBroadcaster() if publish_tf else None
+        self._publish_tf = publish_tf
+        self._broadcaster = tf2_ros.TransformBroadcaster() if publish_tf or transforms.degrees else None
 
     def publish(self, people: People3D, header: Header) -> None:
         """Publish the people of points with a header, in the target frame; NoTransformError: that is not known."""
+        of_camera = self._transforms.of_camera(header)
+        if of_camera is not None:
+            self._broadcaster.sendTransform(of_camera)
         people, header = self._transforms.in_target_frame(people, header)
         array = convert.people_to_array(people, header)
         self._arrays.publish(array)
         for person in array.persons:
             self._persons.publish(person)
-        if self._broadcaster is not None and len(people) > 0:
+        if self._publish_tf and len(people) > 0:
             self._broadcaster.sendTransform(convert.people_to_transforms(people, header))

@@ -1,10 +1,11 @@
 """Transforms of tf, waited for in wall time: with a simulated clock that stops, tf2 itself would wait without end."""
 import time
-from typing import Optional
+from typing import Dict, Optional
 
 import genpy
 import rospy
 import tf2_ros
+import yaml
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
 
@@ -27,18 +28,41 @@ def check_stamp(stamp: genpy.Time) -> None:
         raise NoTransformError(f'the frame is dropped: its stamp is {stamp.secs} s, and tf knows none after 2038')
 
 
-class Transforms:
-    """What tf knows; `timeout` is how long to wait for a transform [s].
+class _Buffer(tf2_ros.Buffer):
+    """Forgets all but static transforms when the stamps of a frame jump back.
 
-    A recording that is played again without a simulated clock has stamps that tf2 takes for outdated: what was known is
-    forgotten then, but for static transforms.
+    They do where a recording is played again without a simulated clock; tf2 would take them for outdated.
     """
+
+    def __init__(self) -> None:
+        super().__init__(debug=False)  # without a service of its own
+        self._newest: Dict[str, int] = {}  # stamp of each child frame [ns]
+
+    def set_transform(self, transform: TransformStamped, authority: str) -> None:
+        stamp, frame = transform.header.stamp.to_nsec(), transform.child_frame_id
+        if stamp < self._newest.get(frame, stamp) - PAIRING.reset_backstep:
+            self.clear()
+            self._newest.clear()
+        self._newest[frame] = max(stamp, self._newest.get(frame, stamp))
+        super().set_transform(transform, authority)
+
+
+class Transforms:
+    """What tf knows; `timeout` is how long to wait for a transform [s]. For all threads."""
 
     def __init__(self, timeout: float) -> None:
         self._timeout = timeout
-        self._newest = rospy.Time()
-        self._buffer = tf2_ros.Buffer()
+        self._buffer = _Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._listener.unregister()
+
+    def parents(self) -> Dict[str, str]:
+        """Return the parent of each frame."""
+        frames = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
+        return {child: values['parent'] for child, values in frames.items()}
 
     def may_come(self, target: str, source: str, stamp: rospy.Time) -> bool:
         """Return whether tf connects the frames shortly before a stamp, so that waiting for it is of use."""
@@ -83,10 +107,6 @@ class Transforms:
             NoTransformError: it did not come in time.
         """
         check_stamp(stamp)
-        if (self._newest - stamp).to_nsec() > PAIRING.reset_backstep:
-            self._buffer.clear()
-            self._newest = stamp
-        self._newest = max(self._newest, stamp)
         deadline = time.monotonic() + (self._timeout if timeout is None else timeout)
         while True:
             try:

@@ -8,6 +8,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.show.trails import Trails
@@ -155,6 +156,7 @@ class PeopleMarkers(Markers):
 
     def update(self, people: People3D, stamp: float, frame_id: str) -> List[MarkerSpec]:
         """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
+        people = replace(people, ids=distinct_ids(people.ids))
         markers = [marker for row in range(len(people)) for marker in _PersonMarkers(people, row, self._params).all()]
         paths = self._trails.extended(_places(people), stamp, frame_id, self._params.trail_seconds)
         return self._replaced(markers + _trail_markers(paths, self._params.trail_scale), stamp)

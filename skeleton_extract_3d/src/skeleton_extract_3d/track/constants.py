@@ -62,6 +62,9 @@ class IdentityConstants:
              'and a new person may be the track; one whose clothes are hidden waits for an id for so long.', unit='s')
     plain: int = constant(9, 'A new person with as many measured joints gets an id at once.', unit='joints')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
+    telling: float = constant(
+        5.0, 'Greatest one that costs: at a depth that is less likely the surfaces are those of another person, for '
+             'each of the detections.')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
               'a person who is almost hidden are those of another one. New people nearer to a track, and parts of '
@@ -141,12 +144,11 @@ class ExistenceIn3DConstants:
         4.0, 'Time in which the probability of a person who is not looked at falls to 1/e, as a multiple of '
              '`track_timeout`.')
     reach: float = constant(0.5, 'A look at a person shows this far to both sides of where it is expected.', unit='m')
-    open_view: float = constant(0.5, 'People with a greater visible share are in free view.', unit='share')
     flat: float = constant(0.03, 'People who stand out by less from a plane around them are pictures.', unit='m')
     flat_body: float = constant(
         0.004, 'So are people whose joints lie in one plane, by their median distance from it: 1 % of the frames of '
                'real people, 85 % of those of pictures (time of flight, 4 m).', unit='m')
-    flat_joints: int = constant(10, 'Joints that are needed to tell.')
+    flat_joints: int = constant(6, 'Joints that are needed to tell.')
     against_flat: float = constant(-3.0, 'Log likelihood ratio of a detection that is one, or that is too small.')
     around: float = constant(0.3, 'Distance from the joints at which the surroundings are looked at, and 1.5 times as '
                                   'far.', unit='m')

@@ -55,7 +55,6 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     tracks = replace(
         tracks, joints=joints, root=root, errors=errors, innovations=shares, has=has,
         seen=np.where(trusted, stamp, tracks.seen), last_seen=np.full(len(tracks), stamp),
-        detected=np.where(observed.people_2d.looked, stamp, tracks.detected),
         left=lifted.left,
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), constants),
         sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),

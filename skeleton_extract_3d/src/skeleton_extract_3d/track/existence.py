@@ -115,14 +115,14 @@ def evidence_of(observed: ObservedPeople, lifted: Lifted, since: np.ndarray, vie
         since: (P,) time since the look before, infinite for new people [s].
     """
     constants, people = method.track.existence, observed.people_2d
-    by_score = of_detection(people.scores, EXISTENCE.even_score)
+    by_score = of_detection(people.scores)
     relief = relief_of(observed, view, method)
     with np.errstate(invalid='ignore'):
         flat = (relief < constants.flat) | (_spread_of(observed, lifted, view, method) < constants.flat_body)
         small = _size(lifted, method) < method.body.stature_limits[0] / method.body.adult_stature
-    evidence = np.where(people.looked, by_score, EXISTENCE.least_evidence)
-    against = constants.against_flat * np.minimum(since / EXISTENCE.independent, 1.0)
-    return np.where(flat | small, np.minimum(evidence, 0.0) + against, evidence)
+    weight = np.minimum(since / EXISTENCE.independent, 1.0)
+    evidence = np.where(people.looked, by_score, EXISTENCE.least_evidence * weight)
+    return np.where(flat | small, constants.against_flat * weight, evidence)
 
 
 def relief_of(observed: ObservedPeople, view: FrameView, method: MethodConstants = METHOD) -> np.ndarray:

@@ -43,7 +43,7 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
     allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
-    cost = across + constants.evidence_cost * against
+    cost = across + constants.evidence_cost * np.minimum(against, constants.telling)
     if params.use_clothes:
         cost += constants.colour_cost * colour_distances(tracks.clothes, clothes)
     for track, person in match(cost, allowed):

@@ -57,7 +57,7 @@ class Tracks(Rows):
         ids: (T,) int64, never used again.
         born, last_seen: (T,) stamps [s] of the first and the last detection.
         existence: (T,) probability that the person is there, at `looked`.
-        looked, detected: (T,) stamps of the last look, and of the last detection by a network [s].
+        looked: (T,) stamps of the last look [s].
         has: (T, 18) bool, joints that were ever placed.
         seen: (T, 18) stamp of the last keypoint of each joint [s].
         errors: (T, 18) mean square error of each joint at its last correction, all axes together [m^2].
@@ -75,7 +75,6 @@ class Tracks(Rows):
     last_seen: np.ndarray
     existence: np.ndarray
     looked: np.ndarray
-    detected: np.ndarray
     has: np.ndarray
     seen: np.ndarray
     errors: np.ndarray
@@ -107,7 +106,7 @@ class Tracks(Rows):
         return cls(
             JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.sigma, constants.speed),
             JointFilter.at_rest(root[:, None], constants.sigma, constants.speed),
-            ids, born=stamps, last_seen=stamps, existence=np.full(count, 0.5), looked=stamps, detected=stamps,
+            ids, born=stamps, last_seen=stamps, existence=np.full(count, 0.5), looked=stamps,
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
             errors=np.full(known.shape, 3 * constants.sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),

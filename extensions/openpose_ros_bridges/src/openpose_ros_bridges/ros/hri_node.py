@@ -22,6 +22,7 @@ from openpose_ros_bridges.ros.bridge import IN_SPACE, start_signals
 from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.human_descriptions import HumanDescriptions
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.demand import Demand, in_camera
 from openpose_ros_pkg.ros.health import Health
@@ -127,7 +128,7 @@ class HriNode:
         with self._lock:
             if rospy.is_shutdown():
                 return  # no model stays after the node
-            chain.frame_id, chain.names = header.frame_id, [chain.name(person) for person in people.ids.tolist()]
+            chain.frame_id, chain.names = header.frame_id, list(map(chain.name, distinct_ids(people.ids).tolist()))
             self._bodies.keep(self._names)
             lengths = {name: self._models.lengths(name, body) for name, body in bodies.items()}
             self._publish_lists(header)
@@ -191,7 +192,7 @@ class HriNode:
                                 'image_width and image_height are not set')
         people, header = convert_2d.people_from_array(message), message.header
         with self._lock:
-            for row, person in enumerate(people.ids.tolist()):
+            for row, person in enumerate(distinct_ids(people.ids).tolist()):
                 region = self._messages.region_of(people, row, header, self._params.roi_margin, chain.size)
                 if region is not None:
                     self._bodies.publish(chain.name(person), 'roi', region)

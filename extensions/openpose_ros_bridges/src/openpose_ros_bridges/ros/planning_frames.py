@@ -1,5 +1,4 @@
 """What tf tells, for bridges whose outputs share it."""
-import threading
 from typing import Optional, Set
 
 import numpy as np
@@ -22,7 +21,6 @@ class PlanningFrames:
 
     def __init__(self, timeout: float, *frames: str) -> None:
         self._transforms = Transforms(timeout) if any(frames) else None
-        self._lock = threading.Lock()
         self._lost: Set[str] = set()
 
     def to(self, frame: str, header: Header) -> Transform:
@@ -33,22 +31,19 @@ class PlanningFrames:
         """
         if self._transforms is None:
             return IDENTITY
-        with self._lock:
-            return self._transforms.pose(frame, header)
+        return self._transforms.pose(frame, header)
 
     def origin_of(self, link: str, header: Header) -> Optional[np.ndarray]:
         """Return where the origin of a link is in the frame and at the time of a header, (3,) [m]; None: not known."""
         if self._transforms is None:
             return None
-        with self._lock:
-            try:
-                # what was not there is not waited for, as that would hold up each frame
-                moved = self._transforms.lookup(header.frame_id, link, header.stamp,
-                                                0.0 if link in self._lost else None)
-            except NoTransformError as error:
-                if link not in self._lost:
-                    rospy.logwarn('the link %s is not known: %s', link, error.__cause__ or error)
-                self._lost.add(link)
-                return None
-            self._lost.discard(link)
-            return rotation_and_translation(moved)[1]
+        try:
+            # what was not there is not waited for, as that would hold up each frame
+            moved = self._transforms.lookup(header.frame_id, link, header.stamp, 0.0 if link in self._lost else None)
+        except NoTransformError as error:
+            if link not in self._lost:
+                rospy.logwarn('the link %s is not known: %s', link, error.__cause__ or error)
+            self._lost.add(link)
+            return None
+        self._lost.discard(link)
+        return rotation_and_translation(moved)[1]

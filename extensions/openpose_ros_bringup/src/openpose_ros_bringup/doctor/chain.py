@@ -6,7 +6,7 @@ from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Snapshot
 
 # Least rate of results, as a share of the images that come, or of target_rate.
 _LEAST_SHARE = 0.6
-# Greatest age of results [s].
+# Results come at most this long after their images [s].
 _GREATEST_AGE = 0.5
 # Greatest load average per core; least available memory [MB].
 _GREATEST_LOAD, _LEAST_MEMORY = 1.5, 500.0
@@ -44,9 +44,10 @@ def _rate_faults(seen: Snapshot, camera: Camera, node: ChainNode) -> Iterator[Fi
     if 0 < rate < _LEAST_SHARE * wanted:
         yield wrong(f'{node.name}: {rate:.1f} results per second of {wanted:.1f} that are wanted, '
                     f'{node.skipped:.1f} images skipped per second', _faster(camera))
-    age = _number(node, 'age of the result, median [s]')
+    # not by the clock of this machine alone: that of the camera may be another one
+    age = seen.people.ages.get(node.results, 0.0) - camera.image.age if seen.people and camera.image.arrivals else 0.0
     if age > _GREATEST_AGE and not seen.master.sim_time:
-        yield wrong(f'{node.name}: results are {age:.2f} s old when they come', _faster(camera))
+        yield wrong(f'{node.name}: results come {age:.2f} s after their images', _faster(camera))
 
 
 def _rate(seen: Snapshot, node: ChainNode) -> float:
@@ -71,7 +72,9 @@ def _number(node: ChainNode, key: str) -> float:
 
 
 def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
-    """Whether the chain runs, its results are wanted, and there are people in them."""
+    """Whether the chain runs, its results are wanted, there are people in them, and recorders write."""
+    for level, text, folder in seen.recorders:
+        yield wrong(text, f"df -h '{folder}'") if level else right(text)
     for name in seen.unresponsive:
         yield wrong(f'{name} publishes results, but no status on /diagnostics: it hangs, or has ended',
                     f'rosnode ping -c 1 {name} || rosnode cleanup')

@@ -1,15 +1,12 @@
 """Checks of what messages hold: encodings, stamps, registration."""
 from contextlib import suppress
-from typing import Iterator, List, Optional, Tuple
-
-import numpy as np
+from typing import Iterator, List, Optional
 
 from openpose_ros_bringup.doctor.findings import (
     Finding,
-    depth_in_place_of_cloud,
     depth_line,
-    driver_line,
     launch_line,
+    line_with_other_depth,
     others_like,
     registered_topics,
     right,
@@ -20,9 +17,9 @@ from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Strea
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
-from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
-from skeleton_extract_3d.points.plausibility import summarize
-from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.plausibility import registration_fault, summarize
+from skeleton_extract_3d.points.transform import is_same_place
 
 # Encodings of depth images.
 _DEPTH = ('16UC1', 'mono16', '32FC1')
@@ -30,10 +27,6 @@ _DEPTH = ('16UC1', 'mono16', '32FC1')
 _AGES, _AGES_IN_RECORDINGS = (-0.05, 1.0), (-10.0, 10.0)
 # A recording is older [s].
 _RECORDED = 3600.0
-# Points that miss their pixels by a greater share of the image's width do not belong to the image.
-_GREATEST_MISFIT = 0.01
-# Largest rotation (as a sine) and translation [m] between frames that count as one.
-_SAME_FRAME = 2e-3
 _NO_MESSAGE = 'no message came'
 
 
@@ -73,16 +66,14 @@ def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
         return f'rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:={camera.image.topic}'
     if stream.role == 'depth' and 'compressed depth' in stream.fault:
         return f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
-    others = others_like(stream, seen)
-    if stream.role == 'depth' and others:
-        return depth_line(camera, others[0], seen)
-    return ((stream.role == 'points' and not others and depth_in_place_of_cloud(camera, seen))
+    others = [] if stream.role == 'depth' else others_like(stream, seen)
+    return ((stream is camera.points and not others and line_with_other_depth(camera, seen))
             or _line_of_other(camera, stream, others))
 
 
 def _line_of_other(camera: Camera, stream: Stream, others: List[str]) -> str:
-    return launch_line(camera, **{stream.role: others[0]}) if others else driver_line(
-        camera, f'rostopic echo -n 1 --noarr {stream.topic}')
+    return (launch_line(camera, **{stream.role: others[0]}) if others else camera.driver
+            or f'rostopic echo -n 1 --noarr {stream.topic}')
 
 
 def check_stamps(seen: Snapshot) -> Iterator[Finding]:
@@ -96,7 +87,7 @@ def check_stamps(seen: Snapshot) -> Iterator[Finding]:
         if not came:
             yield unknown(_NO_MESSAGE)
         elif not faults:
-            texts = [f'{stream.topic} {_age(stream):.3f} s old' for stream in came if _passes(seen.master)]
+            texts = [f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master)]
             if len(came) == 2:
                 texts.append('images and points pair')
             yield right('; '.join(texts) or 'stamps increase')
@@ -120,7 +111,7 @@ def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
 
 
 def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
-    age, (least, most) = _age(stream), _AGES_IN_RECORDINGS if master.sim_time else _AGES
+    age, (least, most) = stream.age, _AGES_IN_RECORDINGS if master.sim_time else _AGES
     if least <= age <= most or not _passes(master):
         return
     text = f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"}'
@@ -138,11 +129,6 @@ def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
 def _passes(master: Master) -> bool:
     """Tell whether time passes."""
     return not master.sim_time or master.clock.ticks > 0
-
-
-def _age(stream: Stream) -> float:
-    """Return the median time from the stamp to the arrival of messages [s]."""
-    return float(np.median([arrival.now - arrival.stamp * 1e-9 for arrival in stream.arrivals]))
 
 
 def _pairing_fault(camera: Camera, seen: Snapshot) -> Iterator[Finding]:
@@ -187,10 +173,10 @@ def check_registration(seen: Snapshot) -> Iterator[Finding]:
 
 def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List[str]:
     faults, image = [], camera.image
-    misfit = None if points.points is None else _misfit(points.points, camera)
-    if misfit is not None and misfit > _GREATEST_MISFIT:
-        faults.append(f'its points miss their pixels in {image.topic} by {100 * misfit:.2g} % of the width: it is not '
-                      'registered to the colour image')
+    calibration = None if camera.colour_info is None else camera.colour_info.calibration
+    fault = '' if points.points is None else registration_fault(points.points, calibration)
+    if fault:
+        faults.append(fault)
     elif all(image.size) and all(points.size):
         try:
             check_same_aspect('image', image.size, 'depth', points.size)
@@ -209,36 +195,7 @@ def _is_same_frame(seen: Snapshot, first: str, second: str) -> bool:
     """Tell whether tf has two frames at one place."""
     found = seen.tf.lookups.get((second, first))
     return bool(found and found.rotation is not None and found.translation is not None
-                and np.abs(found.rotation - np.eye(3)).max() < _SAME_FRAME
-                and np.abs(found.translation).max() < _SAME_FRAME)
-
-
-def _misfit(grid: PointGrid, camera: Camera) -> Optional[float]:
-    """Return how far points are from their pixels, by the camera info of the image [widths]; None: unknown."""
-    u, v = (axis.ravel() for axis in np.meshgrid(*(np.linspace(0, size - 1, 24).astype(np.int64)
-                                                   for size in (grid.width, grid.height))))
-    points = grid.window(u, v, 1)[:, 0]
-    if not np.isfinite(points).all(axis=1).any() or (points[np.isfinite(points[:, 2]), 2] < 0).any():
-        return None
-    misfits = []
-    for model in _colour_cameras(camera):
-        shift = (model.project(points) - np.stack([u, v], axis=1) * _scale(model, grid)) / model.width
-        misfits.append(float(np.nanmedian(np.hypot(*shift.T))))
-    return min(misfits) if misfits else None
-
-
-def _scale(model: CameraModel, grid: PointGrid) -> Tuple[float, float]:
-    return model.width / grid.width, model.height / grid.height
-
-
-def _colour_cameras(camera: Camera) -> List[CameraModel]:
-    """Return the camera of the colour image, as it is and rectified, as far as it is calibrated."""
-    models = []
-    for rectified in (False, True):
-        with suppress(BadInputError):
-            if camera.colour_info is not None and camera.colour_info.calibration is not None:
-                models.append(calibrated_camera(camera.colour_info.calibration, rectified))
-    return models
+                and is_same_place(found.rotation, found.translation))
 
 
 def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:
@@ -248,7 +205,7 @@ def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str
     if others:
         return launch_line(camera, points=others[0])
     if points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
-        return driver_line(camera, 'rosrun nodelet nodelet standalone depth_image_proc/register '
-                                   f'rgb/camera_info:={camera.colour_info.topic} '
-                                   f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
-    return driver_line(camera, f'rostopic echo -n 1 --noarr {points.topic}')
+        return camera.driver or ('rosrun nodelet nodelet standalone depth_image_proc/register '
+                                 f'rgb/camera_info:={camera.colour_info.topic} '
+                                 f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
+    return camera.driver or f'rostopic echo -n 1 --noarr {points.topic}'

@@ -51,15 +51,12 @@ def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
     return launch_line(camera, points_source='depth_image', depth=depth, camera_info=info)
 
 
-def depth_in_place_of_cloud(camera: Camera, seen: Snapshot) -> str:
-    """Return the line that starts the chain with a depth image in place of the cloud; empty: there is none."""
-    depth = others_like(Stream('depth', camera.image.topic, IMAGE), seen)
-    return depth_line(camera, depth[0], seen) if depth else ''
-
-
-def driver_line(camera: Camera, otherwise: str) -> str:
-    """Return the line that starts the driver of a camera with registered depth; otherwise: it is not known."""
-    return camera.driver or otherwise
+def line_with_other_depth(camera: Camera, seen: Snapshot) -> str:
+    """Return the line that starts the chain with a registered depth image, or any of an unknown driver; empty: none."""
+    points = camera.points if camera.points and camera.points.role == 'depth' else None
+    others = [name for name in others_like(points or Stream('depth', camera.image.topic, IMAGE), seen)
+              if points is None or not camera.driver or says_registered(name)]
+    return depth_line(camera, others[0], seen) if others else ''
 
 
 def others_like(stream: Stream, seen: Snapshot) -> List[str]:
@@ -67,7 +64,8 @@ def others_like(stream: Stream, seen: Snapshot) -> List[str]:
     return sorted((name for name, there in seen.published.items() if there.kind == stream.kind
                    and name != stream.topic and '/openpose_ros/' not in name
                    and (stream.role not in ('image', 'depth') or ('depth' in name) == (stream.role == 'depth'))),
-                  key=lambda name: (-SequenceMatcher(None, name, stream.topic).ratio(), name))
+                  key=lambda name: (stream.role == 'depth' and not says_registered(name),
+                                    -SequenceMatcher(None, name, stream.topic).ratio(), name))
 
 
 def says_registered(topic: str) -> bool:

@@ -1,28 +1,32 @@
 """Checks of tf, and of the axes of frames."""
 from difflib import get_close_matches
-from typing import Dict, Iterator, List, Set
+from typing import Iterator, List, Set
 
 import numpy as np
 
 from openpose_ros_bringup.doctor.findings import (
     Finding,
-    depth_in_place_of_cloud,
     launch_line,
+    line_with_other_depth,
     others_like,
     right,
     unknown,
     wrong,
 )
 from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Stream, Tf
+from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import frame_name
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 # x, y, z [m] and yaw, pitch, roll, to begin with, in a room with z up: of an optical frame and of another frame of a
 # camera 1.35 m high and level, and of a robot.
-_OPTICAL_MOUNT, _CAMERA_MOUNT, _NO_MOUNT = '0 0 1.35 0 0 -1.5708', '0 0 1.35 0 0 0', '0 0 0 0 0 0'
+_OPTICAL_MOUNT, _CAMERA_MOUNT, _NO_MOUNT = '0 0 1.35 -1.5708 0 -1.5708', '0 0 1.35 0 0 0', '0 0 0 0 0 0'
 # An axis whose vertical part is greater points up or down.
 _UPRIGHT = 0.9
+_UP = 1
+_TURNS = {_UP: 'the camera looks straight up', 0: '', 180: 'the camera is upside down',
+          90: 'the camera lies on its side', 270: 'the camera lies on its side'}
 # Least correlation of columns and rows with the directions of points in a frame with x forward and z up.
 _ALIKE = 0.8
 
@@ -69,7 +73,8 @@ def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
     root, other = _root(tf, frame), _root(tf, target)
     if root != other:
         why = f'tf has {_named(known)}' if known else 'nothing comes on /tf and /tf_static'
-        mount = _OPTICAL_MOUNT if root == frame else _CAMERA_MOUNT if 'camera' in root else _NO_MOUNT
+        mount = (_OPTICAL_MOUNT if root == frame or 'optical' in root else
+                 _CAMERA_MOUNT if 'camera' in root else _NO_MOUNT)
         return wrong(f"tf does not connect '{target}' and '{frame}': {why}",
                      f'rosrun tf2_ros static_transform_publisher {mount} {target} {root}    # x y z yaw pitch roll of '
                      f'{root}')
@@ -104,14 +109,16 @@ def check_frames(seen: Snapshot) -> Iterator[Finding]:
             continue
         fixed = seen.tf.fixed_frame
         pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
-        fault = '' if pose.rotation is None or 'optical' in fixed else _pose_fault(pose.rotation)
-        if fault:
+        turn = 0 if pose.rotation is None or 'optical' in fixed else _turn(pose.rotation)
+        fault = _TURNS[turn]
+        if fault and (turn == _UP or _people_are_upright(seen, camera, turn)):
             parent = seen.tf.parents.get(points.frame_id, fixed)
             yield wrong(f"by tf, in '{fixed}', {fault}: is '{points.frame_id}' turned as an optical frame "
                         '(x right, y down, z forward)?', 'rosrun tf2_ros static_transform_publisher 0 0 0 -1.5708 0 '
                                                          f'-1.5708 {parent} {points.frame_id}')
         else:
-            yield right(f"'{points.frame_id}' is an optical frame: x right, y down, z forward")
+            yield right(f"'{points.frame_id}' is an optical frame: x right, y down, z forward" + (
+                f"; by tf, in '{fixed}', {fault}: rotate_image:={turn} turns its images" if fault else ''))
 
 
 def _axes_fault(grid: PointGrid) -> str:
@@ -139,14 +146,20 @@ def _line_of_axes(camera: Camera, points: Stream, seen: Snapshot) -> str:
     others = others_like(points, seen)
     if others:
         return launch_line(camera, points=others[0])
-    return depth_in_place_of_cloud(camera, seen) or (
+    return line_with_other_depth(camera, seen) or (
         f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver, not a transformed one')
 
 
-def _pose_fault(rotation: np.ndarray) -> str:
-    """Return what is odd about a camera whose optical frame is turned by this in a frame with z up."""
-    _, down, forward = rotation[2]
-    odd: Dict[str, bool] = {'the camera looks straight up': forward > _UPRIGHT,
-                            'the camera is upside down': down > _UPRIGHT,
-                            'the camera lies on its side': abs(rotation[2, 0]) > _UPRIGHT}
-    return next((text for text, is_so in odd.items() if is_so), '')
+def _turn(rotation: np.ndarray) -> int:
+    """Return by how much images have to be turned clockwise, by the rotation to a frame with z up [degrees], or _UP."""
+    to_right, down, forward = rotation[2]
+    if forward > _UPRIGHT:
+        return _UP
+    return 180 if down > _UPRIGHT else 270 if to_right > _UPRIGHT else 90 if to_right < -_UPRIGHT else 0
+
+
+def _people_are_upright(seen: Snapshot, camera: Camera, turn: int) -> bool:
+    """Tell whether people show that a camera is not turned as tf says: they are found, and not head down."""
+    node = seen.node_of(camera)
+    return (node is not None and seen.people is not None and seen.people.most > 0
+            and TURNED_CAMERA not in node.text and node.parameters.get('rotate_image', 0) != turn)

@@ -84,6 +84,11 @@ class Stream:
             return 0.0
         return (len(self.arrivals) - 1) / max(self.arrivals[-1].received - self.arrivals[0].received, 1e-6)
 
+    @property
+    def age(self) -> float:
+        """Median time from the stamp to the arrival of messages, of which there are some [s]."""
+        return float(np.median([arrival.now - arrival.stamp * 1e-9 for arrival in self.arrivals]))
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -173,10 +178,11 @@ class Machine(NamedTuple):
 
 
 class People(NamedTuple):
-    """Results that came: frames, and the greatest number of people in one."""
+    """Results that came: frames, the greatest number of people in one, and their median ages by topic [s]."""
 
     frames: int = 0
     most: int = 0
+    ages: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
@@ -189,6 +195,7 @@ class Snapshot:
         unresponsive: nodes that publish results but send no status.
         starting: nodes of the chain that publish no results yet.
         people: results that came; None: not asked for, as the chain rests.
+        recorders: level, text and folder of the status of each.
     """
 
     master: Master
@@ -202,6 +209,7 @@ class Snapshot:
     starting: Sequence[str] = ()
     machine: Machine = field(default_factory=lambda: Machine(0.0, 1, 1e6))
     people: Optional[People] = None
+    recorders: Sequence[Tuple[int, str, str]] = ()
 
     def node_of(self, camera: Camera) -> Optional[ChainNode]:
         """Return the node that reads a camera; None: there is none."""

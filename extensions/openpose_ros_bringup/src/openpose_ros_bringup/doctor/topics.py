@@ -4,10 +4,9 @@ from typing import Iterator, Optional
 from openpose_ros_bringup.doctor.findings import (
     BRINGUP,
     Finding,
-    depth_in_place_of_cloud,
     depth_line,
-    driver_line,
     launch_line,
+    line_with_other_depth,
     others_like,
     right,
     unknown,
@@ -91,10 +90,11 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
         return launch_line(camera, points_source='point_cloud', points=stream.topic)
     if there is not None and (stream.role, there.kind) == ('points', IMAGE):
         return depth_line(camera, stream.topic, seen)
-    others = others_like(stream, seen)
+    is_known = stream.role == 'depth' or (stream.role == 'camera_info' and camera.driver)
+    others = [] if is_known else others_like(stream, seen)
     if others:
         return launch_line(camera, **{stream.role: others[0]})
-    return (stream.role == 'points' and depth_in_place_of_cloud(camera, seen)) or driver_line(camera, DRIVER)
+    return (stream is camera.points and line_with_other_depth(camera, seen)) or camera.driver or DRIVER
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:
@@ -108,8 +108,7 @@ def check_rates(seen: Snapshot) -> Iterator[Finding]:
                 why = why_silent(stream.topic, stream.kind, seen.published, stream.is_connected, '')
                 node = there.nodes[0] if there.nodes else 'NODE'
                 yield wrong(f'no message on {stream.topic}: {why.partition("; ")[0]}',
-                            driver_line(camera, f'rosnode info {node}') if stream.is_connected
-                            else f'rosnode ping {node}')
+                            camera.driver or f'rosnode info {node}' if stream.is_connected else f'rosnode ping {node}')
             elif stream is not camera.info and stream.rate < LEAST_RATE:
                 came = f'{stream.rate:.2g} Hz' if stream.rate else f'one message in {seen.seconds:g} s'
                 yield wrong(f'{stream.topic}: {came}, expected {LEAST_RATE:g} Hz or more: dim light, a slow bus or '

@@ -53,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _command(preset: CameraPreset, options: argparse.Namespace) -> List[str]:
     """Return the command that publishes the camera's topics; empty: its package is not installed."""
-    if _is_installed(preset.package):
+    if is_installed(preset.package):
         return preset.driver_command(options.ns, options.words)
     if preset.name != _WEBCAM:
         return []
@@ -63,7 +63,7 @@ def _command(preset: CameraPreset, options: argparse.Namespace) -> List[str]:
             f'--frame_id={preset.frame}']
 
 
-def _is_installed(package: str) -> bool:
+def is_installed(package: str) -> bool:
     try:
         return bool(package) and Path(rospkg.RosPack().get_path(package)).is_dir()
     except rospkg.ResourceNotFound:

@@ -23,13 +23,14 @@ from std_msgs.msg import Header
 
 from openpose_ros_bringup.node_params import ViewParams
 from openpose_ros_bringup.view import Topics, rviz_configuration, viewpoint
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.input_watch import InputWatch
 from openpose_ros_pkg.ros.node import run_node
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.transforms import Transforms
 
 SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'
 WORLD = 'world'
@@ -130,8 +131,7 @@ class _Scene:
     """
 
     def __init__(self, params: ViewParams) -> None:
-        self._buffer = tf2_ros.Buffer()
-        listener = tf2_ros.TransformListener(self._buffer)
+        self._transforms = Transforms(0.0)
         fused = bool(params.cameras or params.rgb_cameras)
         people = _Newest(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray)
         cameras = _Newest('cameras', FusedCameraArray) if fused else _Newest(f'{SPACE}/input_pointcloud', PointCloud2)
@@ -155,7 +155,7 @@ class _Scene:
         self.joints = joints @ turn.T
         self.cameras: List[Transform] = [(turn @ pose[0], turn @ pose[1]) for pose in poses if pose is not None]
         self.cameras = self.cameras or [(UPRIGHT.T, np.zeros(3))]
-        listener.unregister()
+        self._transforms.stop()
 
     def _connected(self, frame: str, own: str) -> str:
         """Return a frame if tf connects it with that of the people, else the latter."""
@@ -170,18 +170,15 @@ class _Scene:
         if frame == of:
             return np.eye(3), np.zeros(3)
         try:
-            return convert.rotation_and_translation(self._buffer.lookup_transform(frame, of, rospy.Time()))
-        except (tf2_ros.TransformException, BadInputError):
+            return convert.rotation_and_translation(self._transforms.newest(frame, of))
+        except (NoTransformError, BadInputError):
             return None
 
     def _turned(self, frame: str) -> str:
         """Publish a frame with z upwards in place of an optical one, and return its name."""
-        matrix = np.eye(4)
-        matrix[:3, :3] = UPRIGHT
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        turned = frame + TURNED
-        self._broadcaster.sendTransform(convert.transform_from_matrix(matrix, Header(frame_id=frame), turned))
-        return turned
+        self._broadcaster.sendTransform(convert.upright_transform(Header(frame_id=frame)))
+        return frame + TURNED
 
 
 def _optical_frames(message: Any) -> List[str]:

@@ -1,6 +1,8 @@
 """Turn signals into messages and back: the only place of this package that knows both."""
-from typing import Optional, Sequence, Tuple
+import copy
+from typing import Any, Optional, Sequence, Tuple
 
+import genpy
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
@@ -14,6 +16,7 @@ from openpose_ros_msgs.msg import (
     PointingRay,
     PointingTarget,
 )
+from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
@@ -30,6 +33,7 @@ from openpose_ros_signals.records import (
     Ray,
     Walk,
 )
+from skeleton_extract_3d.points.transform import rotation_of
 
 _NOWHERE = (np.nan, np.nan, np.nan)
 
@@ -55,6 +59,24 @@ def summary_to_message(people: Sequence[Present], header: Header) -> PeopleSumma
 def signals_from_array(message: PersonSignalsArray) -> Tuple[records.PersonSignals, ...]:
     """Return what the people of one frame do."""
     return tuple(_person_from_message(person) for person in message.persons)
+
+
+def turned_array(message: PersonSignalsArray, rotation: np.ndarray) -> PersonSignalsArray:
+    """Return a message whose positions and directions are turned about the origin, x' = R x."""
+    def turn(value: Any) -> None:
+        for name in value.__slots__ if isinstance(value, genpy.Message) else ():
+            part = getattr(value, name)
+            for each in part if isinstance(part, list) else [part]:
+                turn(each)
+        if isinstance(value, (Point, Vector3)):
+            value.x, value.y, value.z = rotation @ _array(value)
+        elif isinstance(value, Quaternion) and np.isfinite(value.x):
+            turned = rotation_of(rotation) * Rotation.from_quat([value.x, value.y, value.z, value.w])
+            value.x, value.y, value.z, value.w = turned.as_quat()
+
+    message = copy.deepcopy(message)
+    turn(message)
+    return message
 
 
 def _person_to_message(person: records.PersonSignals, header: Header) -> PersonSignals:

@@ -16,6 +16,7 @@ from openpose_ros_msgs.msg import (
 from openpose_ros_msgs.srv import GetPeople, GetPeopleRequest, GetPeopleResponse
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
+from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import NoTransformError
@@ -35,7 +36,14 @@ from openpose_ros_signals.ros.input_end import Silence
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
-from skeleton_extract_3d.points.transform import IDENTITY, Transform, transform_landmarks, transform_people
+from skeleton_extract_3d.points.transform import (
+    IDENTITY,
+    LEVEL,
+    TURNED,
+    Transform,
+    transform_landmarks,
+    transform_people,
+)
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.transforms import Transforms
@@ -99,6 +107,10 @@ class SignalsNode:
     def __init__(self, settings: SignalsSettings) -> None:
         params, self._upwards = settings.signals, settings.upright.upwards
         self._params = params
+        self._turns = settings.upright.level and not params.fixed_frame and not params.use_floor
+        self._broadcaster, self._turned = StaticTransformBroadcaster() if self._turns else None, ''
+        if self._turns:
+            self._upwards = _FIXED_FLOOR[:3]
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
         self._lost: Set[str] = set()
         self._transforms = Transforms(params.tf_timeout) if params.fixed_frame or self._targets else None
@@ -123,7 +135,8 @@ class SignalsNode:
         demand.read(people, *((self._floor.input,) if params.use_floor and not params.fixed_frame else ()),
                     *((self._hands.input, self._faces.input) if params.use_landmarks else ()),
                     *((self._cloud.input,) if params.use_cloud else ()))
-        introduce(demand.inputs, signals=f"in {params.fixed_frame or 'the frame of the people'}",
+        people_frame = f'FRAME{TURNED}' if self._turns else 'the frame of the people'
+        introduce(demand.inputs, signals=f'in {params.fixed_frame or people_frame}',
                   targets=', '.join(target.name for target in self._targets) or 'none')
 
     def _fault(self) -> str:
@@ -136,7 +149,7 @@ class SignalsNode:
     def _process(self, message: PersonDetection_3dArray) -> None:
         pose, floor = self._pose(message.header), self._floor_plane(message.header)
         up = self._upwards if floor is None else floor[:3]
-        header = Header(stamp=message.header.stamp, frame_id=self._params.fixed_frame or message.header.frame_id)
+        header = Header(stamp=message.header.stamp, frame_id=self._frame(message.header))
         people = transform_people(convert.people_from_array(message), *pose)
         around = Surroundings(tuple(self._known_targets(header)), self._points(message.header, pose), floor)
         persons = self._reader.update(people, header.stamp.to_sec(), up, around, self._landmarks(message.header, pose))
@@ -152,7 +165,17 @@ class SignalsNode:
                 self._shown.publish(convert.marker_to_message(marker, header))
         self._health.frame_done(header.stamp)
 
+    def _frame(self, header: Header) -> str:
+        """Return the frame of the signals of people with a header; a new one is published."""
+        frame = header.frame_id + TURNED if self._turns else self._params.fixed_frame or header.frame_id
+        if self._broadcaster is not None and frame != self._turned:
+            self._turned = frame
+            self._broadcaster.sendTransform(convert.upright_transform(header))
+        return frame
+
     def _pose(self, header: Header) -> Transform:
+        if self._turns:
+            return LEVEL
         return IDENTITY if self._transforms is None else self._transforms.pose(self._params.fixed_frame, header)
 
     def _floor_plane(self, header: Header) -> Optional[np.ndarray]:

@@ -5,8 +5,6 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.stream import image_decoding
 
-COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp', '.ppm', '.pgm')
-DEPTH_SUFFIXES = ('.png', '.tif', '.tiff', '.pgm')
 # Units per metre of 16-bit depth images, as REP 118 defines them.
 MILLIMETRES = 1000.0
 # Encoding of sensor_msgs/Image by type and number of channels.

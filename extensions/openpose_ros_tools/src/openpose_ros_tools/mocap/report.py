@@ -4,11 +4,9 @@ import json
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
-import cv2
 import jinja2
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
@@ -18,6 +16,7 @@ from openpose_ros_tools.mocap.plots import has_limbs, stick_figures
 from openpose_ros_tools.mocap.study import study
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, figure_content, joint_title
+from skeleton_extract_3d.points.transform import quaternions
 
 _TEMPLATES = Path(__file__).resolve().parents[1] / 'data'
 _HTML, _FACTS, _TABLE = 'mocap_report.html', 'mocap_facts.txt', 'mocap_table.txt'
@@ -36,8 +35,7 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]
     Args:
         inputs: names of the files and the options, as they shall appear in the report.
     """
-    # by way of the rotation vector, since SciPy renamed from_dcm to from_matrix
-    quaternion = Rotation.from_rotvec(cv2.Rodrigues(alignment.rotation)[0].ravel()).as_quat()
+    quaternion, = quaternions(alignment.rotation[None])
     matrix = np.vstack([np.column_stack([alignment.rotation, alignment.translation]), [0, 0, 0, 1]])
     return {
         'layout': _LAYOUT, 'inputs': inputs, 'warnings': list(alignment.warnings),

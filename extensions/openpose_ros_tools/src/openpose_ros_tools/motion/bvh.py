@@ -45,7 +45,7 @@ _BONES = (_Bone('Spine', _ROOT, 'hips', 'neck', _Y), _Bone('Neck', 'Spine', 'nec
 
 
 def bvh_text(person: SampledPerson) -> str:
-    """Return the file of a person [cm, deg].
+    """Return the file of a person [cm, deg]; until the person comes it is at rest, as the format has no begin.
 
     Raises:
         BadInputError: its hips or its neck are never known.
@@ -68,6 +68,8 @@ def bvh_text(person: SampledPerson) -> str:
     order: List[str] = []
     lines = ['HIERARCHY', *_joint(_ROOT, np.zeros(3), bones, ends, order)]
     rows = np.concatenate([_CENTIMETRES * _filled(points['hips']), *(_degrees(local[name]) for name in order)], axis=1)
+    rest = np.concatenate([rows[0, :3], np.zeros(rows.shape[1] - 3)])
+    rows = np.concatenate([np.tile(rest, (person.first, 1)), rows])
     lines += ['MOTION', f'Frames: {len(rows)}', f'Frame Time: {1 / person.rate:.7f}']
     lines += [' '.join(f'{value:.5f}' for value in row) for row in rows.tolist()]
     return '\n'.join(lines) + '\n'

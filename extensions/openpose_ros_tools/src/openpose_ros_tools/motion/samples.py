@@ -47,19 +47,20 @@ def y_up(up: np.ndarray) -> np.ndarray:
     return np.stack([x, y, np.cross(x, y)])
 
 
-def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Optional[Sequence[float]] = None
-                  ) -> List[SampledPerson]:
+def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Optional[Sequence[float]] = None,
+                  begin: Optional[int] = None) -> List[SampledPerson]:
     """Return all people that are in two frames or more.
 
     Args:
         table: in space.
         rate: [Hz]; None: that of the recording.
         up: (3,) upwards; None: the axis along which people are most of the time.
+        begin: of the recording [ns], where samples are numbered 0; None: that of the table.
 
     Raises:
         BadInputError: no person is.
     """
-    seconds = (table.stamps - table.stamps.min()) * 1e-9
+    seconds = (table.stamps - (table.stamps.min() if begin is None else begin)) * 1e-9
     frames = np.unique(seconds)
     if len(frames) < 2:
         raise BadInputError('there is one frame with people, expected two at least')

@@ -23,7 +23,8 @@ def markers_of(person: SampledPerson) -> MarkerRecording:
 def trc_text(recording: MarkerRecording, name: str) -> str:
     """Return the file [m]; cells of hidden markers are empty.
 
-    Source: OpenSim's documentation, "Marker (.trc) Files", and what Pose2Sim writes.
+    Source: OpenSim's documentation, "Marker (.trc) Files", and its TRCFileAdapter: a tab ends the lines of a table, as
+    its reader takes a last empty cell without one for a missing column.
 
     Args:
         recording: two samples at least, at a constant rate.
@@ -34,9 +35,9 @@ def trc_text(recording: MarkerRecording, name: str) -> str:
     values = {'DataRate': f'{rate:.2f}', 'CameraRate': f'{rate:.2f}', 'NumFrames': count, 'NumMarkers': len(names),
               'Units': 'm', 'OrigDataRate': f'{rate:.2f}', 'OrigDataStartFrame': 1, 'OrigNumFrames': count}
     lines = [['PathFileType', '4', '(X/Y/Z)', name], [*values], [str(value) for value in values.values()],
-             ['Frame#', 'Time', *(cell for marker in names for cell in (marker, '', ''))],
-             ['', '', *(f'{axis}{number}' for number in range(1, len(names) + 1) for axis in 'XYZ')], []]
+             ['Frame#', 'Time', *(cell for name in names for cell in (name, '', '')), ''],
+             ['', '', *(f'{axis}{number}' for number in range(1, len(names) + 1) for axis in 'XYZ'), ''], []]
     for time, positions in zip(recording.times.tolist(), recording.positions):
         lines.append([str(round(time * rate) + 1), f'{time:.6f}',  # the frame is counted from 0 s
-                      *('' if np.isnan(value) else f'{value:.6f}' for value in positions.ravel())])
+                      *('' if np.isnan(value) else f'{value:.6f}' for value in positions.ravel()), ''])
     return ''.join('\t'.join(line) + '\n' for line in lines)

@@ -1,7 +1,7 @@
 """Opening and reading bags, with helpful errors."""
 import re
 import struct
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type
 
@@ -26,6 +26,10 @@ TF_TOPIC = '/tf_static'
 
 # A line of a definition, or a type: genmsg takes `int32 a; import os; b=1` for a constant.
 _DEFINITION = re.compile(r'={80}|string\s+\w+\s*=.*|[\w/:[\]\s]*(=[-+.\w\s]*)?(#.*)?', re.ASCII)
+# Names of the parts of a recording, as `rosbag record --split` gives them: NAME_0, NAME_2026-11-28-10-00-00_0; and the
+# longest time from the end of one to the begin of the next [s].
+_PART = re.compile(r'(.*?)(?:_\d{4}(?:-\d\d){5})?_(\d+)')
+_PART_PAUSE = 5.0
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
 _HEADER = struct.Struct('<4I')
 
@@ -64,6 +68,27 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
                             'a damaged one') from error
     with bag:
         yield bag
+
+
+def parts_of_recordings(paths: Sequence[Path]) -> List[List[Path]]:
+    """Return the parts of each recording: bags that follow each other by name and time, as of rosbag record --split."""
+    recordings: List[List[Path]] = []
+    for path in paths:
+        if recordings and _follows(recordings[-1][-1], path):
+            recordings[-1].append(path)
+        else:
+            recordings.append([path])
+    return recordings
+
+
+def _follows(before: Path, path: Path) -> bool:
+    names = [_PART.fullmatch(each.name.partition('.')[0]) for each in (before, path)]
+    if not (names[0] and names[1] and before.parent == path.parent and names[0][1] == names[1][1]
+            and int(names[0][2]) + 1 == int(names[1][2])):
+        return False
+    with suppress(BadInputError, rosbag.ROSBagException), open_bag(before) as first, open_bag(path) as second:
+        return bool(abs(second.get_start_time() - first.get_end_time()) < _PART_PAUSE)
+    return False  # damaged, or empty
 
 
 @contextmanager

@@ -6,8 +6,7 @@
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
 images_to_bag makes of the folder the same images, stamps, calibration and frame_id again, tools of the TUM RGB-D
-benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it if each frame has both
-images (--only-pairs) and depth is in mm.
+benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it.
 
     rgb/, depth/        images with the same name for those of a frame, 000000 and so on
     rgb.txt, depth.txt  the stamp of each image [s], with nine decimals
@@ -32,38 +31,33 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tu
 
 import numpy as np
 import rosbag
-from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import (
-    FOLDERS,
-    LISTS,
-    OLD_STAMPS,
-    WrittenFile,
-    number_files,
-    write_description,
-    write_lists,
-)
-from openpose_ros_tools.images.stamps import seconds_text
+from openpose_ros_tools.images.rgbd_folder import WrittenFile, number_files, write_description, write_lists
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
-from openpose_ros_tools.ros.camera_topics import TopicFinder
+from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit
 from openpose_ros_tools.ros.image_messages import file_of_message
+from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.plausibility import registration_fault
+from skeleton_extract_3d.points.rgbd_folder import FOLDERS, LISTS
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
+from skeleton_extract_3d.points.stamps import seconds_text
 from skeleton_extract_3d.ros.static_frames import frames_above
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'bag_to_images'
 # Everything that this command writes, or has written as version 1.0.
-_OWN = (*(names[0] for names in FOLDERS.values()), *LISTS.values(), OLD_STAMPS, 'camera.yaml', 'sequence.yaml')
+_OWN = (*(names[0] for names in FOLDERS.values()), *LISTS.values(), 'camera.yaml', 'sequence.yaml')
 
 
 class RecordedImage(NamedTuple):
@@ -128,6 +122,15 @@ def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
              for one in deserialized(message).transforms}
     frame_ids = {stream: next(stamped_messages(bag, [topics[stream]])).frame_id for stream in LISTS if stream in topics}
     camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
+    depth_info = TopicFinder(bag).camera_info_of(topics['depth']) if topics.keys() >= {'colour', 'depth'} else None
+    lens = calibration_from_message(deserialized(next(stamped_messages(bag, [depth_info])))) if depth_info else None
+    if lens is not None and lens.is_calibrated:
+        width, height = lens.image_size
+        flat = DepthImage(np.ones((height, width), np.float32), calibrated_camera(lens))
+        fault = registration_fault(flat, camera.calibration)
+        if fault:
+            raise BadInputError(f"{topics['depth']}: {fault}, as the folder has it; --depth none leaves it out, and "
+                                'process_bag registers it')
     in_world = [pose for frame, pose in frames_above(camera.frame_id, links) if frame == WORLD_FRAME]
     if not in_world:
         return camera
@@ -146,8 +149,8 @@ def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> 
     """
     stream_of = {topics[stream]: stream for stream in LISTS if stream in topics}
     taken: Set[Tuple[str, int]] = set()
-    for message in tqdm(stamped_messages(bag, list(stream_of)), unit='image', disable=None,
-                        total=sum(map(bag.get_message_count, stream_of))):
+    for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
+                            total=sum(map(bag.get_message_count, stream_of))):
         stamp = message.time if bag_time else message.stamp or 0
         if not stamp or (message.topic, stamp) in taken:
             raise BadInputError(f"a message on '{message.topic}' has "
@@ -198,13 +201,15 @@ def _run(options: argparse.Namespace) -> int:
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         camera = read_camera(bag, topics)
-        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale)
+        units = 1 / depth_unit(bag, topics.get('depth', ''))
+        scale = options.depth_scale and options.depth_scale * MILLIMETRES / units  # as if depth was in mm
+        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), scale)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
         write_lists(part, files)
         write_description(part, camera.calibration, files, frame_id=camera.frame_id,
-                          depth_scale=options.depth_scale or MILLIMETRES,
+                          depth_scale=options.depth_scale or units,
                           T_world_camera=None if camera.T_world_camera is None else camera.T_world_camera.tolist())
     sys.stdout.write(_summary(options.output, topics, files, failed))
     return SOME_FAILED if failed else DONE

@@ -26,10 +26,9 @@ from functools import partial
 from typing import Optional, Sequence
 
 import rospy
-from tqdm import tqdm
 
 from openpose_ros_fusion.rig import write_rig
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, command_parser, named_value, number, plain_path
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
@@ -64,7 +63,7 @@ def _run(options: argparse.Namespace) -> int:
     with output_folder(options.output, options.overwrite, _FILES) as folder:
         recorded = (recordings_of_files(options.files, cameras) if options.files else
                     recordings_of_topics(options.seconds, cameras))
-        found = calibrate(recorded, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
+        found = calibrate(recorded, params, partial(Progress, unit=' pairs', leave=False))
         write_rig(folder / 'rig.yaml', found.rig)
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)

@@ -18,7 +18,7 @@ from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import open_bag, topic_types
+from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
 from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
@@ -72,16 +72,18 @@ def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
 def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[CameraRecording]:
     """Return the people of all cameras in bags and CSV files.
 
-    A camera is named by the namespace of its topics; where this is the root, or in a CSV, by the file. Bags with the
-    same camera are parts of one recording.
+    A camera is named by the namespace of its topics; where this is the root, or in a CSV, by the file, of parts of one
+    recording by the first. Bags with the same camera are parts of one recording.
 
     Raises:
         BadInputError: a file can not be read, or holds no people; the text says how to get them.
     """
     tables: Dict[str, List[KeypointTable]] = {}
     models: Dict[str, CameraModel] = {}
+    bags = [path for path in paths if is_bag(path)]
+    names = {path: parts[0].stem for parts in parts_of_recordings(bags) for path in parts}
     for path in paths:
-        if not is_bag(path):
+        if path not in names:
             tables.setdefault(path.stem, []).append(read_keypoint_csv(path))
             continue
         with open_bag(path) as bag:
@@ -91,7 +93,7 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[C
             raise BadInputError(f'{path} has no people of a camera (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]}); '
                                 f'{_NO_PEOPLE}')
         for namespace, topic in topics.items():
-            name = namespace or path.stem
+            name = namespace or names[path]
             table = read_keypoint_bag(path, topic)
             tables.setdefault(name, []).append(table)
             model = _model_of_bag(path, types, namespace, table, options.rectified)
@@ -145,8 +147,7 @@ def _recordings(tables: Mapping[str, KeypointTable], models: Mapping[str, Camera
         if name not in tables:
             raise BadInputError(f"there is no camera '{name}'; there are {', '.join(sorted(tables))}")
     given = {name: calibrated_camera(read_calibration(path)) for name, path in options.calibrations.items()}
-    cameras = [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
-    return cameras
+    return [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
 
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:

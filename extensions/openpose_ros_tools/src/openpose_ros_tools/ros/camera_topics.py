@@ -63,6 +63,14 @@ def raw_topic(topic: str) -> str:
     return head if last in ('compressed', 'compressedDepth', 'theora') else topic
 
 
+def depth_unit(bag: rosbag.Bag, depth: str) -> float:
+    """Return the unit of 16-bit depth images [m]: mm (REP 118), or that which the RealSense Viewer has written."""
+    option = re.sub('/[^/]+/image/data$', '/option/Depth_Units/value', depth)
+    if option == depth or option not in topic_types(bag):
+        return 0.001
+    return round(float(next(messages_of(bag, [option])).message.data), 9)  # it is float32
+
+
 class TopicFinder:
     """Finds the topics of a camera in a bag; streams are 'colour', 'depth', 'points' and 'camera_info'.
 
@@ -138,8 +146,12 @@ class TopicFinder:
         return topic
 
     def camera_info_of(self, *images: str) -> Optional[str]:
-        """Return the topic of the calibration in the namespace of the first of these topics that has one, or None."""
-        beside = (f'{raw_topic(topic).rpartition("/")[0]}/camera_info' for topic in images)
+        """Return the topic of the calibration in the namespace of the first of these topics that has one, or None.
+
+        The RealSense Viewer writes /device_0/sensor_1/Color_0/image/data, and /info/camera_info beside /image.
+        """
+        beside = (name for topic in images for name in (
+            f'{raw_topic(topic).rpartition("/")[0]}/camera_info', topic.replace('/image/data', '/info/camera_info')))
         return next((topic for topic in beside if topic in self.candidates['camera_info']), None)
 
     def listed(self) -> str:

@@ -26,13 +26,12 @@ import argparse
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Dict, Optional, Sequence
+from typing import Dict, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
@@ -90,15 +89,16 @@ def transform_of(values: Sequence[str]) -> np.ndarray:
     return matrix
 
 
-def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
-    """Read people in space from a table or a bag.
+def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
+    """Read people in space, in one frame of reference, from a table or a bag; see `read_keypoints`.
 
     Raises:
         BadInputError: it can not be read, or holds no people, or people in the image.
     """
+    frames = None
     if is_bag(path):
-        from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
-        poses = read_keypoint_bag(path, topic)
+        from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints  # tables can be read without ROS
+        poses, frames = read_keypoints(path, topic)
     elif topic is not None:
         raise ParameterError(f'--topic is for bags, and {path} is none')
     else:
@@ -107,27 +107,27 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
         raise BadInputError(f'{path} holds no people')
     if poses.dimensions != 3:
         raise BadInputError(f'{path} holds people in the image [px]; motion capture is compared with people in space')
-    frames = sorted(set(poses.frame_ids.tolist()))
-    if len(frames) > 1:
-        raise BadInputError(f"{path} holds people in several frames of reference: {', '.join(map(repr, frames))}; "
+    names = sorted(set(poses.frame_ids.tolist()))
+    if len(names) > 1:
+        raise BadInputError(f"{path} holds people in several frames of reference: {', '.join(map(repr, names))}; "
                             'give the people of one camera at a time')
-    return poses
+    return poses, frames
 
 
 def _run(options: argparse.Namespace) -> int:
     if options.output is not None:
         check_outputs(files_of(options.output, FILES.__contains__), options.overwrite)
     transform = None if options.transform is None else transform_of(options.transform)
-    poses = read_poses(options.poses, options.topic)
+    poses, _ = read_poses(options.poses, options.topic)
     recording = read_mocap(options.mocap)
     marker_map = chosen_map(recording) if options.markers is None else read_marker_map(options.markers)
     reference = joints_of(recording, marker_map)
     alignment = align(measured_people(poses), reference, AlignmentParams(options.clock_offset, transform),
-                      partial(tqdm, desc='aligning', disable=None, leave=False))
+                      partial(Progress, desc='aligning', leave=False))
     names = (options.joints or '').split(',')
     comparison = compare(poses, reference, alignment, EvaluationParams(
         joints=tuple(name.strip().replace(' ', '_') for name in names if name.strip())),
-        partial(tqdm, desc='comparing', disable=None, leave=False))
+        partial(Progress, desc='comparing', leave=False))
     values = summary(comparison, alignment, _inputs(options, poses, marker_map))
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')

@@ -46,24 +46,23 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import genpy
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
-from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, checked, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import RgbdFolder, read_rgbd_folder
-from openpose_ros_tools.images.stamps import SECOND, parse_stamp
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE
 from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_size, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.rgbd_folder import RgbdFolder, read_rgbd_folder
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
+from skeleton_extract_3d.points.stamps import SECOND, parse_stamp
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 _log = logging.getLogger(__name__)
@@ -96,7 +95,7 @@ def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'n
     planned = sorted(((maker, moment) for maker, camera in zip(makers, cameras)
                       for moment in moments(camera.folder)), key=lambda one: one[1].stamp)
     with new_bag(path, compression) as bag, \
-            tqdm(total=len(planned), unit='frame', disable=None) as bar, \
+            Progress(total=len(planned), unit='frame') as bar, \
             closing(ordered_map(lambda one: one[0].messages(one[1]), planned)) as results:
         poses = _poses(cameras, planned[0][1].stamp)
         if poses:

@@ -25,6 +25,7 @@ from openpose_ros_tools.tables.keypoint_table import (
     part_values,
     table_of,
     tidy_cells,
+    with_one_clock,
     with_status,
 )
 
@@ -137,9 +138,9 @@ def read_csv(path: Path) -> KeypointCsv:
 
 
 def read_keypoint_csv(path: Path) -> KeypointTable:
-    """Return the table of a CSV file of keypoints; see `read_csv`."""
+    """Return the table of a CSV file of keypoints; see `read_csv` and `with_one_clock`."""
     file = read_csv(path)
-    return table_of(file.rows, file.dimensions)
+    return with_one_clock(table_of(file.rows, file.dimensions), str(path))
 
 
 class _Reader:

@@ -6,6 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, SkeletonModel
+from openpose_ros_pkg.stream.pairing import PAIRING
 from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
@@ -147,6 +148,21 @@ def table_of(rows: Iterable[PersonRow], dimensions: int, joints: Tuple[str, ...]
     stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
     return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
                          np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma, joints)
+
+
+def with_one_clock(table: KeypointTable, source: str) -> KeypointTable:
+    """Return a table whose time does not run back; it may be sorted by people.
+
+    Raises:
+        BadInputError: it does, as where the tables of two recordings were appended; the text begins with `source`.
+    """
+    back = np.diff(table.stamps) < -PAIRING.reset_backstep
+    blocks = 1 + np.count_nonzero(np.diff(table.ids))
+    if back.any() and (blocks > len(np.unique(table.ids)) or (back & (np.diff(table.ids) == 0)).any()):
+        row = int(np.argmax(back))
+        raise BadInputError(f'{source}: time runs back by {(table.stamps[row] - table.stamps[row + 1]) * 1e-9:.3f} s '
+                            f'after row {row + 1}, as where two recordings were appended; give each by itself')
+    return table
 
 
 def people_of_rows(rows: KeypointTable, model: SkeletonModel) -> People3D:

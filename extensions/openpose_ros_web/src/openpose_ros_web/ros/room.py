@@ -1,23 +1,20 @@
 """The frame that pages show, and where other frames are in it."""
 import threading
 import time
-from typing import Dict, NamedTuple, Optional, Set, Tuple
+from typing import Dict, NamedTuple, Optional, Set
 
 import numpy as np
-import rospy
-import tf2_ros
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
-from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, Transform
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.ros.transforms import check_stamp
+from skeleton_extract_3d.ros.transforms import Transforms
 
 WORLD = 'world'
 # Transforms are waited for at the begin of listening, for this long, so that a page does not see two frames [s].
 _PATIENCE, _LOOK_PERIOD = 0.5, 0.02
 _STILL = np.eye(3), np.zeros(3)
-_TURNED = UPRIGHT.T, np.zeros(3)
 
 
 class Place(NamedTuple):
@@ -37,7 +34,7 @@ class Room:
     def __init__(self, fixed_frame: str) -> None:
         self._fixed_frame = fixed_frame
         self._lock = threading.Lock()
-        self._tf: Optional[Tuple[tf2_ros.Buffer, tf2_ros.TransformListener]] = None
+        self._transforms: Optional[Transforms] = None
         self._optical: Set[str] = set()
         self._connected: Dict[str, bool] = {}
         self._deadline = 0.0
@@ -64,35 +61,34 @@ class Room:
         self._connected[own] = pose is not None
         if pose is not None:
             return Place(target, pose)
-        if 'optical' in own or own in self._optical:
-            return Place(own + TURNED, _TURNED)
+        if not own.endswith(TURNED) and ('optical' in own or own in self._optical):
+            return Place(own + TURNED, LEVEL)
         return Place(own, _STILL)
 
     def rest(self) -> None:
         """Listen to tf no more, until the next question."""
         with self._lock:
-            if self._tf is not None:
-                self._tf[1].unregister()
-                self._tf = None
+            if self._transforms is not None:
+                self._transforms.stop()
+                self._transforms = None
         self._connected = {}
 
     def _pose(self, target: str, header: Header) -> Optional[Transform]:
-        buffer = self._buffer()
+        transforms = self._listen()
         while True:
-            for stamp in (header.stamp, rospy.Time()):
+            for find in (lambda: transforms.lookup(target, header.frame_id, header.stamp),
+                         lambda: transforms.newest(target, header.frame_id)):
                 try:
-                    check_stamp(stamp)
-                    return convert.rotation_and_translation(buffer.lookup_transform(target, header.frame_id, stamp))
-                except (tf2_ros.TransformException, NoTransformError, BadInputError):
+                    return convert.rotation_and_translation(find())
+                except (NoTransformError, BadInputError):
                     continue
             if time.monotonic() >= self._deadline:
                 return None
             time.sleep(_LOOK_PERIOD)
 
-    def _buffer(self) -> tf2_ros.Buffer:
+    def _listen(self) -> Transforms:
         with self._lock:
-            if self._tf is None:
-                buffer = tf2_ros.Buffer(debug=False)  # without a service of its own
-                self._tf = buffer, tf2_ros.TransformListener(buffer)
+            if self._transforms is None:
+                self._transforms = Transforms(0.0)
                 self._deadline = time.monotonic() + _PATIENCE
-            return self._tf[0]
+            return self._transforms

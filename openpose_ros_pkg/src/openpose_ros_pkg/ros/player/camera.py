@@ -23,7 +23,7 @@ def camera_info_from_file(path: str) -> CameraInfo:
         ParameterError: the file is missing or not such a file.
     """
     try:
-        return calibration_to_message(read_calibration(Path(path).expanduser()), Header())
+        return calibration_to_message(read_calibration(Path(path)), Header())
     except BadInputError as error:
         raise ParameterError(f"parameter 'camera_info_file' = {path!r} is not a calibration as camera_calibration "
                              f'writes it: {error}', 'camera_info_file') from error
@@ -39,7 +39,7 @@ class Camera:
             self._info = camera_info_from_file(self._params.camera_info_file)
             self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
         try:
-            self._source = VideoSource(self._params.source, self._params.width, self._params.height)
+            self._source = VideoSource(str(Path(params.source).expanduser()), params.width, params.height)
         except BadInputError as error:
             if self._params.source.isdigit():
                 raise  # a device may come back: respawned, the node tries again

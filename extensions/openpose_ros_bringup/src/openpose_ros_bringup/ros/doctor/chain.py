@@ -10,6 +10,7 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters
+from openpose_ros_bringup.ros.record_camera import RECORDS
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
@@ -38,6 +39,7 @@ class StatusListener:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._reports: Dict[str, Tuple[Reported, Reported]] = {}
+        self.recorders: Dict[str, Tuple[int, str, str]] = {}
         self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=100)
 
     def stop(self) -> None:
@@ -58,6 +60,8 @@ class StatusListener:
     def _store(self, message: DiagnosticArray) -> None:
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}
+            if RECORDS in values:
+                self.recorders[status.name] = _number(status.level), status.message, values[RECORDS]
             if not any(kind in IMAGES for _, kind in _INPUT.findall(values.get(READS, ''))):
                 continue  # no node that finds people
             # the updater writes <node>: <name>, which is another one for each camera of a node

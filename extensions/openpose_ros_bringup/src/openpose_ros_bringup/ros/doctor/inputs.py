@@ -8,6 +8,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
 from openpose_ros_bringup.doctor.findings import says_registered
 from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Stream
+from openpose_ros_bringup.ros.camera_driver import is_installed
 from openpose_ros_bringup.ros.doctor.chain import IMAGES, inputs_of
 from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
@@ -73,7 +74,8 @@ def _known_camera(kinds: Mapping[str, str]) -> Optional[Source]:
             return _of_preset(choice.chosen.preset, choice.chosen.ns)
         seen += [(other.preset, other.ns) for other in choice.others]
     seen += [(preset, None) for preset in presets.values()]
-    shares = [sum(topic in bases for topic in preset.inputs(ns=ns)) / len(preset.inputs()) for preset, ns in seen]
+    shares = [sum(topic in bases for topic in (*preset.inputs(ns=ns), preset.topic('unregistered', ns)))
+              / len(preset.inputs()) for preset, ns in seen]
     best = shares.index(max(shares))
     return _of_preset(*seen[best]) if shares[best] >= _LEAST_SHARE else None
 
@@ -107,8 +109,14 @@ def _of_preset(preset: CameraPreset, namespace: Optional[str]) -> Source:
     points = Stream(role, *topics[1]) if len(topics) > 1 else None
     other = '' if namespace in (None, preset.ns) else str(namespace)
     camera = Camera(Stream('image', *topics[0]), points, info, _beside(topics[0][0], info), preset.name, other,
-                    preset.driver_line(other))
+                    _driver_line(preset, other))
     return Source(camera, preset.rectified)
+
+
+def _driver_line(preset: CameraPreset, namespace: str) -> str:
+    line = preset.driver_line(namespace)
+    return line if not line or is_installed(preset.package) else (
+        f'{line}    # the package {preset.package} is not installed on this machine')
 
 
 def _of_node(node: ChainNode) -> Source:
@@ -121,7 +129,7 @@ def _of_node(node: ChainNode) -> Source:
     info = Stream('camera_info', infos[0], CameraInfo._type) if has_info else None
     preset, namespace = _preset_of([image[0]] + ([points.topic] if points else []), node)
     camera = Camera(Stream('image', *image), points, info, _beside(image[0], info), preset.name if preset else '',
-                    namespace, preset.driver_line(namespace) if preset else '', node.name)
+                    namespace, _driver_line(preset, namespace) if preset else '', node.name)
     rectified = node.parameters.get('rectified', 'auto')
     is_rectified = bool(preset and preset.rectified) if rectified == 'auto' else str(rectified).lower() == 'true'
     return Source(camera, is_rectified)

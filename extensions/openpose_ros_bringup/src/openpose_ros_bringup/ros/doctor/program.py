@@ -14,25 +14,29 @@ import os
 import sys
 import threading
 import time
+from collections import defaultdict
 from dataclasses import replace
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
+import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from openpose_ros_bringup.doctor.frames import frames_needed
 from openpose_ros_bringup.doctor.report import diagnose, faults, report
-from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, People, Snapshot, Tf
+from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, Lookup, People, Snapshot, Tf
 from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
 from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
-from openpose_ros_bringup.ros.doctor.transforms import FrameListener
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.command_options import command_parser, number
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.parameters import frame_name
+from skeleton_extract_3d.ros.convert import rotation_and_translation
+from skeleton_extract_3d.ros.transforms import Transforms
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
 PREFIX = 'OPENPOSE_ROS_PREFIX'
@@ -43,6 +47,8 @@ _STATUS_PERIOD, _STATUS_PATIENCE = 1.2, 3.0
 # Least time to listen, and how much longer the whole may take before it is given up [s].
 _LEAST, _GRACE = 1.5, 30.0
 _PERIOD = 0.05
+# Transforms for a stamp come a little later [s].
+_TF_PATIENCE = 1.0
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -69,7 +75,7 @@ def look(options: argparse.Namespace) -> Snapshot:
     if not master.is_online:
         return Snapshot(master)
     rospy.init_node('doctor', anonymous=True, disable_signals=True, disable_rosout=True, log_level=rospy.ERROR)
-    status, ticks, frames = StatusListener(), _ClockListener(graph), FrameListener()
+    status, ticks, frames = StatusListener(), _ClockListener(graph), Transforms(_TF_PATIENCE)
     expected = nodes_with_results(graph.published)
     begin = time.monotonic()
     _wait(lambda: set(expected) <= set(status.nodes()) and time.monotonic() - begin > _STATUS_PERIOD,
@@ -89,8 +95,8 @@ def look(options: argparse.Namespace) -> Snapshot:
         Tf(options.fixed_frame or _fixed_frame(nodes, graph)),
         nodes_within(options.camera_ns, status.read(graph.published)),
         [node for node in expected if node not in status.nodes()], starting_nodes(graph), read_machine(),
-        people.read())
-    tf = replace(seen.tf, lookups=frames.lookups(_wanted_transforms(seen)), parents=frames.parents())
+        people.read(), list(status.recorders.values()))
+    tf = replace(seen.tf, lookups=_lookups(frames, seen), parents=frames.parents())
     frames.stop()
     return replace(seen, tf=tf)
 
@@ -106,7 +112,7 @@ def _fixed_frame(nodes: Sequence[ChainNode], graph: Graph) -> str:
     views = [private_parameters(node) for node in graph.nodes if node.endswith('/view')]
     named = [*(node.parameters.get('tracking_frame') for node in nodes), *(view.get('fixed_frame') for view in views),
              *('world' for view in views if view.get('floor') is True)]
-    return next((str(frame) for frame in named if frame), '')
+    return frame_name(next((str(frame) for frame in named if frame), ''))
 
 
 def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> List[str]:
@@ -116,8 +122,9 @@ def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> 
                                 for node in graph.published[topic].nodes)})
 
 
-def _wanted_transforms(seen: Snapshot) -> List[Tuple[str, str, rospy.Time]]:
-    wanted = []
+def _lookups(transforms: Transforms, seen: Snapshot) -> Dict[Tuple[str, str], Lookup]:
+    """Return transforms by target and source frame, at a stamp, as soon as they are there or will not be."""
+    deadline, found = time.monotonic() + _TF_PATIENCE, {}
     for camera in seen.cameras:
         stream = camera.points or camera.image
         if not (stream.arrivals and stream.frame_id):
@@ -125,9 +132,13 @@ def _wanted_transforms(seen: Snapshot) -> List[Tuple[str, str, rospy.Time]]:
         others = frames_needed(seen, camera)
         if camera.image.frame_id not in ('', stream.frame_id):
             others.append(camera.image.frame_id)
-        stamp = rospy.Time(0, stream.arrivals[-1].stamp)
-        wanted += [(target, stream.frame_id, stamp) for target in others]
-    return wanted
+        for target in others:
+            try:
+                found[target, stream.frame_id] = Lookup(*rotation_and_translation(transforms.lookup(
+                    target, stream.frame_id, rospy.Time(0, stream.arrivals[-1].stamp), deadline - time.monotonic())))
+            except (NoTransformError, BadInputError) as error:
+                found[target, stream.frame_id] = Lookup(error=str(error.__cause__ or error))
+    return found
 
 
 class _ClockListener:
@@ -152,9 +163,11 @@ class _PeopleListener:
     def __init__(self, nodes: Sequence[ChainNode], graph: Graph) -> None:
         kinds = {kind._type: kind for kind in (PersonDetection_3dArray, PersonDetectionArray)}
         self._people: List[int] = []
+        self._ages: Dict[str, List[float]] = defaultdict(list)
         topics = {node.results for node in nodes if not node.rests and node.results}
-        self._subscribers = [rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, queue_size=100)
-                             for topic in sorted(topics) if graph.published[topic].kind in kinds]
+        self._subscribers = [
+            rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, topic, queue_size=100)
+            for topic in sorted(topics) if graph.published[topic].kind in kinds]
 
     def stop(self) -> None:
         for subscriber in self._subscribers:
@@ -162,9 +175,11 @@ class _PeopleListener:
 
     def read(self) -> Optional[People]:
         """Return what came; None: no topic was read."""
-        return People(len(self._people), max(self._people, default=0)) if self._subscribers else None
+        ages = {topic: float(np.median(values)) for topic, values in self._ages.items()}
+        return People(len(self._people), max(self._people, default=0), ages) if self._subscribers else None
 
-    def _count(self, message: Any) -> None:
+    def _count(self, message: Any, topic: str) -> None:
+        self._ages[topic].append(rospy.get_time() - message.header.stamp.to_sec())
         self._people.append(len(message.persons))
 
 

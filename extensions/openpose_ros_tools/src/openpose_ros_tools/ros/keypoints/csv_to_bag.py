@@ -23,9 +23,8 @@ import genpy
 import numpy as np
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, command_parser, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.parameters import frame_name
@@ -34,7 +33,7 @@ from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import person_message
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
-from openpose_ros_tools.tables.keypoint_table import frames_of
+from openpose_ros_tools.tables.keypoint_table import frames_of, table_of, with_one_clock
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'
@@ -72,7 +71,7 @@ def write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> 
     of_person, of_frame = _TOPICS[file.dimensions]
     kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
     count = 0
-    with new_bag(path) as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
+    with new_bag(path) as bag, Progress(total=len(file.rows), unit='row') as bar:
         for count, frame in enumerate(frames_of(file.rows), 1):
             began = _time(frame[0].time)
             headers = [Header(row.sequence, _time(row.stamp), row.frame_id) for row in frame]
@@ -94,6 +93,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     with output_file(options.output, options.overwrite, [options.csv]) as part:
         file = read_csv(options.csv)
+        with_one_clock(table_of(file.rows, file.dimensions), str(options.csv))  # rosbag would sort two runs into one
         frames = write_bag(file, part, options.frame_id, pose_model_of(known_joints(file)))
     sys.stdout.write(f'{frames} frames in {options.output}\n')
     return DONE

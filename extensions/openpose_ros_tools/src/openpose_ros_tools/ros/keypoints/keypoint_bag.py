@@ -1,7 +1,8 @@
 """Keypoints in messages and bags: which topic has them, their rows for tables, and messages of rows."""
+import json
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import genpy
 import numpy as np
@@ -18,9 +19,16 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_signals.ros.convert import signals_from_array
+from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
+from openpose_ros_tools.ros.bag_files import (
+    deserialized,
+    messages_of,
+    open_bag,
+    parts_of_recordings,
+    stamped_messages,
+    topic_types,
+)
 from openpose_ros_tools.ros.ros2_bags import joined_types
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
@@ -30,10 +38,12 @@ from openpose_ros_tools.tables.keypoint_table import (
     PersonRow,
     part_values,
     table_of,
+    with_one_clock,
     with_status,
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkRow
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_signals
+from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
 # Points of the hands of a person, as joints of a table.
 HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
@@ -53,6 +63,10 @@ PARTS: Dict[str, Dict[str, int]] = {
     'hands': {'openpose_ros_msgs/HandDetection_3dArray': 3, 'openpose_ros_msgs/HandDetectionArray': 2},
     'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2},
     'signals': {'openpose_ros_msgs/PersonSignalsArray': 3}}
+
+
+RECORD = '/openpose_ros/process_bag'
+"""Topic of what process_bag has made a bag of, so that it is not made again."""
 
 
 class KeypointTopic(NamedTuple):
@@ -127,6 +141,27 @@ def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
     return joined_types(found)
 
 
+def made_of(path: Path) -> Dict[str, Any]:
+    """Return what process_bag has made a bag of; {}: it is by another program. Errors as `open_bag`."""
+    with open_bag(path) as bag:
+        stored = next(messages_of(bag, [RECORD]), None)
+    try:
+        return dict(json.loads(stored.message.data)) if stored else {}
+    except (ValueError, TypeError, AttributeError):
+        return {}
+
+
+def numbered_anew(paths: Sequence[Path]) -> Set[Path]:
+    """Return the bags whose ids are not those of the bag before: other recordings, or parts that were processed apart.
+    """
+    found = {recording[0] for recording in parts_of_recordings(paths)}
+    for path in set(paths) - found:
+        record = made_of(path)
+        if record and not record.get('earlier'):
+            found.add(path)
+    return found
+
+
 def read_keypoint_bag(path: Path, topic: Optional[str] = None, part: str = 'people') -> KeypointTable:
     """Read the keypoints of a bag.
 
@@ -142,7 +177,7 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None, part: str = 'peop
         chosen = choose_topic(topic_types(bag), str(path), topic, part)
         rows = (row for message, time in bag_messages(bag, chosen.name)
                 for row in read(message, chosen.dimensions, time))
-        return table_of(rows, chosen.dimensions, joints)
+        return with_one_clock(table_of(rows, chosen.dimensions, joints), str(path))
 
 
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
@@ -186,7 +221,8 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
             types = topic_types(bag)
             beside = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
             if {_absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
-                return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(message))
+                return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
+                    turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
                         for message, time in bag_messages(bag, beside)], True
     return list(computed_signals(table, up)), False
 

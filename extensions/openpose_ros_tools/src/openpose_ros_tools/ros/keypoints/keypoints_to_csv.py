@@ -34,9 +34,8 @@ from typing import Any, Iterator, Optional, Sequence, TextIO, Union, cast
 import rosgraph
 import roslib.message
 import rospy
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
@@ -58,7 +57,7 @@ Writer = Union[KeypointCsvWriter, LandmarkCsvWriter, SignalCsvWriter]
 _PAUSE = 0.2
 
 
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: tqdm) -> int:
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: Progress) -> int:
     """Write the people of bags one after the other; return how many rows that are.
 
     Args:
@@ -67,20 +66,28 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, sta
     Raises:
         BadInputError: a bag is damaged.
     """
-    rows = 0
+    rows, first, highest = 0, 0, 0
+    anew = keypoint_bag.numbered_anew(paths) if len(paths) > 1 else ()
     for path in paths:
+        if highest and path in anew:
+            first = highest
+            _log.warning('%s numbers people anew: %d is added to its ids', path, first)
         with open_bag(path) as bag:
             count = keypoint_bag.count_messages(bag, topic.name)
             bar.total = (bar.total or 0) + count
             if not count:
                 _log.warning('%s has no messages on %s', path, topic.name)
             for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
+                for each in next((getattr(message, name) for name in ('persons', 'hands', 'faces')
+                                  if hasattr(message, name)), [message]):
+                    each.person_ID += first  # no id is used twice
+                    highest = max(highest, each.person_ID)
                 rows += _write(writer, message, None if stamps else recorded)
                 bar.update()
     return rows
 
 
-def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: tqdm) -> int:
+def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Progress) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
@@ -143,7 +150,7 @@ def _write_all(topic: KeypointTopic, handle: TextIO, options: argparse.Namespace
     """Write everything; return how many people, hands, faces or rows of signals that are."""
     writer = _writer(handle, topic, options)
     # no progress bar where it would run into rows that are shown
-    with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
+    with Progress(unit='message' if options.bags else 'row', disable=handle.isatty()) as bar:
         if options.bags:
             return bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar)
         return follow_topic(topic, writer, handle, bar)

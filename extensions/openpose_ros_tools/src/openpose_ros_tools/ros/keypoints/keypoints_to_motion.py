@@ -3,15 +3,15 @@ import argparse
 import csv
 import inspect
 import logging
+import re
 import sys
-from pathlib import Path
-from typing import Callable, Dict, Optional, Sequence
+from typing import Callable, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.command_options import add_output, add_up, command_parser, number, plain_path, whole_number
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_tools.motion.angles import joint_angles
 from openpose_ros_tools.motion.bvh import bvh_text
@@ -31,8 +31,9 @@ def trc(arguments: Optional[Sequence[str]] = None) -> int:
         rosrun openpose_ros_tools keypoints_to_trc poses.csv -o trc/ --measured --persons 1 4
 
     The markers have the names of Pose2Sim's models (RShoulder, CHip, LBigToe), positions in metres, y up and, of a
-    frame with z up, z where its x was. 0 s is the first frame of the recording. Samples are interpolated between the
-    frames; a joint that is missing for longer than a quarter of a second has empty cells.
+    frame with z up, z where its x was. 0 s is for all people the first frame of a bag, also one without people, or the
+    first row of a table. Samples are interpolated between the frames; a joint that is missing for longer than a quarter
+    of a second has empty cells.
 
     Exit status: 0 done; 2 nothing was written, as an input is wrong.
     """
@@ -47,7 +48,8 @@ def bvh(arguments: Optional[Sequence[str]] = None) -> int:
 
     The skeleton stands with y up, the arms to the sides, and faces z; lengths are in centimetres, the bones have their
     median length in the recording. The place of the hips and the directions of the bones are those of the joints, what
-    is missing is interpolated. How a limb is twisted is not known. Bones that a person never has are left out.
+    is missing is interpolated. How a limb is twisted is not known. Bones that a person never has are left out. Frames
+    begin at 0 s of keypoints_to_trc: until a person comes, the skeleton is at rest where it comes.
 
     Exit status: 0 done; 2 nothing was written, as an input is wrong.
     """
@@ -81,29 +83,30 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
 
 
 def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[SampledPerson, str], str]) -> int:
-    people = sample_people(_people(options), options.rate, options.up)
-    texts: Dict[Path, str] = {}
+    table, begin = _people(options)
+    people = sample_people(table, options.rate, options.up, begin)
+    texts: Dict[str, str] = {}
     for person in people:
-        path = options.output / f'person_{person.person}{suffix}'
+        name = f'person_{person.person}{suffix}'
         try:
-            texts[path] = text_of(person, path.name)
+            texts[name] = text_of(person, name)
         except BadInputError as error:
             _log.warning('%s; left out', error)
     if not texts:
         raise BadInputError(f'{options.file}: no person can be written')
-    if options.output.exists() and not options.output.is_dir():
-        raise ParameterError(f'{options.output} is a file; name a folder')
-    check_outputs(list(texts), options.overwrite, [options.file])
+    check_outputs([options.output / name for name in texts], options.overwrite, [options.file])
+    former = re.compile(rf'person_\d+\{suffix}')
     with PartFiles() as parts:
-        for path, text in texts.items():
-            parts.file(path).write_text(text)
-    sys.stdout.write(f'{len(texts)} people at {people[0].rate:g} Hz in {options.output}\n')
+        folder = parts.folder(options.output, lambda name: options.overwrite and bool(former.fullmatch(name)))
+        for name, text in texts.items():
+            (folder / name).write_text(text)
+    sys.stdout.write(f'{len(texts)} people at {people[0].rate:g} Hz in {options.output}; 0 s is {begin} ns\n')
     return DONE
 
 
 def _write_angles(options: argparse.Namespace) -> int:
     with output_file(options.output, options.overwrite, [options.file]) as part:
-        table = _people(options)
+        table, _ = _people(options)
         found = joint_angles(table.joints, table.positions)
         with part.open('w', newline='', encoding='utf-8') as handle:
             rows = csv.writer(handle, lineterminator='\n')
@@ -115,16 +118,17 @@ def _write_angles(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _people(options: argparse.Namespace) -> KeypointTable:
-    """Return the people that are asked for."""
-    table = read_poses(options.file, options.topic)
+def _people(options: argparse.Namespace) -> Tuple[KeypointTable, int]:
+    """Return the people that are asked for, and the stamp of the first frame of the recording [ns]."""
+    table, frames = read_poses(options.file, options.topic)
+    begin = min([table.stamps.min(), *([] if frames is None else frames[:1])])
     missing = sorted(set(options.persons or ()) - set(table.ids.tolist()))
     if missing:
         raise BadInputError(f'person {missing[0]} is not in {options.file}; there are: '
                             f"{', '.join(map(str, np.unique(table.ids).tolist()))}")
     if options.persons:
         table = table.select(np.isin(table.ids, options.persons))
-    return measured_only(table) if options.measured else table
+    return (measured_only(table) if options.measured else table), int(begin)
 
 
 def _parser(name: str, program: Callable[..., int], output: str) -> argparse.ArgumentParser:

@@ -24,18 +24,19 @@ are complete.
 """
 import argparse
 import logging
+import re
 import sys
 from functools import partial
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from matplotlib.figure import Figure
-from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import add_up, checked, command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
@@ -50,6 +51,8 @@ from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_o
 
 _log = logging.getLogger(__name__)
 
+# Names of plots of a joint or a person: with --overwrite those of a former recording are deleted.
+_OF_PEOPLE = r'(trajectory_\w+|visibility_person_\d+)\.'
 # Joints whose trajectories are plotted by default.
 _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
 
@@ -117,12 +120,16 @@ def _run(options: argparse.Namespace) -> int:
         found = plots(selection, chosen, timeline)
     paths = [folder / f'{name}.{options.format}' for name, _ in found]
     check_outputs(paths, options.overwrite)
-    for path, (_, draw) in zip(paths, tqdm(found, unit=' plots', leave=False, disable=None)):
+    for path, (_, draw) in zip(paths, Progress(found, unit=' plots', leave=False)):
         try:
             save_figure(draw(), path)
         except OSError as error:
             raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
-        tqdm.write(str(path))
+        Progress.write(str(path))
+    of_people = re.compile(_OF_PEOPLE + options.format)
+    for former in files_of(folder, lambda name: bool(of_people.fullmatch(name))):
+        if options.overwrite and former not in paths:
+            former.unlink()
     return DONE
 
 

@@ -20,8 +20,9 @@ from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
 from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
-from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
+from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit, is_result
 from openpose_ros_tools.ros.process_bag.job import CameraTopics, Counts
+from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS, Registration, first_message
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.transforms import check_stamp
 
@@ -36,8 +37,6 @@ _QUEUE = 50
 # Transforms are read ahead of the frame by this time [ns], as they may be recorded later than the image; and kept for
 # this time.
 _TF_AHEAD, _TF_KEPT = 3_000_000_000, genpy.Duration(30)
-TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
-"""Topics of transforms in bags."""
 _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, CameraInfo)}
 # Makes a grid of points of a message and its calibration.
 MakePoints = Callable[[Any, Optional[CameraInfo]], PointGrid]
@@ -76,17 +75,18 @@ def find_topics(finder: TopicFinder, wanted: CameraTopics, only_2d: bool = False
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
     image = finder.required('colour', wanted.image, finder.candidates['colour'])
+    image_info = finder.camera_info_of(image) or ''
     if only_2d:
         return CameraTopics(image)
     organized = [] if wanted.points or wanted.depth or prefer_depth else finder.organized_clouds()
     if wanted.points or organized:
-        return CameraTopics(image, points=finder.required('points', wanted.points, organized))
+        return CameraTopics(image, finder.required('points', wanted.points, organized), image_info=image_info)
     depths = [topic for topic in finder.candidates['depth'] if topic != image]
     if depths or wanted.depth or prefer_depth:
         depth = finder.required('depth', wanted.depth, depths)
-        beside = wanted.camera_info or finder.camera_info_of(depth, image) or ''
-        return CameraTopics(image, depth=depth,
-                      camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
+        beside = wanted.camera_info or finder.camera_info_of(depth) or image_info
+        return CameraTopics(image, '', depth,
+                            finder.required('camera_info', beside, finder.candidates['camera_info']), image_info)
     finder.warn_without_depth()
     return CameraTopics(image)
 
@@ -116,33 +116,52 @@ def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
     return copied
 
 
+class OpenCamera(NamedTuple):
+    """An open bag, the topics of the camera in it, those to copy, and the open bags that were recorded before it."""
+
+    bag: rosbag.Bag
+    topics: CameraTopics
+    copied: List[str]
+    earlier: Sequence[rosbag.Bag] = ()
+
+    @property
+    def images(self) -> int:
+        """Number of images."""
+        return self.bag.get_message_count(self.topics.image)
+
+
 class FrameReader:
     """The frames of a bag, in its order.
 
     Args:
-        bag: open.
-        topics: of the camera.
-        copied: topics whose messages come as well, between the frames.
+        camera: in the bag; messages to be copied come as well, between the frames.
         pairing: how images and points are paired.
-        points: makes points of a message and the camera info at its time; None in 2D.
+        points: makes points of a message and the camera info at its time; not called in 2D.
+        rectified: the images are.
         most: pixels of an image, `max_image_megapixels`.
 
     Attributes:
         counts: of what has been read.
     """
 
-    def __init__(self, bag: rosbag.Bag, topics: CameraTopics, copied: Sequence[str], pairing: PairingParams,
-                 points: Optional[MakePoints], most: float = MOST_MEGAPIXELS) -> None:
-        self._bag, self._topics, self._make_points, self._most = bag, topics, points, most
+    def __init__(self, camera: OpenCamera, pairing: PairingParams, points: MakePoints, rectified: bool,
+                 most: float = MOST_MEGAPIXELS) -> None:
+        self._bag, self._topics, copied, earlier = camera
+        topics = self._topics
+        self._make_points, self._most = points, most
         self._copied = frozenset(copied)
         self._points_topic = topics.points or topics.depth
         self.counts = Counts()
         self._matcher = self._prepared(pairing) if topics.in_space else None
         self._info: Optional[CameraInfo] = None
+        self._unit = 1.0
+        bags = (self._bag, *earlier)
+        if topics.in_space:
+            self._registration = Registration(bags, topics, rectified)
         if topics.depth:
             # holds for the depth images before it as well
-            self._info = deserialized(self._first(topics.camera_info), CameraInfo)
-            self._check_frames()
+            self._info = deserialized(first_message(bags, topics.camera_info), CameraInfo)
+            self._unit = depth_unit(self._bag, topics.depth) / 0.001
 
     def __iter__(self) -> Iterator[Union[RecordedFrame, BadInputError, StampedMessage]]:
         """Yield the frames, the errors of frames that can not be used, and the messages that are to be copied.
@@ -195,7 +214,9 @@ class FrameReader:
             bgr = any_image_to_bgr(image.message, self._most)
             if points is not None:
                 grid = self._make_points(points.message, points.info)
-                points_header = points.message.header
+                if self._unit != 1:
+                    grid = grid.scaled(self._unit)
+                grid, points_header = self._registration(grid, points.message.header)
             time = max(part.time for part in (image, points) if part is not None)
             return RecordedFrame(genpy.Time(0, time), image.message.header, bgr, grid, points_header)
         except BadInputError as error:
@@ -207,7 +228,7 @@ class FrameReader:
             params = PairingParams(slop=params.slop, queue_size=_QUEUE)
         matcher = StampMatcher(params)
         topics = (self._topics.image, self._points_topic)
-        first = [self._first(topic) for topic in topics]
+        first = [first_message([self._bag], topic) for topic in topics]
         if first[0].stamp == first[1].stamp:
             return matcher  # one driver stamps both
         both = genpy.Time(0, max(message.time for message in first))
@@ -217,16 +238,6 @@ class FrameReader:
             matcher.add(stream, stamp, None)
         matcher.restart()
         return matcher
-
-    def _check_frames(self) -> None:
-        """Warn where depth images seem not to be aligned to the images; messages do not contain it."""
-        image, depth = (self._first(topic).frame_id for topic in (self._topics.image, self._topics.depth))
-        if image != depth:
-            _log.warning("%s is of frame '%s', but %s of '%s': joints are right in space only where the depth images "
-                         'are aligned to the images', self._topics.image, image, self._topics.depth, depth)
-
-    def _first(self, topic: str) -> StampedMessage:
-        return next(stamped_messages(self._bag, [topic]))
 
 
 class _ClockRun:
@@ -274,12 +285,16 @@ class RecordedTransforms:
 
     Args:
         bag: open; this is its only reader meanwhile.
+        earlier: the parts of its recording before, whose static transforms hold and whose last ones may still count.
         backstep: by which stamps jump back where the clock was reset [ns].
     """
 
-    def __init__(self, bag: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
-        types = bag.get_type_and_topic_info().topics
-        self._messages = stamped_messages(bag, [topic for topic in TF_TOPICS if topic in types])
+    def __init__(self, bag: rosbag.Bag, *earlier: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
+        ends = [genpy.Time.from_sec(max(part.get_end_time() - 1e-9 * _TF_AHEAD, 0)) for part in earlier]
+        self._messages = itertools.chain(
+            *(stamped_messages(part, ('/tf_static', 'tf_static')) for part in earlier),
+            *(stamped_messages(part, ('/tf', 'tf'), start) for part, start in zip(earlier, ends)),
+            stamped_messages(bag, TF_TOPICS))
         self._next = next(self._messages, None)
         self._static: Dict[str, TransformStamped] = {}  # by child frame
         self._backstep = backstep

@@ -22,7 +22,7 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
 # Incremented when the same parameters give other results, so that outputs of older versions do not pass for done.
-_VERSION = 3
+_VERSION = 4
 # Parameters that do not change results.
 _WITHOUT_EFFECT = ('threads', 'compiled_cache', 'camera', 'camera_ns')
 
@@ -51,6 +51,7 @@ class CameraTopics:
     points: str = ''  # of clouds
     depth: str = ''  # of depth images aligned to the image, raw or compressed, in place of clouds
     camera_info: str = ''  # of the depth images, and of a camera without depth that is fused with others
+    image_info: str = ''  # calibration of the images, beside which points are; found, never named
 
     @property
     def in_space(self) -> bool:
@@ -82,6 +83,7 @@ class BagJob:
     mcap: bool = False  # whether the output is a file for Foxglove and ROS 2
     threads: int = 0  # of the networks where the parameters leave it open; 0: one per core
     create: Callable[[DetectorSettings], Detection] = create_detection  # makes what finds people, of the parameters
+    earlier: Tuple[Path, ...] = ()  # parts of the same recording before it, the first one first
     run: str = ''  # identifier of what its unfinished outputs are part of, see `PartFiles`
 
     @property
@@ -110,6 +112,7 @@ class BagJob:
         except OSError as error:
             raise BadInputError(f'{self.source}: {error.strerror}') from error
         return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,
+                'earlier': [path.name for path in self.earlier],
                 'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
                 'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
                 'camera': self.preset, 'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,

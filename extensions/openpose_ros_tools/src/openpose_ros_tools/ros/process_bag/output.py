@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 import genpy
 import numpy as np
 import rosbag
+from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -24,19 +25,18 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
-from openpose_ros_tools.ros.bag_files import StampedMessage, messages_of, new_bag, open_bag
-from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
+from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD, made_of, rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
 
-# What a bag was made of, so that it is not made again.
-RECORD = '/openpose_ros/process_bag'
 # Namespaces of people, in that of their camera.
 IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
 
@@ -54,6 +54,7 @@ class Upright(NamedTuple):
 
     up: np.ndarray  # (3,) upwards in the frame of the people
     around: Surroundings  # with the plane of the floor, where that is known
+    level: bool = False  # the people are in the optical frame of a level camera; `up` is in the upright one
 
 
 ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
@@ -98,7 +99,12 @@ class PeopleWriter:
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 
     def _write_signals(self, people: People3D, header: Header, time: genpy.Time, upright: Upright) -> None:
-        array = signals_to_array(self._signals.update(people, header.stamp.to_sec(), *upright), header)
+        if upright.level:
+            self._bag.write('/tf', TFMessage([convert.upright_transform(header)]), time)
+            people = transform_people(people, *LEVEL)
+            header = Header(header.seq, header.stamp, header.frame_id + TURNED)
+        signals = self._signals.update(people, header.stamp.to_sec(), upright.up, upright.around)
+        array = signals_to_array(signals, header)
         self._bag.write(f'{self._namespace}/people_signals', array, time)
         for person in array.persons:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
@@ -196,6 +202,11 @@ class Results:
             self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
 
+    def write_tf(self, frame: RecordedFrame, transform: Optional[TransformStamped]) -> None:
+        """Write a transform of the time of a frame, if there is one."""
+        if transform is not None:
+            self._bag.write('/tf', TFMessage([transform]), frame.time)
+
     def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
                             ) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
@@ -227,7 +238,10 @@ class Results:
 
 def _upright(settings: BagSettings) -> Upright:
     """Return where the floor is in the frame in which people are published: below z of a frame that is named."""
-    return ON_FLOOR if settings.extractor.target_frame else Upright(settings.upright.upwards, Surroundings())
+    if settings.extractor.target_frame:
+        return ON_FLOOR
+    level = settings.upright.level
+    return Upright(ON_FLOOR.up if level else settings.upright.upwards, Surroundings(), level)
 
 
 def json_names(job: BagJob) -> Callable[[str], bool]:
@@ -255,10 +269,8 @@ def record(bag: rosbag.Bag, made: Dict[str, Any], time: genpy.Time) -> None:
 def finished_record(job: Union[BagJob, RigJob]) -> Optional[Dict[str, Any]]:
     """Return what a finished run of the same has noted in the output with `record`; None: it is none, or not there."""
     try:
-        with open_bag(job.output) as bag:
-            stored = next(messages_of(bag, [RECORD]), None)
-        noted = dict(json.loads(stored.message.data)) if stored else {}
-    except (BadInputError, ValueError, TypeError, AttributeError):
+        noted = made_of(job.output)
+    except BadInputError:
         return None
     return noted if all(noted.get(key) == value for key, value in job.made_from().items()) else None
 

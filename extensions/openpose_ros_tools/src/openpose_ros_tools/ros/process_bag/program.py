@@ -13,8 +13,9 @@ done, and do not depend on --workers or threads: the same bag and parameters giv
 
 Several bags, or a folder of them, are spread over processes of this machine, or with --scheduler over the workers of a
 cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. The
-bag of a worker that dies is done by another one. Bags that are done with the same parameters are skipped; anything else
-in the place of a result is only replaced with --overwrite.
+bag of a worker that dies is done by another one. In parts of one recording (rosbag record --split) people keep their
+ids, and latched messages hold in later parts. Bags that are done with the same parameters are skipped; anything else in
+the place of a result is only replaced with --overwrite.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
@@ -43,10 +44,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 
-from tqdm import tqdm
-
 from openpose_ros_pkg.allocator import keep_large_blocks
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
 from openpose_ros_pkg.command_options import command_parser, plain_path, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
@@ -61,7 +60,7 @@ from openpose_ros_tools.outputs import delete_parts, new_run
 from openpose_ros_tools.parallel.cluster import run_on_cluster
 from openpose_ros_tools.parallel.processes import run_in_processes
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
-from openpose_ros_tools.ros.bag_files import COMPRESSIONS
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS, parts_of_recordings
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done
 from openpose_ros_tools.ros.process_bag.several_cameras import (
@@ -71,7 +70,7 @@ from openpose_ros_tools.ros.process_bag.several_cameras import (
     process_rig,
     rig_job,
 )
-from openpose_ros_tools.ros.process_bag.work import process
+from openpose_ros_tools.ros.process_bag.work import process, process_parts
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
 
@@ -141,13 +140,14 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     if not todo:
         return DONE
     if by_workers:
-        return _run_several([job for job in todo if isinstance(job, BagJob)], options)
+        wanted = {_first_part(job) for job in todo}
+        return _run_several([job for job in jobs if _first_part(job) in wanted], options)
     keep_large_blocks()
     return _run_one(todo[0])
 
 
 def _run_one(job: Union[BagJob, RigJob]) -> int:
-    with tqdm(unit='frame', disable=None) as progress:
+    with Progress(unit='frame') as progress:
         def show(done: int, total: int) -> None:
             progress.total = total
             progress.update(done - progress.n)
@@ -157,37 +157,45 @@ def _run_one(job: Union[BagJob, RigJob]) -> int:
     return DONE
 
 
-def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
-    by_name = {str(job.source): job for job in jobs}
+def _first_part(job: Union[BagJob, RigJob]) -> str:
+    return str((*job.cameras[0].earlier, job.sources[0])[0])
+
+
+def _run_several(jobs: Sequence[Union[BagJob, RigJob]], options: argparse.Namespace) -> int:
+    by_name: Dict[str, List[Union[BagJob, RigJob]]] = {}
+    for job in jobs:
+        by_name.setdefault(_first_part(job), []).append(job)
     failed = 0
     try:
-        with tqdm(total=len(jobs), unit='bag', disable=None) as progress:
+        with Progress(total=len(jobs), unit='bag') as progress:
             ended = (run_on_cluster(process_in_worker, by_name, options.scheduler) if options.scheduler else
                      run_in_processes(process_in_worker, by_name, options.workers))
             with closing(ended):
-                for name, result in ended:
-                    progress.update()
-                    failed += not isinstance(result, BagReport)
-                    progress.write(_told(by_name[name], result), file=sys.stdout)
+                for name, results in ended:
+                    parts = by_name[name]
+                    for job, result in zip(parts, results if isinstance(results, list) else [results] * len(parts)):
+                        progress.update()
+                        failed += not isinstance(result, BagReport)
+                        progress.write(_told(job, result), file=sys.stdout)
     finally:
         for job in jobs:  # what workers that were ended have left
             for path in job.outputs:
-                delete_parts(path, job.run)
+                delete_parts(path, job.cameras[0].run)
     sys.stdout.write(f'{len(jobs) - failed} bags done, {failed} failed\n')
     return SOME_FAILED if failed else DONE
 
 
-def process_in_worker(job: BagJob) -> BagReport:
-    """Do a bag in a worker."""
+def process_in_worker(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
+    """Do the parts of a recording in a worker."""
     keep_large_blocks()
-    return process(job)
+    return process_parts(jobs)
 
 
-def _told(job: BagJob, result: Any) -> str:
+def _told(job: Union[BagJob, RigJob], result: Any) -> str:
     if isinstance(result, BagReport):
         return f'{job.output}: {result.text()}'
     kind = '' if isinstance(result, (OpenposeRosError, OSError)) else f'{type(result).__name__}: '
-    return f'FAILED {job.source}: {kind}{result}'
+    return f'FAILED {job.sources[0]}: {kind}{result}'
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -216,9 +224,8 @@ def _parser() -> argparse.ArgumentParser:
                        help='camera that was recorded: realsense, kinect2, ..., a file of the form of cameras.yaml, or '
                             'auto')
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
-    group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
-    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
-                                                                    'PNG, in place of clouds')
+    group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds')
+    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images, raw or PNG, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
     add_cameras(parser)
@@ -249,9 +256,11 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     several = not camera_names(options) and _are_several(options.inputs)
     bags = _bags(options.inputs)
     # workers share the cores of this machine; those of a cluster have as many threads as its owner started
-    threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
+    recordings = parts_of_recordings(bags) if several else []
+    threads = max((os.cpu_count() or 1) // min(options.workers, len(recordings)), 1) if several else 0
     topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
     result, run = [], new_run()
+    earlier = {path: tuple(parts[:number]) for parts in recordings for number, path in enumerate(parts)}
     for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
             (options.output, _result_name(bag)), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
@@ -259,7 +268,8 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
                              copied=tuple(options.copy),
                              markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
                              compression=options.compression, mcap=output.suffix == MCAP_SUFFIX,
-                             threads=1 if options.scheduler else threads, create=create, run=run))
+                             threads=1 if options.scheduler else threads, create=create,
+                             earlier=earlier.get(bag, ()), run=run))
     return [rig_job(result, options)] if camera_names(options) else result
 
 

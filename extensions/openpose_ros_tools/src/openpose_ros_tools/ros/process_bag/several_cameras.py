@@ -11,9 +11,9 @@ import genpy
 import numpy as np
 import rosbag
 from std_msgs.msg import Header
-from tqdm import tqdm
 
 from openpose_ros_fusion.rig import read_rig
+from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.command_options import named_value, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.parameters import frame_name
@@ -27,14 +27,14 @@ from openpose_ros_tools.ros.bag_files import (
     write_static_transforms,
 )
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
+from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD
 from openpose_ros_tools.ros.process_bag.fused_people import CameraPeople, Fusion
-from openpose_ros_tools.ros.process_bag.input import TF_TOPICS, copied_topics
+from openpose_ros_tools.ros.process_bag.input import OpenCamera, copied_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import (
     IN_IMAGE,
     IN_SPACE,
     ON_FLOOR,
-    RECORD,
     PeopleTable,
     PeopleWriter,
     digests,
@@ -43,7 +43,8 @@ from openpose_ros_tools.ros.process_bag.output import (
     record,
 )
 from openpose_ros_tools.ros.process_bag.preset import with_preset
-from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
+from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS
+from openpose_ros_tools.ros.process_bag.work import Networks, open_camera, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
@@ -119,6 +120,8 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
             raise ParameterError(f"--cameras names '{name}' twice")
         if name in ('', FUSED):
             raise ParameterError(f"--cameras names '{name}', which is for the fused people; allowed: other names")
+    if jobs[0].values.get('rotate_image'):
+        raise ParameterError("parameter 'rotate_image' is for one camera, without --cameras")
     if len(jobs) not in (1, len(names)):
         raise ParameterError(f'there are {len(jobs)} bags for {len(names)} cameras; give one bag, or one for each')
     offsets = dict(options.clock_offset)
@@ -172,14 +175,14 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             # joints as frames would have the same names for each camera
             alone = replace(settings, extractor=replace(settings.extractor, publish_tf=False))
             networks = Networks(job.cameras[0], alone)
-            done, total = 0, sum(view.images for view in views)
+            counts = [view.images for view in views]
             for camera, view in zip(job.cameras, views):
                 json = None if camera.json is None else parts.folder(camera.json, json_names(camera))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 done_cameras.append(part)
                 reports[camera.camera] = process_camera(
-                    part, view, {}, networks, lambda count, _, before=done: on_frame(before + count, total))  # type: ignore
-                done += view.images
+                    part, view, {}, networks, lambda number, _: on_frame(
+                        sum(counts[:len(reports)]) + number, sum(counts)))
                 given.append(_found_people(part, view))
         report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
         report.cameras.update(reports)
@@ -242,7 +245,7 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
         bag = inner.enter_context(new_bag(outputs[0]))
         writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers,
                               ON_FLOOR if job.cameras[0].signals else None)
-        for fused in tqdm(fusion, 'fusion', unit='frame', disable=None):
+        for fused in Progress(fusion, 'fusion', unit='frame'):
             header = Header(next(numbers), genpy.Time(0, fused.stamp), job.fixed_frame)
             writer.write(fused.people, header, genpy.Time(0, fused.time))
             report.frames += 1

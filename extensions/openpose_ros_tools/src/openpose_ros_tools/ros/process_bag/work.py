@@ -4,15 +4,15 @@ import logging
 from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
 from functools import partial
-from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
 import genpy
-import rosbag
+import numpy as np
 
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
-from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
+from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError, OpenposeRosError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
+from openpose_ros_pkg.ros.convert import turned_header
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.threads import prefetched
@@ -20,6 +20,7 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_typ
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.input import (
     FrameReader,
+    OpenCamera,
     RecordedFrame,
     RecordedTransforms,
     copied_topics,
@@ -40,11 +41,28 @@ _AHEAD = 3
 _Event = Union[RecordedFrame, BadInputError, StampedMessage]
 
 
-def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> BagReport:
+def process_parts(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
+    """Make the results of the parts of a recording, in which people keep their ids; errors as `process`."""
+    if len(jobs) == 1:
+        return [process(jobs[0])]
+    first = with_preset(jobs[0])
+    results: List[Union[BagReport, Exception]] = []
+    networks = Networks(first, build_settings(first.values))
+    for job in jobs:
+        try:
+            results.append(process(job, networks=networks))
+        except (OpenposeRosError, OSError) as error:  # of this part alone
+            results.append(error)
+    return results
+
+
+def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None,
+            networks: Optional['Networks'] = None) -> BagReport:
     """Make the results of a bag; they appear all at once, at the end.
 
     Args:
         on_frame: gets the number of images that are done, and of all.
+        networks: of the parts of its recording; None: new ones.
 
     Raises:
         BadInputError: the bag can not be read, has not what is wanted, or no frame gave a result.
@@ -56,7 +74,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     settings = build_settings(job.values)
     with ExitStack() as stack:
         view = open_camera(job, settings, stack)
-        networks = Networks(job, settings)
+        networks = networks or Networks(job, settings)
         parts = stack.enter_context(PartFiles(job.run))
         json = None if job.json is None else parts.folder(job.json, json_names(job))
         csv = None if job.csv is None else parts.file(job.csv)
@@ -65,26 +83,14 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         return process_camera(unfinished, view, made, networks, on_frame)
 
 
-class OpenCamera(NamedTuple):
-    """An open bag, the topics of the camera in it, and those to copy."""
-
-    bag: rosbag.Bag
-    topics: CameraTopics
-    copied: List[str]
-
-    @property
-    def images(self) -> int:
-        """Number of images."""
-        return self.bag.get_message_count(self.topics.image)
-
-
 def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCamera:
     """Open the bag of a camera and find its topics; errors as `process`."""
     bag = stack.enter_context(open_bag(job.source))
     namespace = job.camera
     if namespace and job.is_alone and not any(is_within(topic, namespace) for topic in topic_types(bag)):
         namespace = ''
-    finder = TopicFinder(bag, namespace)
+    earlier = [stack.enter_context(open_bag(path)) for path in job.earlier]
+    finder = TopicFinder((*earlier, bag)[0], namespace)  # camera infos may be latched, so in the first part alone
     if not finder.types and namespace:
         raise BadInputError(f'{job.source} has no topics in the namespace /{namespace}; it has '
                             f"{', '.join(sorted(topic_types(bag)))}")
@@ -95,7 +101,10 @@ def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCam
     if job.camera and not found.in_space:
         beside = topics.camera_info or finder.camera_info_of(found.image) or ''
         found = replace(found, camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
-    return OpenCamera(bag, found, copied_topics(bag, job.copied))
+    for topic in (found.image, found.points or found.depth):
+        if topic and topic not in topic_types(bag):
+            raise BadInputError(f'{job.source} has no topic {topic}, which the part before it has')
+    return OpenCamera(bag, found, copied_topics(bag, job.copied), earlier)
 
 
 class Networks:
@@ -119,10 +128,13 @@ class Networks:
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
         self._detection = job.create(params)
+        self._chain: Optional[PeopleChain] = None
 
-    def chain(self) -> PeopleChain:
-        """Return the chain of a camera that has no history yet."""
-        return PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
+    def chain(self, job: BagJob) -> PeopleChain:
+        """Return the chain of a camera: without a history, or with that of the parts of its recording before."""
+        if self._chain is None or not job.earlier:
+            self._chain = PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
+        return self._chain
 
 
 def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
@@ -132,15 +144,15 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     Args:
         made: what the results are made from.
     """
-    settings, images, chain = networks.settings, view.images, networks.chain()
+    settings, images, chain = networks.settings, view.images, networks.chain(job)
     with ExitStack() as stack:
         params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
         most = settings.limits.max_image_megapixels
-        points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
-        recording = FrameReader(*view, settings.pairing, points, most)
+        points = partial(points_from_message, params=params, most=most)
+        recording = FrameReader(view, settings.pairing, points, params.rectified == 'true', most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
-        frames = _Frames(chain, job.camera, _transforms(job.source, params, stack), results,
-                         BagReport(counts=recording.counts, topics=view.topics))
+        frames = _Frames(chain, job.camera, _transforms(job, params, stack), results,
+                         BagReport(counts=recording.counts, topics=view.topics), params.rotate_image)
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
             on_frame(min(done, images), images)
@@ -151,13 +163,19 @@ def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks
     return frames.report
 
 
-def _transforms(source: Path, params: ExtractorParams, stack: ExitStack
+def _transforms(job: BagJob, params: ExtractorParams, stack: ExitStack
                 ) -> Tuple[FrameTransforms, Callable[[genpy.Time], None]]:
     """Return the transforms in a bag, which is read only where some are wanted, and what reads them until a time."""
     if not (params.target_frame or params.tracking_frame):
         return FrameTransforms(params, None), lambda time: None
-    recorded = RecordedTransforms(stack.enter_context(open_bag(source)))
+    recorded = RecordedTransforms(*(stack.enter_context(open_bag(path)) for path in (job.source, *job.earlier)))
     return FrameTransforms(params, recorded.lookup), recorded.read_until
+
+
+def _turned(frame: RecordedFrame, degrees: int) -> RecordedFrame:
+    points = frame.points_header and turned_header(frame.points_header, degrees)
+    return replace(frame, bgr=np.ascontiguousarray(np.rot90(frame.bgr, -degrees // 90)), points_header=points,
+                   header=turned_header(frame.header, degrees))
 
 
 class _Frames:
@@ -166,13 +184,14 @@ class _Frames:
     Args:
         camera: namespace of the camera.
         transforms: of `_transforms`.
+        degrees: by which images are turned clockwise; the points are turned already.
     """
 
     def __init__(self, chain: PeopleChain, camera: str,
-                 transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport
-                 ) -> None:
+                 transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport,
+                 degrees: int) -> None:
         self._chain, self._camera, self._transforms, self._results = chain, camera, transforms, results
-        self._numbers, self._throttle = itertools.count(), Throttle()
+        self._numbers, self._throttle, self._degrees = itertools.count(), Throttle(), degrees
         self.report = report
 
     def run(self, events: Iterable[_Event]) -> Iterator[int]:
@@ -190,7 +209,12 @@ class _Frames:
         try:
             if isinstance(frame, BadInputError):
                 raise frame
+            frame = _turned(frame, self._degrees)
             result = self._chain.update(self._located(frame))
+            for doubt in result.doubts:
+                self.report.doubts[doubt.event] += 1
+                if self._throttle.is_due(doubt.event):
+                    _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
             if frame.points is None:
                 self._results.write_2d(frame, number, result.people_2d, result.landmarks.in_image)
             else:
@@ -217,11 +241,8 @@ class _Frames:
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
         """Write the people of a frame in the image and in space."""
         transforms, _ = self._transforms
-        for doubt in result.doubts:
-            self.report.doubts[doubt.event] += 1
-            if self._throttle.is_due(doubt.event):
-                _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
         self._results.write_estimate(frame, number, result.estimate)
+        self._results.write_tf(frame, transforms.of_camera(frame.points_header))
         people, header = transforms.in_target_frame(result.people_3d, frame.points_header)
         in_space, _ = transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)

@@ -1,7 +1,7 @@
 """Stamps of images: exact to the nanosecond from and to text, and which belong together."""
 import pytest
 
-from openpose_ros_tools.images.stamps import associate, parse_stamp, seconds_text
+from skeleton_extract_3d.points.stamps import associate, parse_stamp, seconds_text
 
 
 @pytest.mark.parametrize('text, stamp', [

@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.images.rgbd_folder import DEFAULT_START, read_rgbd_folder
-from openpose_ros_tools.images.stamps import SECOND
+from skeleton_extract_3d.points.rgbd_folder import DEFAULT_START, read_rgbd_folder
+from skeleton_extract_3d.points.stamps import SECOND
 
 CAMERA = """
 image_width: 32
@@ -105,7 +105,6 @@ def test_a_folder_tells_rate_frame_and_pose(tmp_path):
     ({'rgb/left.png': ''}, (TEN,), 'a name that ends in the number'),
     ({'rgb/1.png': '', 'rgb/01.jpg': ''}, (TEN,), r'01\.jpg and .*1\.png have one number'),
     ({'rgb/1.png': '', 'depth/2.png': ''}, (TEN,), r'no colour image has a depth .* 1\.png at 1000\.0.* 1000\.1'),
-    ({'rgb/1.png': '', 'stamps.csv': ''}, (), 'stamps.csv, which is not read any more'),
     ({'rgb.txt': '# x\n1.0 rgb/a.png\nsoon rgb/b.png\n'}, (), r"line 3: expected a time .*'soon rgb/b.png'"),
     ({'rgb.txt': '1.0 a.png\n1.000 b.png\n'}, (), r'a\.png and .*b\.png have one stamp, 1\.0'),
     ({'rgb.txt': '1 a.png', 'depth.txt': '2 b.png'}, (), r'no colour image has a depth .* 1\.0.* 2\.0'),
