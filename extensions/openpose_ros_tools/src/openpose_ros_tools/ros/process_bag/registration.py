@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
 from openpose_ros_tools.ros.process_bag.job import CameraTopics
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import registered
@@ -106,8 +106,8 @@ def _from_reference(bags: Sequence[rosbag.Bag], topic: str) -> Any:
 
     Source: librealsense, ros_writer.cpp, write_extrinsics: beside NAME/image/data in NAME/tf/0.
     """
+    place = topic.replace('/image/data', '/tf/0')
     for bag in bags:
-        for message in stamped_messages(bag, [topic.replace('/image/data', '/tf/0')]):
-            if message.raw[0] == 'geometry_msgs/Transform':
-                return rotation_and_translation(TransformStamped(transform=deserialized(message)))
+        if topic_types(bag).get(place) == 'geometry_msgs/Transform':
+            return rotation_and_translation(TransformStamped(transform=deserialized(first_message([bag], place))))
     return None
