@@ -37,7 +37,7 @@ from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmar
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.files import check_outputs, frame_name
+from openpose_ros_pkg.output.files import check_outputs, numbered_name
 from openpose_ros_pkg.output.frame_writer import REPLACE, SKIP, FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
@@ -77,7 +77,7 @@ class InputFile:
 
     def name(self, number: int) -> str:
         """Return the name of a frame's files."""
-        return frame_name(self.path.stem, number) if self.is_video else self.path.stem
+        return numbered_name(self.path.stem, number) if self.is_video else self.path.stem
 
     def read(self) -> Iterator[np.ndarray]:
         """Yield the frames, (H, W, 3) uint8 BGR.

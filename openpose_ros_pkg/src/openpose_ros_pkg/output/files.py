@@ -14,7 +14,7 @@ from openpose_ros_pkg.errors import ParameterError
 _DIGITS = 12
 
 
-def frame_name(base: str, number: int) -> str:
+def numbered_name(base: str, number: int) -> str:
     """Return OpenPose's name of a frame of a video or camera: `<base>_000000000012`, or the number alone.
 
     Args:
