@@ -3,9 +3,10 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crops
-from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.look import Look, Networks
 from openpose_ros_pkg.detect.network_detection import NetworkDetection, people_in
 from openpose_ros_pkg.detect.recipes import MODES, DetectorSettings
 from openpose_ros_pkg.detect.schedule import SCHEDULE
@@ -330,6 +331,20 @@ def test_all_of_the_image_is_searched_once_in_a_second_also_where_a_frame_always
                 break
         compute()
     assert longest[0] <= 1.0 and longest[1] <= 1.6
+
+
+@pytest.mark.parametrize('rate', [5.0, 15.0, 30.0])
+def test_heads_in_the_depth_are_looked_for_also_where_images_wait(monkeypatch, rate):
+    scene, stamps, wall = Scene([LEFT]), [], DepthView(np.full((48, 64), 3.0, np.float32), 50.0)
+    monkeypatch.setattr(Networks, 'heads', lambda self, people, stamp: stamps.append(stamp) or Look(list(people)))
+    for i in range(round(3 * rate)):
+        frame = ImageFrame('camera', BEGIN + i / rate, IMAGE, wall)
+        looks = scene.detection.look(frame, expected((1, LEFT)) if i else expected(), in_full=False)
+        scene.detection.remember(frame, np.ones(len(looks.people), int))
+        for part in scene.detection.search(frame):
+            if not part.owed:  # the next image waits
+                break
+    assert np.diff(stamps).max() < 2.5 * SCHEDULE.search_time and len(stamps) <= 3 / SCHEDULE.search_time + 1
 
 
 # --- changes ----------------------------------------------------------------------------------------------------------

@@ -45,6 +45,7 @@ class CameraMemory:
     candidates: Sequence[Person] = ()
     grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the one that was searched last
     boxes: Sequence[np.ndarray] = ()  # (2, 2) each [px], of the people in that
+    heads: float = -np.inf  # stamp of the last image whose depth was searched for heads [s]
 
     @classmethod
     def first(cls, frame: ImageFrame, plan: SearchPlan) -> 'CameraMemory':
@@ -80,7 +81,7 @@ class CameraMemory:
     def in_full(self) -> 'CameraMemory':
         """Return the memory after all of the image was searched."""
         searched = dict.fromkeys(self.schedule.parts, self.stamp)
-        return replace(self, budget=Budget(constants=self.plan.schedule),
+        return replace(self, budget=Budget(constants=self.plan.schedule), heads=self.stamp,
                        schedule=replace(self.schedule, searched=searched, urgency={}))
 
     def after_crops(self, people: Sequence[Person], interval: float, spent: float, cameras: int) -> 'CameraMemory':
@@ -105,21 +106,25 @@ class CameraMemory:
         """Return what is searched next in the image; None: there is no time for it.
 
         Args:
-            at_once: whether time that is not saved yet may be taken, where the image changed.
+            at_once: parts alone, and for urgent ones time may be taken that is not saved yet.
         """
-        plan, part = self.plan, self.schedule.next(self.stamp)
+        plan, schedule = self.plan, self.plan.schedule
+        heads_due = not at_once and self.image.depth is not None and self.stamp - self.heads >= schedule.search_time
+        part = None if heads_due else self.schedule.next(self.stamp)
+        if part is None and not heads_due:
+            return None
         seconds = plan.of_part(part, self.image.size[1]) if part else HEADS.most * plan.of_person
-        owed = part is not None and self.budget.owes(seconds)
-        credit = plan.schedule.most_saved if at_once and part in self.schedule.urgency else 0.0
-        if not (owed or self.budget.affords(seconds - credit)) or (part is None and self.image.depth is None):
+        owed, credit = self.budget.owes(seconds), schedule.most_saved if part in self.schedule.urgency else 0.0
+        if not (owed or self.budget.affords(seconds - credit * at_once)):
             return None
         return Step(part, NextPart(seconds, owed))
 
     def after(self, step: 'Step', runs: Sequence[Run]) -> 'CameraMemory':
         """Return the memory after a step, with the runs of the networks in it."""
         spent = step.announced.seconds if self.plan.pace.fixed else sum(run.seconds for run in runs)
-        return replace(self, budget=self.budget.after_part(spent),
-                       schedule=self.schedule.done(step.part, self.stamp) if step.part else self.schedule)
+        after = replace(self, budget=self.budget.after_part(spent))
+        return (replace(after, schedule=self.schedule.done(step.part, self.stamp)) if step.part
+                else replace(after, heads=self.stamp))
 
     def after_search(self, people: Sequence[Person]) -> 'CameraMemory':
         """Return the memory after a search for people of the next image, with the people found so far."""
@@ -245,7 +250,7 @@ class NetworkDetection:
             look = networks.search(people, step.part) if step.part else networks.heads(people, frame.stamp)
             self._learn(look.runs, begin)
             memory = memory.after_search(look.people).after(step, look.runs)
-            step = memory.next() if step.part else None
+            step = memory.next()
         self._keep(frame, memory)
 
     def _begun(self, frame: ImageFrame, expected: ExpectedPeople) -> Tuple[CameraMemory, float, float]:
@@ -358,7 +363,7 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
         return look, memory
     missing, memory = missing if likely else len(memory.schedule.parts), memory.with_changes(look.people)
     step = memory.next(at_once=True)
-    while step is not None and step.part is not None and sum(person.found for person in look.people) < before + missing:
+    while step is not None and sum(person.found for person in look.people) < before + missing:
         look = networks.search(look.people, step.part)
         runs += look.runs
         memory = memory.after(step, look.runs)
