@@ -38,7 +38,7 @@ class ApproachPerson:
         self.wanted = rospy.get_param('~person', 'wave')  # 'wave', 'nearest' or a person_ID
         if self.wanted not in ('wave', 'nearest') and not str(self.wanted).isdigit():
             raise SystemExit(f"~person is '{self.wanted}', expected wave, nearest or a person_ID")
-        self.frame = rospy.get_param('~frame', 'map')
+        self.frame = rospy.get_param('~frame', 'map').lstrip('/')
         self.transforms = Transforms(0.2)  # [s] waited for
         self.message = None  # newest signals
         self.person, self.seen, self.since = None, rospy.Time(), rospy.Time()  # id; last seen; waves until then are old

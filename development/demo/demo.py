@@ -32,6 +32,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
 
 from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts
+from openpose_ros_pkg.command_options import number, whole_number
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -85,9 +86,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--web', action='store_true', help='show people in browsers, until Ctrl-C (no bag)')
     parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
-    parser.add_argument('--screenshots', type=int, default=1, metavar='N',
+    parser.add_argument('--screenshots', type=whole_number(0), default=1, metavar='N',
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
-    parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
+    parser.add_argument('--seconds', type=number(1, 3600), default=20.0, help='to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=OWN_FOLDER,
                         help='new or empty folder (default: demo_output in the checkout, which each demo fills anew)')
     parser.add_argument('--overwrite', action='store_true', help='replace the outputs in another folder')
@@ -193,12 +194,12 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     wait_for(is_drawing, START_TIMEOUT, 'RViz', nodes)
     time.sleep(RVIZ_SECONDS)
-    for number in range(arguments.screenshots):
+    for shot in range(arguments.screenshots):
         seen = len(results.arrivals)
         with suppress(SessionError):  # a bag may be over
             wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
         time.sleep(STAGE_DRAW_SECONDS if arguments.stage else DRAW_SECONDS)
-        take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{number:02d}.png'))
+        take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{shot:02d}.png'))
 
 
 def is_drawing() -> bool:

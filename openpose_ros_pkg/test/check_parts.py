@@ -75,7 +75,7 @@ class HealthTest(unittest.TestCase):
 
 
 def numbered(number: int, kind: type = Image) -> Image:
-    return kind(header=Header(stamp=rospy.Time(number)))
+    return kind(header=Header(stamp=rospy.Time(number), frame_id='/camera'))
 
 
 class InputSubscriberTest(unittest.TestCase):
@@ -93,8 +93,9 @@ class InputSubscriberTest(unittest.TestCase):
 
     def test_a_pause_reaches_the_publisher_and_callbacks_stay(self):
         publisher, subscriber = self.open('paused')
-        cache, stamps = message_filters.Cache(subscriber, 10), []
+        cache, stamps, frames = message_filters.Cache(subscriber, 10), [], set()
         cache.registerCallback(lambda image: stamps.append(image.header.stamp.secs))
+        cache.registerCallback(lambda image: frames.add(image.header.frame_id))
         publisher.publish(numbered(1))
         await_true(lambda: stamps == [1], 'the first image')
         for number in (2, 3):
@@ -106,7 +107,7 @@ class InputSubscriberTest(unittest.TestCase):
             publisher.publish(numbered(number))
             await_true(lambda: stamps[-1] == number, 'an image after the pause')  # noqa: B023 - called at once
         self.assertEqual((stamps, subscriber.lost), ([1, 2, 3], 0))
-        self.assertEqual(subscriber.resolved_name, '/paused')
+        self.assertEqual((subscriber.resolved_name, frames), ('/paused', {'camera'}))  # tf2 refuses leading slashes
 
     def test_the_newest_waits_for_a_slow_callback(self):
         publisher, subscriber = self.open('slow')

@@ -184,6 +184,18 @@ def test_compressed_image(extension, tolerance):
     assert bgr.shape == RAMP.shape and np.abs(bgr.astype(int) - RAMP).max() <= tolerance
 
 
+@pytest.mark.parametrize('encoding, codec, pixels, tolerance', [
+    ('rgb8; jpeg compressed ', '.jpg', RAMP[..., ::-1], 12), ('bgr8; png compressed ', '.png', RAMP[..., ::-1], 0),
+    ('rgb8; jpeg compressed bgr8', '.jpg', RAMP, 12), ('rgb8', '.png', RAMP, 0), ('jpeg', '.jpg', RAMP, 12),
+    ('bayer_rggb8; png compressed ', '.png', bayer(RAMP, 'rggb'), 7),
+    ('bayer_gbrg8; png compressed ', '.png', bayer(RAMP, 'gbrg'), 7),
+    ('bayer_rggb8; jpeg compressed bgr8', '.jpg', RAMP, 12)])
+def test_order_of_colours_in_compressed_images(encoding, codec, pixels, tolerance):
+    """As compressed_image_transport reads it: old publishers wrote red and blue exchanged, and mosaics as they are."""
+    message = CompressedImage(format=encoding, data=cv2.imencode(codec, pixels)[1].tobytes())
+    assert np.abs(compressed_image_to_bgr(message).astype(int) - RAMP)[1:-1, 1:-1].max() <= tolerance
+
+
 @pytest.mark.parametrize('data', [b'', b'garbage', bytes(1000), cv2.imencode('.bmp', RAMP)[1].tobytes()],
                          ids=['empty', 'garbage', 'zeros', 'bmp'])
 def test_compressed_garbage(data):

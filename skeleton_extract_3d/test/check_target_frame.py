@@ -59,11 +59,11 @@ class TargetFrameTest(unittest.TestCase):
 
         # from the target frame itself there is nothing to transform; from an unknown frame there is no way
         stamp = now()
-        camera.send(image(6, stamp), cloud(points(6), stamp, 'room'))
+        camera.send(image(6, stamp), cloud(points(6), stamp, '/room'))
         found, = output.frame(stamp).persons
         np.testing.assert_allclose(position(found.nose), points(6)[29:32, 19:22].reshape(-1, 3).mean(axis=0), atol=1e-5)
         dropped, stamp = diagnostics.count('extractor', 'no transform'), now()
-        camera.send(image(7, stamp), cloud(points(7), stamp, 'elsewhere'))
+        camera.send(image(7, stamp), cloud(points(7), stamp, '/elsewhere'))
         diagnostics.await_event('extractor', 'no transform', dropped + 1, ['elsewhere'])
         self.assertFalse(output.has(stamp))
 

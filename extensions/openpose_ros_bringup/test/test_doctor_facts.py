@@ -92,7 +92,7 @@ def test_topics_that_the_user_names():
 
 @pytest.mark.parametrize('options, text', [
     (['--points', '/a'], 'need --image'), (['--camera', 'realsence'], "did you mean 'realsense'?"),
-    (['--seconds', 'x'], 'invalid float')])
+    (['--seconds', 'x'], 'expected a number from 0.1')])
 def test_a_wrong_command_line(options, text, capsys):
     try:
         status = program.main(options)

@@ -73,9 +73,11 @@ class CloudToDepthTest(NodeletTest):
     def test_2_depth_and_fitted_camera_in_a_manager(self):
         depths, infos = self.listen('managed')
         xyz = surface()
-        for layout in ({}, {'offsets': (4, 8, 12), 'point_step': 16}, {'offsets': (3, 11, 17), 'point_step': 21},
-                       {'padding': 40}):
-            stamp = self.send('managed', cloud(xyz, rospy.Time(), **layout))
+        for slash, layout in (('', {}), ('/', {'offsets': (4, 8, 12), 'point_step': 16}), ('', {'padding': 40}),
+                              ('/', {'offsets': (3, 11, 17), 'point_step': 21})):
+            message = cloud(xyz, rospy.Time(), **layout)
+            message.header.frame_id = slash + message.header.frame_id
+            stamp = self.send('managed', message)
             expected = millimetres(xyz)
             self.assertEqual([int(expected[v, u]) for u, v in (NEAREST, FARTHEST, TOO_FAR)], [1, 65535, 0])
             self.check_depth(depths.wait(1, stamp)[0], '16UC1', expected)
@@ -99,8 +101,9 @@ class CloudToDepthTest(NodeletTest):
         await_true(lambda: '/alone/points' not in self.diagnostics.texts('alone/cloud_to_depth')[-1], 'clouds came')
         self.diagnostics.await_event('alone/cloud_to_depth', 'bad clouds', 1, ['no camera info', '/alone/camera_info'])
         # of a part of the sensor, with binning
-        given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=FRAME_ID), width=3 * WIDTH, height=HEIGHT + 7,
-                           K=K, distortion_model='plumb_bob', D=[0.0] * 5, P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0],
+        given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=f'/{FRAME_ID}'), width=3 * WIDTH,
+                           height=HEIGHT + 7, K=K, distortion_model='plumb_bob', D=[0.0] * 5,
+                           P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0],
                            binning_x=2, roi=RegionOfInterest(x_offset=5, y_offset=7, width=2 * WIDTH, height=HEIGHT))
         self.infos['alone'].publish(given)
         stamp = await_true(lambda: (sent := self.send('alone', cloud(xyz, rospy.Time()))) and infos.messages and sent,
@@ -108,7 +111,7 @@ class CloudToDepthTest(NodeletTest):
         with np.errstate(invalid='ignore'):
             expected = np.where(np.isfinite(xyz[..., 2]) & (xyz[..., 2] > 0), xyz[..., 2], np.float32('nan'))
         self.check_depth(depths.wait(1, stamp)[0], '32FC1', expected)
-        given.header.stamp, given.header.seq = stamp, infos.wait(1, stamp)[0].header.seq
+        given.header = Header(infos.wait(1, stamp)[0].header.seq, stamp, FRAME_ID)
         self.assertEqual(infos.wait(1, stamp)[0], given)
 
     def test_4_bad_clouds_are_counted(self):

@@ -3,10 +3,12 @@ import genpy
 import pytest
 import rosbag
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import NoTransformError
+from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages
 from openpose_ros_tools.ros.process_bag.input import RecordedTransforms
 
 PERIOD = 0.05
@@ -105,3 +107,17 @@ def test_a_static_transform_that_is_sent_again_holds_from_then_on(tmp_path):
     found = places(tmp_path / 'a.bag', images)
     assert found[half - 100] == pytest.approx(images[half - 100][2])
     assert found[half:] == pytest.approx([x + 0.25 for _, _, x in images[half:]])
+
+
+def test_leading_slashes_of_frames_are_left_out(tmp_path):
+    """As in bags of tf's time; tf2 refuses them."""
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
+        for stamp in (1.0, 2.0):
+            written(bag, '/tf', stamp, '/camera', 3.0, stamp, '/world')
+        bag.write('/image', Image(header=Header(stamp=genpy.Time(1, 5), frame_id='/camera')), genpy.Time(1, 5))
+    with open_bag(tmp_path / 'a.bag') as bag:
+        image, = stamped_messages(bag, ['/image'])
+        assert (image.frame_id, deserialized(image).header.frame_id) == ('camera', 'camera')
+        transforms = RecordedTransforms(bag)
+        transforms.read_until(genpy.Time(2))
+        assert transforms.lookup('world', 'camera', genpy.Time(1, 5)).transform.translation.x == 3.0

@@ -14,6 +14,7 @@ from openpose_ros_pkg.command_line import DONE, REFUSED, SOME_FAILED
 from openpose_ros_pkg.ros.convert import image_to_bgr, pixels_to_image
 from openpose_ros_tools.images.image_files import depth_to_metres
 from openpose_ros_tools.ros import bag_to_images, images_to_bag
+from openpose_ros_tools.ros.image_messages import file_of_message
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import (
@@ -388,3 +389,15 @@ def test_times_of_recording_may_stand_in_for_stamps(tmp_path):
     bag = write_bag(tmp_path / 'in.bag', [('/a/image', GREY_IMAGE, 0)])
     assert to_images(bag, tmp_path / 'out', '--bag-time') == DONE
     assert (tmp_path / 'out/rgb.txt').read_text().splitlines()[2:] == ['0.000000005 rgb/000000.png']
+
+
+@pytest.mark.parametrize('of_codec, suffix', [('bgr8', '.jpg'), ('', '.png')])
+def test_the_file_of_an_old_publisher_shows_its_colours(of_codec, suffix):
+    """It wrote red and blue exchanged; see compressed_image_to_bgr."""
+    red = np.full((8, 8, 3), (0, 0, 250), np.uint8)
+    written = red if of_codec else red[..., ::-1]
+    message = CompressedImage(format=f'rgb8; jpeg compressed {of_codec}',
+                              data=cv2.imencode('.jpg', written)[1].tobytes())
+    found, content = file_of_message('colour', message, None, 'it')
+    assert found == suffix
+    np.testing.assert_allclose(cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR), red, atol=6)

@@ -39,11 +39,16 @@ from disk_limits import file_size_limit
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages
 from openpose_ros_tools.ros.bag_to_images import main as main_of_images
+from openpose_ros_tools.ros.camera_topics import TopicFinder
 from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
+from openpose_ros_tools.ros.process_bag import registration
+from openpose_ros_tools.ros.process_bag.input import find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, CameraTopics
 from openpose_ros_tools.ros.process_bag.preset import with_preset
 from openpose_ros_tools.ros.process_bag.program import main, read_config
+from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS
 from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth, registered
@@ -250,7 +255,7 @@ def test_clouds_without_rows_are_left_alone(run, tmp_path, out, capsys):
     assert 'rows of an image' not in capsys.readouterr().err
     assert run(write_recording(tmp_path / 'b.bag', points=None, others=lidar), output=tmp_path / 'c.bag') == 0
     assert len(arrays(tmp_path / 'c.bag', 'detected_poses', '/openpose_ros')) == FRAMES
-    assert 'the clouds on /lidar/points have not the rows of an image' in capsys.readouterr().err
+    assert 'there is no depth: /lidar/points: it has not the rows of an image' in capsys.readouterr().err
 
 
 def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):
@@ -336,7 +341,7 @@ def unregistered(path, topics, frames, others, cloud=False):
 
 @pytest.mark.parametrize('topics, frames, others, cloud, words', [
     (OTHER_TOPICS, (FRAME_ID, 'depth'), camera_beside, False, 'by both calibrations, 25 mm'),
-    (OTHER_TOPICS, (FRAME_ID, 'depth'), camera_beside, True, 'by both calibrations, 25 mm'),
+    (OTHER_TOPICS, (FRAME_ID, '/depth'), camera_beside, True, 'by both calibrations, 25 mm'),
     (VIEWER_TOPICS, ('0', '0'), viewer, False, 'by both calibrations, 25 mm'),
     (OTHER_TOPICS, ('0', '0'), lambda bag: None, False, 'without a distance'),
     (OTHER_TOPICS, (FRAME_ID, 'depth'), lambda bag: None, False, 'does not tell where its camera is')])
@@ -353,6 +358,18 @@ def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_pa
             assert one.header.frame_id == frames[0]
             far = np.linalg.norm(positions(one) - positions(other), axis=2)
             assert not far.size or np.nanmedian(far) < BASELINE * (1.5 if frames[1] == '0' else 0.5)
+
+
+def test_no_images_are_read_for_the_places_of_cameras(recording, monkeypatch):
+    def first_alone(bag, topics, *span, **options):
+        for number, message in enumerate(stamped_messages(bag, topics, *span, **options)):
+            assert not number or message.topic in TF_TOPICS
+            yield message
+
+    monkeypatch.setattr(registration, 'stamped_messages', first_alone)
+    with open_bag(recording) as bag:
+        finder = TopicFinder(bag)
+        registration.Registration([bag], find_topics(finder, CameraTopics()), False)
 
 
 def test_images_alone_give_people_in_the_image(run, tmp_path, out):

@@ -1,4 +1,5 @@
 """Calibrations of cameras: the content of a CameraInfo, in the usual file formats."""
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Dict, Sequence, Tuple
@@ -7,7 +8,7 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import json_value, yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
@@ -19,9 +20,13 @@ _FILE_KEYS = {'width': 'image_width', 'height': 'image_height', 'name': 'camera_
               'rectification': 'rectification_matrix', 'projection': 'projection_matrix', 'binning': 'binning',
               'region': 'roi'}
 _ROWS = {'matrix': 3, 'distortion': 1, 'rectification': 3, 'projection': 3}
-# Distortion models of OpenCV by number of coefficients, for calibrations without a model.
-_MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomial', 12: 'rational_polynomial',
-           14: 'rational_polynomial'}
+# Spellings of distortion models, and what they are in a CameraInfo.
+_SPELLINGS = {'': '', 'none': '', 'pinhole': '', 'plumb_bob': 'plumb_bob', 'rational_polynomial': 'rational_polynomial',
+              'equidistant': 'equidistant', 'rational': 'rational_polynomial',
+              **dict.fromkeys(('radtan', 'radial_tangential', 'brown_conrady'), 'plumb_bob'),
+              **dict.fromkeys(('equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4'), 'equidistant')}
+# Keys by which files name the distortion model; the first one does not matter without any.
+_MODEL_KEYS = ('distortion_model', 'camera_model', 'lens_model', 'model_type', 'distortion_type')
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,19 @@ class Calibration:
         return ((width or self.width) // (self.binning[0] or 1), (height or self.height) // (self.binning[1] or 1))
 
 
+def distortion_model(name: str) -> str:
+    """Return the name of a distortion model in a CameraInfo, of any usual spelling; empty: no distortion.
+
+    Raises:
+        BadInputError: it is unknown.
+    """
+    plain = re.sub(r'[\s-]+', '_', name.strip().lower())
+    if plain not in _SPELLINGS:
+        raise BadInputError(f"distortion model '{name}' is unknown; expected one of none, plumb_bob, "
+                            'rational_polynomial, equidistant')
+    return _SPELLINGS[plain]
+
+
 def turned(calibration: Calibration, degrees: int) -> Calibration:
     """Return the calibration of images that are turned clockwise, by 0, 90, 180 or 270 degrees.
 
@@ -84,7 +102,7 @@ def turned(calibration: Calibration, degrees: int) -> Calibration:
         distortion = list(calibration.distortion)
         if any(distortion[12:]):
             raise BadInputError(f'images of a camera whose sensor is tilted, D {distortion}, can not be turned')
-        if calibration.distortion_model not in ('equidistant', 'fisheye'):
+        if any(distortion) and distortion_model(calibration.distortion_model) != 'equidistant':
             distortion[2:4] = [distortion[3], -distortion[2]] if len(distortion) > 3 else distortion[2:4]
             distortion[8:12] = [-each for each in distortion[10:12]] + distortion[8:10]
         calibration = replace(
@@ -102,11 +120,8 @@ def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre:
     Args:
         focal, centre: fx, fy and cx, cy [px].
         distortion: coefficients; none: five zeros of plumb_bob, the drivers' "no distortion".
-        distortion_model: empty: from the number of coefficients; BadInputError: no model has as many.
+        distortion_model: empty: OpenCV's.
     """
-    if not distortion_model and len(distortion) not in _MODELS:
-        raise BadInputError(f'{len(distortion)} distortion coefficients, expected 4 or 5 (plumb_bob), or 8, 12 or 14 '
-                            '(rational_polynomial); name another model with --distortion-model')
     (fx, fy), (cx, cy) = focal, centre
     return _completed({'width': width, 'height': height, 'matrix': (fx, 0, cx, 0, fy, cy, 0, 0, 1),
                        'distortion': distortion or _NO_DISTORTION, 'distortion_model': distortion_model or None})
@@ -120,13 +135,7 @@ def read_calibration(path: Path) -> Calibration:
     Raises:
         BadInputError: the file can not be read, or is none of these.
     """
-    try:
-        text = path.read_text()
-        # rostopic echo ends each message with ---
-        values = json_value(text) if text.lstrip().startswith('{') else yaml_value(text)
-    except (OSError, ValueError) as error:
-        raise BadInputError(f'calibration {path} can not be read: {error}') from error
-    return calibration_from_values(values, str(path))
+    return calibration_from_values(file_values(path, f'calibration {path}'), str(path))
 
 
 def calibration_from_values(values: Any, source: str) -> Calibration:
@@ -136,10 +145,10 @@ def calibration_from_values(values: Any, source: str) -> Calibration:
         BadInputError: a key is missing, or a value is wrong; the text begins with `source`.
     """
     try:
-        for key, read in (('camera_matrix', _of_camera_calibration), ('K', _of_camera_info),
+        for key, read in (('camera_matrix', _of_camera_calibration), ('K', _of_camera_info), ('k', _of_camera_info),
                           ('intrinsic_matrix', _of_open3d)):
             if key in values:
-                return _completed(read(values))
+                return _completed(_with_model(read(values), values))
         raise KeyError('camera_matrix, K or intrinsic_matrix')
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError, BadInputError) as error:
         raise BadInputError(f'{source} is no calibration as camera_calibration writes it (image_width, image_height, '
@@ -165,6 +174,7 @@ def _of_camera_calibration(values: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def _of_camera_info(values: Dict[str, Any]) -> Dict[str, Any]:
+    values = {key.upper() if key in ('d', 'k', 'r', 'p') else key: value for key, value in values.items()}  # ROS 2
     region = values.get('roi') or {}
     return {'width': values['width'], 'height': values['height'], 'matrix': values['K'],
             'distortion_model': values.get('distortion_model'), 'distortion': values.get('D', ()),
@@ -179,11 +189,27 @@ def _of_open3d(values: Dict[str, Any]) -> Dict[str, Any]:
     return {'width': values['width'], 'height': values['height'], 'matrix': columns.T.ravel().tolist()}
 
 
+def _with_model(read: Dict[str, Any], values: Dict[str, Any]) -> Dict[str, Any]:
+    """Return what was read, with the distortion model that a file names by any key."""
+    distortion = read.get('distortion') or ()
+    names = [str(values[key]) for key in _MODEL_KEYS[not any(distortion):] if values.get(key)]
+    if 'fisheye_model' in values:  # of OpenCV's calibration
+        names.append('fisheye' if values['fisheye_model'] else 'plumb_bob')
+    models = sorted({*map(distortion_model, names)} - {''})
+    if len(models) > 1:
+        raise BadInputError(f'it names several distortion models: {", ".join(models)}')
+    if not models and len(distortion) == 4 and any(distortion):
+        raise BadInputError('it names no distortion model, and lenses of several have 4 coefficients; add '
+                            'distortion_model: plumb_bob, or equidistant for a fisheye lens')
+    return {**read, 'distortion_model': models[0]} if models else read
+
+
 def _completed(values: Dict[str, Any]) -> Calibration:
     """Return a calibration; missing values and None are those of a single camera without distortion."""
     matrix, distortion = values['matrix'], values.get('distortion') or ()
     if values.get('distortion_model') is None:
-        values = {**values, 'distortion_model': _MODELS.get(len(distortion), '')}
+        # OpenCV names none
+        values = {**values, 'distortion_model': 'plumb_bob' if len(distortion) <= 5 else 'rational_polynomial'}
         distortion = distortion or _NO_DISTORTION
     defaults = {'rectification': _IDENTITY, 'projection': (*matrix[:3], 0, *matrix[3:6], 0, *matrix[6:], 0)}
     given = {key: value for key, value in values.items() if value is not None}

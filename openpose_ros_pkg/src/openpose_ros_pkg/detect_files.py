@@ -25,6 +25,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame
 from openpose_ros_pkg.detect.image_chain import ImageChain
 from openpose_ros_pkg.detect.network_detection import create_detection
@@ -36,7 +37,7 @@ from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmar
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.files import check_outputs, frame_name
+from openpose_ros_pkg.output.files import check_outputs, numbered_name
 from openpose_ros_pkg.output.frame_writer import REPLACE, SKIP, FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
@@ -76,7 +77,7 @@ class InputFile:
 
     def name(self, number: int) -> str:
         """Return the name of a frame's files."""
-        return frame_name(self.path.stem, number) if self.is_video else self.path.stem
+        return numbered_name(self.path.stem, number) if self.is_video else self.path.stem
 
     def read(self) -> Iterator[np.ndarray]:
         """Yield the frames, (H, W, 3) uint8 BGR.
@@ -258,9 +259,8 @@ def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detec
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='detect_files', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('inputs', nargs='+', type=Path, metavar='INPUT', help='images, videos, folders of them')
+    parser = command_parser('detect_files', __doc__)
+    parser.add_argument('inputs', nargs='+', type=plain_path, metavar='INPUT', help='images, videos, folders of them')
     parser.add_argument('--write-json', metavar='DIR', help="keypoints in OpenPose's JSON layout, one file per frame")
     parser.add_argument('--write-images', metavar='DIR', help='annotated images, one file per frame')
     parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')

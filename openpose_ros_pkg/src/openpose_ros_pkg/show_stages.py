@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.crops import found_by
 from openpose_ros_pkg.detect.detection import DepthView
@@ -46,13 +47,12 @@ _DARK = 0.4
 
 def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
     """Return the parser of both programs of this name."""
-    parser = argparse.ArgumentParser(prog='show_stages', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('image', type=Path, help='image file')
-    parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER', help='where the images go')
+    parser = command_parser('show_stages', __doc__)
+    parser.add_argument('image', type=plain_path, help='image file')
+    parser.add_argument('-o', '--output', type=plain_path, required=True, metavar='FOLDER', help='where the images go')
     parser.add_argument('--overwrite', action='store_true', help='replace images that are there')
-    parser.add_argument('--depth', type=Path, metavar='FILE', required=depth_required, help='16-bit PNG [mm]')
-    parser.add_argument('--camera', type=Path, metavar='FILE', required=depth_required, help='its camera.yaml')
+    parser.add_argument('--depth', type=plain_path, metavar='FILE', required=depth_required, help='16-bit PNG [mm]')
+    parser.add_argument('--camera', type=plain_path, metavar='FILE', required=depth_required, help='its camera.yaml')
     add_settings(parser, 'of the detector')
     return parser
 

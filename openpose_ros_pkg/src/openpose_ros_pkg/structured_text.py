@@ -4,22 +4,42 @@ The libraries alone raise RecursionError for deep nesting and errors of many cla
 let a text of 1 KB stand for billions of values by its aliases.
 """
 import json
-from typing import Any, Dict, Union
+import re
+from pathlib import Path
+from typing import Any, Callable, Dict, Union
 
 import yaml
+
+from openpose_ros_pkg.errors import BadInputError
 
 # Maximum number of values of a YAML text, with aliases written out: a marker map has 200.
 _MOST_VALUES = 100000
 
 
+def file_values(path: Path, what: str, error: Callable[[str], Exception] = BadInputError) -> Any:
+    """Return the values in a file of YAML, or of JSON by its suffix.
+
+    Raises:
+        error: it can not be read, or is a device or pipe, which need not end; the text begins with `what`.
+    """
+    try:
+        path = path.expanduser()
+        if path.exists() and not path.is_file():
+            raise ValueError('it is no plain file')
+        return (json_value if path.suffix == '.json' else yaml_value)(path.read_text(encoding='utf-8'))
+    except (OSError, RuntimeError, ValueError) as failed:
+        raise error(f'{what} can not be read: {failed}') from failed
+
+
 def yaml_value(text: str) -> Any:
-    """Return the first document of a YAML text; None of an empty one.
+    """Return the first document of a YAML text, also of one that OpenCV wrote; None of an empty one.
 
     Raises:
         ValueError: it is not YAML, or has too many or impossible values.
     """
     try:
-        loader = yaml.SafeLoader(text)
+        # OpenCV's directive %YAML:1.0 is none, and its matrices have a tag
+        loader = yaml.SafeLoader(re.sub(r'\A%YAML:.*\n', '', text).replace('!!opencv-matrix', ''))
         if not loader.check_node():
             return None
         node = loader.get_node()

@@ -34,9 +34,9 @@ class ExtractorParams(Parameters):
                 '~camera_info; auto: as the camera says, point_cloud without one.',
         choices=('auto', 'point_cloud', 'depth_image'))
     depth_transport: str = parameter(
-        'auto', "With depth_image: 'compressedDepth' subscribes to <depth topic>/compressedDepth, as image_transport "
-                'publishes it (PNG); auto: as the camera says, raw without one.',
-        choices=('auto', 'raw', 'compressedDepth'))
+        'auto', "With depth_image: 'compressedDepth' or 'compressed' subscribes to <depth topic>/compressedDepth or "
+                'compressed, as image_transport publishes them as PNG; auto: as the camera says, raw without one.',
+        choices=('auto', 'raw', 'compressed', 'compressedDepth'))
     rectified: str = parameter(
         'auto', 'With depth_image: true: the images are rectified, so use P of the camera info and no distortion; '
                 'auto: as the camera says, false without one.', choices=('auto', 'true', 'false'))

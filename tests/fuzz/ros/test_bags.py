@@ -47,4 +47,5 @@ def test_bag(tmp_path_factory, compression, data):
     path = folder / 'spoilt.bag'
     path.write_bytes(content)
     for read in (all_messages, read_keypoint_bag):
-        survives(read, path, size=len(content), errors=(BadInputError,))
+        # rosbag reserves as many bytes as a damaged length says, and uses those of the file
+        survives(read, path, size=len(content), errors=(BadInputError,), memory=5 << 30)

@@ -25,7 +25,7 @@ def at(joint, *offset):
 
 def test_links_are_read():
     assert read_links('', 'robot_links') == ()
-    assert read_links('tool0:0.08  arm/elbow>arm/wrist:.1', 'robot_links') == (
+    assert read_links('/tool0:0.08  /arm/elbow>/arm/wrist:.1', 'robot_links') == (
         RobotLink('tool0', 'tool0', 0.08), RobotLink('arm/elbow', 'arm/wrist', 0.1))
 
 

@@ -314,13 +314,12 @@ def test_tf(tf, text, line):
     assert text in found.text and line in found.line
 
 
-@pytest.mark.parametrize('frame, text', [('', 'has no frame_id'), ('/optical', 'begins with a slash')])
-def test_frame_ids(frame, text):
-    assert text in wrong(with_camera(points=replace(DEPTH, frame_id=frame)), 'tf')[0].text
+def test_no_frame_id():
+    assert 'has no frame_id' in wrong(with_camera(points=replace(DEPTH, frame_id='')), 'tf')[0].text
 
 
 def test_frames_that_the_node_is_told():
-    node = replace(WORKING, parameters={'target_frame': 'map'})
+    node = replace(WORKING, parameters={'target_frame': '/map'})  # tf2 refuses leading slashes
     assert "'map'" in wrong(replace(WELL, nodes=[node]), 'tf')[0].text
 
 

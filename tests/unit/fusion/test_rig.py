@@ -38,9 +38,10 @@ def test_a_rig_in_the_home_folder(tmp_path, monkeypatch):
 
 def test_values_by_hand(tmp_path):
     """Without a clock offset, with whole numbers and a quaternion of few digits."""
-    (tmp_path / 'rig.yaml').write_text('fixed_frame: map\ncameras:\n- {name: a, frame_id: a, translation: [1, 2, 3], '
+    (tmp_path / 'rig.yaml').write_text('fixed_frame: /map\ncameras:\n- {name: a, frame_id: /a, translation: [1, 2, 3], '
                                        'rotation: [0.707, 0, 0, 0.707]}\n')
     camera = read_rig(tmp_path / 'rig.yaml').camera('a')
+    assert (read_rig(tmp_path / 'rig.yaml').fixed_frame, camera.frame_id) == ('map', 'a')  # tf2 refuses slashes
     assert camera.clock_offset == 0 and np.linalg.norm(camera.rotation) == pytest.approx(1, abs=1e-12)
     np.testing.assert_array_equal(camera.translation, [1, 2, 3])
 

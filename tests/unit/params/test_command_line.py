@@ -3,12 +3,18 @@ import os
 import signal
 import subprocess
 import sys
+from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
 from openpose_ros_pkg import command_line
 from openpose_ros_pkg.command_line import DONE, INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.command_options import command_parser, named_value, number, plain_path, seconds, whole_number
+from openpose_ros_pkg.detect_files import main as detect_files
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import check_outputs
+from openpose_ros_pkg.structured_text import file_values
 
 
 def test_an_error_of_this_project_is_told_in_one_line(capsys):
@@ -75,6 +81,48 @@ def test_an_interrupt_within_the_imports_leaves_no_traceback(tmp_path):
     done = subprocess.run([sys.executable, '-c', script], env={**os.environ, 'PYTHONPATH': path}, timeout=60,
                           stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (-signal.SIGINT, b'')
+
+
+@pytest.fixture(params=['/dev/full', '/dev/zero', 'pipe'])
+def special(request, tmp_path):
+    """A file of which reading and writing need not end."""
+    if request.param == 'pipe':
+        os.mkfifo(str(tmp_path / 'pipe.bag'))
+        return tmp_path / 'pipe.bag'
+    return Path(request.param)
+
+
+def test_devices_and_pipes_are_refused(special, capsys, tmp_path):
+    parser = command_parser('tool', None)
+    parser.add_argument('inputs', nargs='*', type=plain_path)
+    parser.add_argument('-o', type=plain_path)
+    parser.add_argument('--camera-info', type=named_value(plain_path, 'left=a'), action='append', default=[])
+    assert parser.parse_args([str(tmp_path), '-o', str(tmp_path / 'new')]).inputs == [tmp_path]
+    for arguments in ([str(special)], ['-o', str(special)], ['a', str(special)], ['--camera-info', f'left={special}']):
+        with pytest.raises(SystemExit, match='2'):
+            parser.parse_args(arguments)
+        assert 'expected a file or folder, not a device, pipe or socket' in capsys.readouterr().err
+    with pytest.raises(SystemExit, match='2'):
+        detect_files([str(special), '--write-json', str(tmp_path / 'json')])
+    with pytest.raises(ParameterError, match='is no plain file'):
+        check_outputs([special], overwrite=True)
+    with pytest.raises(BadInputError, match='it can not be read: it is no plain file'):
+        file_values(special, 'it')
+
+
+@pytest.mark.parametrize('kind, good, bad', [
+    (number(0.1, 3600), {'5': 5.0, '1e-1': 0.1}, ('nan', 'inf', '1e30', '-3', '0', 'x', '')),
+    (number(0.001, 1000, Fraction), {'30000/1001': Fraction(30000, 1001)}, ('1e12', '1/0', '-1/2')),
+    (whole_number(1), {'7': 7}, ('0', '1.5', '1000000000000', 'nan')), (seconds, {'-3.5': -3.5}, ('nan', '1e10'))])
+def test_numbers_are_finite_and_in_range(kind, good, bad, capsys):
+    parser = command_parser('tool', None)
+    parser.add_argument('--value', type=kind)
+    for text, value in good.items():
+        assert parser.parse_args([f'--value={text}']).value == value
+    for text in bad:
+        with pytest.raises(SystemExit, match='2'):
+            parser.parse_args([f'--value={text}'])
+        assert 'expected a' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('terminal', [True, False])

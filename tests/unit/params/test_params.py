@@ -60,6 +60,11 @@ def test_values_reach_the_classes_they_belong_to_and_others_have_their_defaults(
     assert {'rate', 'focal_length', 'place'} < set(flat_values(made))
 
 
+@pytest.mark.parametrize('name, plain', [('/camera', 'camera'), ('camera', 'camera'), ('', ''), ('/a/b', 'a/b')])
+def test_a_frame_has_no_leading_slash(name, plain):
+    assert build(Camera, {'frame_id': name}).frame_id == plain
+
+
 @pytest.mark.parametrize('name, value, allowed', [
     ('rate', 121.0, 'float in 0.1 .. 120 [Hz]'), ('rate', math.nan, 'float in 0.1 .. 120 [Hz]'),
     ('rate', '15', 'float in 0.1 .. 120 [Hz]'), ('width', 0, 'int in 1 .. inf [px]'),

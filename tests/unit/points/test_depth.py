@@ -76,18 +76,35 @@ def test_a_scaled_camera_sees_the_same_with_corners_kept():
     ({'matrix': MATRIX[:8]}, 'expected 9'),
     ({'matrix': [np.nan, *MATRIX[1:]]}, 'expected 9 finite'),
     ({'matrix': [540, 3, 480, 0, 540, 270, 0, 0, 1]}, r'expected \[fx 0 cx'),
-    ({'distortion_model': 'magic'}, "'magic' is unknown; expected one of none, plumb_bob"),
-    ({'distortion_model': 'plumb_bob', 'distortion': [0.1] * 3}, '4 or 5 finite values'),
+    ({'distortion_model': 'magic', 'distortion': [0.1] * 5}, "'magic' is unknown; expected one of none, plumb_bob"),
+    ({'distortion_model': 'plumb_bob', 'distortion': [0.1] * 3}, '4 or 5 or 8 or 12 or 14 finite values'),
     ({'distortion_model': 'equidistant', 'distortion': [0.1] * 5}, '4 finite values'),
-    ({'distortion_model': 'rational_polynomial', 'distortion': [0.1] * 5}, '8 or 12 or 14'),
+    ({'distortion_model': 'rational_polynomial', 'distortion': [0.1] * 6}, '8 or 12 or 14'),
     ({'distortion_model': '', 'distortion': [0.1] * 5}, 'no finite values'),
-    ({'distortion_model': 'plumb_bob', 'distortion': [np.nan] * 5}, '4 or 5 finite'),
+    ({'distortion_model': 'plumb_bob', 'distortion': [np.nan] * 5}, '4 or 5 or 8'),
     ({'width': 0}, '0 x 540'),
 ], ids=lambda value: value if isinstance(value, str) else ','.join(value))
 def test_bad_cameras_are_refused(change, text):
     values = {'width': 960, 'height': 540, 'matrix': MATRIX, 'distortion_model': '', 'distortion': []}
     with pytest.raises(BadInputError, match=text):
         CameraModel(**{**values, **change})
+
+
+@pytest.mark.parametrize('model, distortion, plain, same', [
+    ('plumb_bob', [0.1, -0.05, 0.001, 0.002, 0.01, 0, 0, 0], 'plumb_bob', 5),
+    ('Plumb Bob', [0.1, -0.05, 0.001, 0.002, 0.01, 0], 'plumb_bob', 5),
+    ('plumb_bob', [0.1, -0.05, 0, 0, 0.01, 0.12, -0.04, 0.01], 'rational_polynomial', 8),
+    ('RATIONAL_POLYNOMIAL', [0.1, -0.05, 0.001, 0.002, 0.01], 'plumb_bob', 5),
+    ('rational-polynomial', [0.1, -0.05, 0, 0, 0.01, 0.12, -0.04, 0.01, 0, 0], 'rational_polynomial', 8),
+    ('fisheye', [0.1, -0.02, 0.001, 0, 0], 'equidistant', 4),
+    ('KANNALA_BRANDT4', [0.1, -0.02, 0, 0], 'equidistant', 4), ('Inverse Brown Conrady', [0.0] * 5, 'none', 5)])
+def test_spellings_and_lengths_of_one_lens(model, distortion, plain, same):
+    lenses = (model, distortion), (plain, distortion[:same])
+    camera, other = (CameraModel(960, 540, MATRIX, *lens) for lens in lenses)
+    points = np.array([[0.4, -0.3, 1.5], [-0.5, 0.2, 1.2]])
+    np.testing.assert_allclose(camera.project(points), other.project(points), atol=1e-9)
+    np.testing.assert_allclose(camera.rays(camera.project(points)), points / points[:, 2:], atol=1e-4)
+    assert camera.distortion_model in ('', 'plumb_bob', 'rational_polynomial', 'equidistant')
 
 
 @pytest.mark.parametrize('value', [0, -1.5, np.nan, np.inf, -np.inf])

@@ -31,7 +31,7 @@ def folder(tmp_path):
         cv2.imwrite(str(tmp_path / 'rgb' / f'{i:03d}.png'), bgr)
         cv2.imwrite(str(tmp_path / 'depth' / f'{i:03d}.png'), depth)
     (tmp_path / 'camera.yaml').write_text(CAMERA)
-    (tmp_path / 'sequence.yaml').write_text('fps: 10\nframe_id: cam\nT_world_camera: [[1, 0, 0, 0], [0, 0, 1, 0], '
+    (tmp_path / 'sequence.yaml').write_text('fps: 10\nframe_id: /cam\nT_world_camera: [[1, 0, 0, 0], [0, 0, 1, 0], '
                                             '[0, -1, 0, 1.5], [0, 0, 0, 1]]')
     return tmp_path
 

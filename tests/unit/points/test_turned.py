@@ -8,7 +8,7 @@ from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.transform import quarter_turns
 
-DISTORTIONS = {'plumb_bob': (0.1, -0.05, 0.01, -0.02, 0.003), 'equidistant': (0.1, -0.01, 0.002, 0.001),
+DISTORTIONS = {'plumb_bob': (0.1, -0.05, 0.01, -0.02, 0.003), 'Kannala-Brandt': (0.1, -0.01, 0.002, 0.001),
                'rational_polynomial': (0.1, -0.05, 0.01, -0.02, 0.003, 0.02, 0.001, 0, 0.01, -0.004, 0.006, 0.002)}
 WHOLE, PART = (0, 0, 0, 0, False), (20, 10, 60, 80, False)
 K, P = (150, 0, 70, 0, 140, 65, 0, 0, 1), (151, 0, 71, -15, 0, 141, 66, 3, 0, 0, 1, 0)

@@ -11,7 +11,7 @@ from openpose_ros_signals.targets import read_targets
 
 def test_targets(tmp_path):
     path = tmp_path / 'targets.yaml'
-    path.write_text('- {name: lamp, frame_id: room, position: [1, 2, 3]}\n- {name: cup, frame_id: cup}\n')
+    path.write_text('- {name: lamp, frame_id: room, position: [1, 2, 3]}\n- {name: cup, frame_id: /cup}\n')
     lamp, cup = read_targets(path)
     assert (lamp.name, lamp.frame_id, lamp.position.tolist()) == ('lamp', 'room', [1, 2, 3])
     assert (cup.frame_id, cup.position.tolist()) == ('cup', [0, 0, 0])

@@ -63,6 +63,39 @@ def test_json_is_read(tmp_path, values):
     assert read_calibration(tmp_path / 'camera.json') == PLAIN
 
 
+LENS = 'image_width: 640\nimage_height: 480\ncamera_matrix: {data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n'
+ROS2 = 'width: 640\nheight: 480\nk: [500, 0, 320, 0, 500, 240, 0, 0, 1]\np: [5, 0, 3, 0, 0, 5, 2, 0, 0, 0, 1, 0]\n'
+FOUR, FIVE = 'data: [0.1, -0.02, 0.001, 0.002]', 'data: [0.1, -0.02, 0.001, 0.002, 0.01]'
+
+
+@pytest.mark.parametrize('text, model, count', [
+    (f'{LENS}camera_model: equidistant\ndistortion_coefficients: {{{FOUR}}}', 'equidistant', 4),
+    (f'{LENS}camera_model: Pinhole\ndistortion_model: plumb_bob\ndistortion_coefficients: {{{FOUR}}}', 'plumb_bob', 4),
+    (f'{LENS}model_type: KANNALA_BRANDT\ndistortion_coefficients: {{{FOUR}}}', 'equidistant', 4),
+    (f'%YAML:1.0\n---\n{LENS}distortion_coefficients: !!opencv-matrix\n  {FIVE}\n', 'plumb_bob', 5),
+    (f'%YAML:1.0\n---\n{LENS}fisheye_model: 1\ndistortion_coefficients: !!opencv-matrix\n  {FOUR}\n', 'equidistant', 4),
+    (f'%YAML:1.0\n---\n{LENS}fisheye_model: 0\ndistortion_coefficients: !!opencv-matrix\n  {FOUR}\n', 'plumb_bob', 4),
+    (f'{ROS2}d: [0, 0, 0, 0, 0]\ndistortion_model: Inverse Brown Conrady\n', 'Inverse Brown Conrady', 5),
+    (f'{ROS2}d: [0.1, 0.2, 0, 0]\ndistortion_model: equidistant\n---\n', 'equidistant', 4)])
+def test_the_model_is_what_the_file_names(tmp_path, text, model, count):
+    (tmp_path / 'camera.yaml').write_text(text)
+    calibration = read_calibration(tmp_path / 'camera.yaml')
+    assert (calibration.distortion_model, len(calibration.distortion)) == (model, count)
+    assert calibration.projection[0] == (5 if text.startswith(ROS2) else 500)
+
+
+@pytest.mark.parametrize('more, words', [
+    (f'distortion_coefficients: {{{FOUR}}}', 'names no distortion model'),
+    (f'camera_model: pinhole\ndistortion_coefficients: {{{FOUR}}}', 'names no distortion model'),
+    (f'camera_model: omni\ndistortion_coefficients: {{{FIVE}}}', "distortion model 'omni' is unknown; expected one of"),
+    (f'camera_model: fisheye\ndistortion_model: radtan\ndistortion_coefficients: {{{FOUR}}}',
+     'several distortion models: equidistant, plumb_bob')])
+def test_a_model_that_is_not_known_is_refused(tmp_path, more, words):
+    (tmp_path / 'camera.yaml').write_text(LENS + more)
+    with pytest.raises(BadInputError, match=words):
+        read_calibration(tmp_path / 'camera.yaml')
+
+
 @pytest.mark.parametrize('region, binning, size', [
     ((0, 0, 0, 0, False), (0, 0), (640, 480)), ((160, 120, 240, 320, False), (0, 1), (320, 240)),
     ((0, 0, 0, 0, False), (2, 4), (320, 120)), ((600, 8, 200, 40, False), (2, 2), (20, 100))])
@@ -97,7 +130,7 @@ def test_what_is_no_calibration_is_refused(tmp_path, text, words):
         read_calibration(tmp_path / 'camera.yaml')
 
 
-def test_coefficients_that_tell_no_model_are_refused():
-    with pytest.raises(BadInputError, match='3 distortion coefficients'):
-        pinhole_calibration(64, 48, (50, 51), (31, 23), (1, 2, 3))
-    assert pinhole_calibration(64, 48, (50, 51), (31, 23), (1, 2, 3), 'own').distortion_model == 'own'
+@pytest.mark.parametrize('distortion, model', [((1, 2, 3, 4), 'plumb_bob'), (range(8), 'rational_polynomial')])
+def test_coefficients_without_a_model_are_those_of_opencv(distortion, model):
+    assert pinhole_calibration(64, 48, (50, 51), (31, 23), distortion).distortion_model == model
+    assert pinhole_calibration(64, 48, (50, 51), (31, 23), distortion, 'own').distortion_model == 'own'

@@ -47,7 +47,7 @@ def test_values_come_back(tmp_path):
                  left_big_toe=(1.0, 2.0, 4.0, 0.0, INFERRED, 0.5))
     text = text_of([person], 'extended')
     assert f'{STAMP},7,{STAMP},"a ""b"", c",2,4,0.10000000149011612,-2.0,3.0,0.5,1,0.25,nan,nan,nan,0.0,0,nan,' in text
-    table = read(tmp_path, text)
+    table = read(tmp_path, text.replace('"a ', '"/a '))  # tf2 refuses leading slashes
     assert (table.stamps[0], table.frame_ids[0], table.ids[0]) == (STAMP, 'a "b", c', 4)
     np.testing.assert_array_equal(table.positions[0, NOSE], np.float32([x, -2, 3]))
     np.testing.assert_array_equal(table.positions[0, TOE], np.float32([1, 2, 4]))

@@ -100,6 +100,11 @@ def test_pose2sim(tmp_path, monkeypatch, absent):
     assert read_calibration(folder / 'door.yaml').image_size == SIZE
 
 
+def test_a_number_is_a_name_too(tmp_path):
+    (tmp_path / 'Calib.toml').write_text(pose2sim_text().replace('name = "door"', 'name = 1'))
+    assert 'door' not in [camera.name for camera in read_rig(made(tmp_path, 'Calib.toml') / 'rig.yaml').cameras]
+
+
 def test_a_fisheye_of_pose2sim(tmp_path, monkeypatch):
     for name, camera in CAMERAS.items():
         monkeypatch.setitem(CAMERAS, name, (*camera[:3], np.array([-0.03, 0.01, -0.004, 0.001])))
@@ -159,6 +164,17 @@ def test_qualisys_is_read_as_pose2sim_reads_it(tmp_path):
     np.testing.assert_allclose(camera.translation / 1000, [0.32110489, 0.95633206, 2.89071305], atol=1e-7)
 
 
+@pytest.mark.parametrize('resolution, scale', [('1080p', 1), ('720p', 2 / 3), ('540p', 1 / 2), ('N/A', 1)])
+def test_a_resolution_of_qualisys_scales_image_and_lens(tmp_path, resolution, scale):
+    """As Pose2Sim reads it: pixels of the file are those of 1080 rows."""
+    paths = tmp_path / 'plain.qca.txt', tmp_path / 'other.qca.txt'
+    for path, attribute in zip(paths, ('', f'video_resolution="{resolution}" ')):
+        path.write_text(qualisys_text().replace('<camera ', f'<camera {attribute}'))
+    plain, other = (read_known_cameras([path]).cameras[0].calibration for path in paths)
+    assert other.image_size == tuple(round(scale * side) for side in plain.image_size)
+    np.testing.assert_allclose(other.matrix, np.ravel(np.diag([scale, scale, 1]) @ np.reshape(plain.matrix, (3, 3))))
+
+
 def test_easymocap(tmp_path):
     names = list(CAMERAS)
     opencv_file(tmp_path / 'intri.yml', names=names, **{f'{kind}_{name}': value for name in names for kind, value in (
@@ -215,10 +231,12 @@ def test_kalibr(tmp_path):
 
 
 def test_models_that_no_camera_info_can_hold(tmp_path, capsys):
-    for model, distortion in (('omni', 'radtan'), ('pinhole', 'fov')):
-        (tmp_path / 'chain.yaml').write_text(f'cam0: {{camera_model: {model}, distortion_model: {distortion}}}')
+    for model, distortion, words in (('omni', 'radtan', 'cam0 is of the model omni'),
+                                     ('pinhole', 'fov', "distortion model 'fov' is unknown")):
+        (tmp_path / 'chain.yaml').write_text(f'cam0: {{camera_model: {model}, distortion_model: {distortion}, '
+                                             'intrinsics: [5, 5, 2, 2], resolution: [4, 4], distortion_coeffs: [1]}')
         assert main([str(tmp_path / 'chain.yaml'), '-o', str(tmp_path / 'rig.yaml')]) == 2
-        assert f'cam0 is of the model {model}, {distortion}' in capsys.readouterr().err
+        assert words in capsys.readouterr().err
 
 
 def stereo():

@@ -6,6 +6,7 @@ import numpy as np
 
 from openpose_ros_bridges.capsules import Capsules
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.parameters import frame_name
 
 # A frame or two, and a radius: tool0:0.08 or elbow_link>wrist_link:0.1.
 _LINK = re.compile(r'([^\s:>]+)(?:>([^\s:>]+))?:(\d*\.?\d+)')
@@ -36,7 +37,7 @@ def read_links(text: str, key: str) -> Tuple[RobotLink, ...]:
         if found is None:
             raise ParameterError(f"{key}: {word!r} is no link, expected FRAME:RADIUS or FRAME>FRAME:RADIUS with the "
                                  'radius in metres, such as tool0:0.08', key)
-        links.append(RobotLink(found[1], found[2] or found[1], float(found[3])))
+        links.append(RobotLink(frame_name(found[1]), frame_name(found[2] or found[1]), float(found[3])))
     return tuple(links)
 
 

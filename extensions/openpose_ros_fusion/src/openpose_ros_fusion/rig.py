@@ -18,7 +18,8 @@ from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import write_whole
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.structured_text import file_values
 from skeleton_extract_3d.points.transform import Transform, quaternions
 
 # Quaternions may differ from length 1 by this, as those do that were rounded to few digits.
@@ -60,6 +61,7 @@ class RigCamera:
                 or abs(float(np.linalg.norm(values['rotation'])) - 1) > _LENGTH_ERROR):
             raise ValueError(f'{self} is no camera of a rig; {_EXPECTED}')
         object.__setattr__(self, 'rotation', values['rotation'] / float(np.linalg.norm(values['rotation'])))
+        object.__setattr__(self, 'frame_id', frame_name(self.frame_id))
         object.__setattr__(self, 'translation', values['translation'])
         object.__setattr__(self, 'clock_offset', float(values['clock_offset']))
 
@@ -84,6 +86,7 @@ class Rig:
     def __post_init__(self) -> None:
         if not isinstance(self.fixed_frame, str) or not self.fixed_frame:
             raise ValueError(f'fixed_frame is {self.fixed_frame!r}, expected a text')
+        object.__setattr__(self, 'fixed_frame', frame_name(self.fixed_frame))
         names = [camera.name for camera in self.cameras]
         if not names:
             raise ValueError('it has no cameras')
@@ -115,8 +118,8 @@ def read_rig(path: Path) -> Rig:
         BadInputError: it can not be read or is none; the text names the file, the key and what is expected.
     """
     try:
-        return _rig_of(yaml_value(path.expanduser().read_text()))
-    except (OSError, ValueError) as error:
+        return _rig_of(file_values(path, f'rig {path}'))
+    except ValueError as error:
         raise BadInputError(f'rig {path} can not be read: {error}') from error
 
 

@@ -59,7 +59,7 @@ private:
   void storeInfo(const sensor_msgs::CameraInfoConstPtr& info)
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    info_ = info;
+    info_ = withoutSlash(info);
   }
 
   void convert(const sensor_msgs::PointCloud2ConstPtr& message)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include <boost/algorithm/string/predicate.hpp>
 #include <ros/names.h>
 
 namespace openpose_ros_nodelets
@@ -106,6 +107,8 @@ std::string ParameterReader::text(const std::string& key, const std::string& fal
     refuse(handle_, key, "text");
   if (!choices.empty() && std::find(choices.begin(), choices.end(), value) == choices.end())
     refuse(handle_, key, "one of " + joined(choices));
+  if (boost::algorithm::ends_with(key, "frame") && value.rfind('/', 0) == 0)
+    value.erase(0, 1);
   return value;
 }
 

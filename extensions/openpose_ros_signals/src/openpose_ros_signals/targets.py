@@ -5,7 +5,8 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.structured_text import file_values
 
 _EXPECTED = 'expected a list of {name: TEXT, frame_id: TEXT, position: [x, y, z]}, where position may be left out'
 
@@ -25,7 +26,7 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
         BadInputError: it can not be read or is none; the text names the file and what is expected.
     """
     try:
-        values = yaml_value(path.expanduser().read_text())
+        values = file_values(path, f'targets {path}')
         if not isinstance(values, list):
             raise ValueError(_EXPECTED)
         targets = tuple(_target(value) for value in values)
@@ -33,7 +34,7 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f'it has two targets of the name {twice[0]!r}')
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise BadInputError(f'targets {path} can not be read: {error}') from error
     return targets
 
@@ -46,4 +47,4 @@ def _target(value: Any) -> FixedTarget:
     texts = (value['name'], value['frame_id'])
     if position.shape != (3,) or not np.isfinite(position).all() or not all(isinstance(t, str) and t for t in texts):
         raise ValueError(f'{value!r} is no target; {_EXPECTED}')
-    return FixedTarget(*texts, position)
+    return FixedTarget(value['name'], frame_name(value['frame_id']), position)

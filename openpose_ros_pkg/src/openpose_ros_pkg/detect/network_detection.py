@@ -363,7 +363,7 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
         return look, memory
     missing, memory = missing if likely else len(memory.schedule.parts), memory.with_changes(look.people)
     step = memory.next(at_once=True)
-    while step is not None and sum(person.found for person in look.people) < before + missing:
+    while step is not None and step.part is not None and sum(person.found for person in look.people) < before + missing:
         look = networks.search(look.people, step.part)
         runs += look.runs
         memory = memory.after(step, look.runs)

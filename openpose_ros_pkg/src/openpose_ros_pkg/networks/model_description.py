@@ -29,7 +29,7 @@ from openpose_ros_pkg.skeletons import (
     SkeletonModel,
     starting_limbs,
 )
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {Decoder.PAF: (1, 2), Decoder.MOVENET_MULTIPOSE: (1,), Decoder.MOVENET_SINGLEPOSE: (1,), Decoder.RTMO: (2,),
@@ -53,10 +53,7 @@ def read_description(path: Path) -> Model:
     if not re.fullmatch(r'[A-Za-z0-9_-]+', path.stem) or path.stem in {**MODELS, **ALIASES, **SKELETONS}:
         raise ModelError(f'{path}: a network can not have the name {path.stem!r}: letters, digits, _ and -, and none '
                          f'of {", ".join([*MODELS, *ALIASES, *SKELETONS])}')
-    try:
-        content = yaml_value(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise ModelError(f'{path} can not be read: {error}') from error
+    content = file_values(path, str(path), ModelError)
     top = _Section(path, '', content, ('skeleton', 'files', 'licence', 'source', 'input', 'outputs', 'output_layout',
                                        'decoder', 'stride', 'heatmaps', 'peak_threshold', 'points', 'output_scale'))
     decoder = top.choice('decoder', tuple(_OUTPUTS))

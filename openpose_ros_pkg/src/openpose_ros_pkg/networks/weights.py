@@ -1,9 +1,9 @@
 """What the program openpose_models does: list, get and check the weights of the networks."""
-import argparse
 import sys
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence
 
+from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.by_name import prove_installed
 from openpose_ros_pkg.networks.model_folder import model_folder_of
@@ -19,11 +19,11 @@ APACHE = Path(__file__).with_name('data') / 'apache-2.0.txt'
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command line and return the exit status."""
-    parser = argparse.ArgumentParser(prog='openpose_models', description='Weights of the networks.')
+    parser = command_parser('openpose_models', 'Weights of the networks.')
     commands = parser.add_subparsers(dest='command', required=True)
     commands.add_parser('list', help='show the networks, and which are here')
     get_parser = commands.add_parser('get', help='fetch or copy the weights, unless they are here and right')
-    get_parser.add_argument('--from', dest='brought', nargs='+', type=Path, default=[], metavar='PATH',
+    get_parser.add_argument('--from', dest='brought', nargs='+', type=plain_path, default=[], metavar='PATH',
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
     commands.add_parser('folder', help='print the folder that holds them')

@@ -14,7 +14,7 @@ from openpose_ros_pkg.errors import ParameterError
 _DIGITS = 12
 
 
-def frame_name(base: str, number: int) -> str:
+def numbered_name(base: str, number: int) -> str:
     """Return OpenPose's name of a frame of a video or camera: `<base>_000000000012`, or the number alone.
 
     Args:
@@ -89,8 +89,8 @@ def check_outputs(paths: Sequence[Path], overwrite: bool, inputs: Sequence[Path]
     for path in paths:
         if path.resolve() in read:
             raise ParameterError(f'{path} is an input; name another file')
-        if path.is_dir():
-            raise ParameterError(f'{path} is a folder; name a file')
+        if path.exists() and not path.is_file():
+            raise ParameterError(f"{path} is {'a folder' if path.is_dir() else 'no plain file'}; name a file")
         if os.path.lexists(str(path)) and not overwrite:
             raise ParameterError(f'{path} is there already; give another name, or --overwrite')
 

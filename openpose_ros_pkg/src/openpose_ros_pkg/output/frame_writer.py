@@ -12,7 +12,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import frame_name, writable_folder, write_image
+from openpose_ros_pkg.output.files import numbered_name, writable_folder, write_image
 from openpose_ros_pkg.output.joint_order import in_joint_set
 from openpose_ros_pkg.output.keypoint_file import FORMATS, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
@@ -125,12 +125,12 @@ class FrameWriter:
         """Return the files of a frame, without the video, by parameter.
 
         Args:
-            frame: name of the files, as `frame_name` makes it; or a number.
+            frame: name of the files, as `numbered_name` makes it; or a number.
 
         Raises:
             ValueError: the name is a path.
         """
-        name = frame_name('', frame) if isinstance(frame, int) else frame
+        name = numbered_name('', frame) if isinstance(frame, int) else frame
         if not name or Path(name).name != name:
             raise ValueError(f"name of a frame: expected a file name without folders, got '{name}'")
         return {key: folder / (name + self._suffixes[key]) for key, folder in self._folders.items()}

@@ -61,7 +61,7 @@ class Recorder:
         """Queue a frame to be saved.
 
         Args:
-            frame: name of the files, as `frame_name` makes it; or a number.
+            frame: name of the files, as `numbered_name` makes it; or a number.
             bgr: (H, W, 3) uint8 BGR; not to be modified any more.
             people: in pixels of the image.
             landmarks: their hands and faces; None: none.

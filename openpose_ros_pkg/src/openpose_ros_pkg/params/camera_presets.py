@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 AUTO = 'auto'
 """Name that stands for the camera that the published topics are."""
@@ -15,7 +15,7 @@ CAMERA_INFO = 'sensor_msgs/CameraInfo'
 # Topics that each source of points needs, and the values of keys with a choice.
 _NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_info')}
 _CHOICES = {'points_source': tuple(_NEEDED), 'image_transport': ('raw', 'compressed'),
-            'depth_transport': ('raw', 'compressedDepth')}
+            'depth_transport': ('raw', 'compressed', 'compressedDepth')}
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,8 @@ class CameraPreset:
         elif not depth:
             points = self.topic('points', ns)
         else:
-            points = f'{depth}/compressedDepth' if compressed or self.depth_transport != 'raw' else depth
+            points = f'{depth}/{self.depth_transport}' if self.depth_transport != 'raw' else (
+                depth + '/compressedDepth' * compressed)
         return [topic for topic in (image, points, info) if topic]
 
 
@@ -149,11 +150,8 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
     Raises:
         ParameterError: the file can not be read or is not of the table's form.
     """
-    path = Path(path or presets_file()).expanduser()
-    try:
-        value = yaml_value(path.read_text())
-    except (OSError, ValueError) as error:
-        raise ParameterError(f"parameter 'camera': {path} can not be read: {error}", 'camera') from error
+    path = Path(path or presets_file())
+    value = file_values(path, f"parameter 'camera': {path}", lambda text: ParameterError(text, 'camera'))
     if not isinstance(value, dict) or not value:
         raise ParameterError(f"parameter 'camera': {path} is no table of cameras, as config/cameras.yaml is", 'camera')
     return {str(name): _preset(path, str(name), entry) for name, entry in value.items()}

@@ -81,12 +81,13 @@ def mistakes(given: Dict[str, str], declared: Dict[str, str]) -> List[str]:
 
 def _is_by_node(path: str) -> bool:
     try:
-        from openpose_ros_pkg.structured_text import yaml_value
+        from openpose_ros_pkg.errors import BadInputError
+        from openpose_ros_pkg.structured_text import file_values
     except ImportError:  # the system's Python has no PyYAML where ROS has another one
         return True
     try:
-        content = yaml_value(Path(path).read_text())
-    except (OSError, ValueError):
+        content = file_values(Path(path), path)
+    except BadInputError:
         return False
     return isinstance(content, dict) and all(isinstance(value, dict) for value in content.values())
 

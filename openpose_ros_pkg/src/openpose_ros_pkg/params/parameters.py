@@ -6,7 +6,8 @@ A parameter class derives from `Parameters` and declares its fields with `parame
     class DrawParams(Parameters):
         alpha_pose: float = parameter(0.6, 'Opacity of the skeletons.', minimum=0.0, maximum=1.0)
 
-Instances check themselves. A record is a frozen dataclass of parameter classes and other records::
+Instances check themselves; a text whose name ends in frame or frame_id loses a leading slash. A record is a frozen
+dataclass of parameter classes and other records::
 
     @dataclass(frozen=True)
     class ViewerSettings:
@@ -29,6 +30,11 @@ Settings = TypeVar('Settings')
 """A parameter class or a record."""
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
+
+
+def frame_name(name: str) -> str:
+    """Return the name of a frame without a leading slash, which tf allowed and tf2 refuses."""
+    return name[1:] if name.startswith('/') else name
 
 
 def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float] = None,
@@ -146,4 +152,4 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
                  and (meta['maximum'] is None or value <= meta['maximum']))
     if not right:
         raise ParameterError(f"parameter '{field.name}' = {value!r} is not allowed: {describe(field)}", field.name)
-    return value
+    return frame_name(value) if expected is str and field.name.endswith(('frame', 'frame_id')) else value

@@ -133,6 +133,17 @@ def pixels_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
                  step=little.nbytes // height, data=little.tobytes())
 
 
+def order_of_file(format_text: str) -> str:
+    """Return the encoding of the file in a CompressedImage: bgr8, rgb8 where red and blue are exchanged, or a mosaic's.
+
+    Source: compressed_image_transport, compressed_subscriber.cpp; its publishers wrote RGB in place of BGR at first.
+    """
+    encoding, _, codec = format_text.strip().partition(';')
+    if encoding.startswith(('rgb', 'bgr')) and codec and 'compressed bgr' not in codec:
+        return 'rgb8'
+    return encoding if encoding.startswith('bayer') else 'bgr8'
+
+
 def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> np.ndarray:
     """Return the image of a CompressedImage message as (H, W, 3) uint8 BGR.
 
@@ -142,11 +153,21 @@ def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIX
     if image_kind(message.data) is None:
         raise BadInputError(f"compressed image of format '{message.format}' and {len(message.data)} bytes can not be "
                             'decoded; expected JPEG or PNG, as image_transport publishes')
-    return decode_image(message.data, f"compressed image of format '{message.format}'", most=most)
+    order = order_of_file(message.format)
+    image = decode_image(message.data, f"compressed image of format '{message.format}'",
+                         cv2.IMREAD_COLOR if order in ('bgr8', 'rgb8') else cv2.IMREAD_UNCHANGED, most)
+    if image.ndim == 2:
+        return image_to_bgr(pixels_to_image(image, order, message.header), most)
+    return np.ascontiguousarray(image[..., ::-1]) if order == 'rgb8' else image
+
+
+def is_png_of_depth(data: bytes) -> bool:
+    """Return whether bytes are a PNG of one channel of 16 bits."""
+    return data.startswith(PNG) and data[24:26] == b'\x10\x00'
 
 
 def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> Image:
-    """Return the 16UC1 or 32FC1 message of a PNG of compressed_depth_image_transport.
+    """Return the 16UC1 or 32FC1 message of a PNG of compressed_depth_image_transport, or of 16 bits.
 
     Raises:
         BadInputError: it holds no such image, or one of more than `most` megapixels.
@@ -154,7 +175,7 @@ def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAP
     encoding = message.format.partition(';')[0].strip()
     begin = message.data.find(PNG, 0, _DEPTH_HEADER.size + len(PNG))
     pixels = None
-    if encoding in ('16UC1', '32FC1') and begin >= 0:
+    if (encoding in ('16UC1', '32FC1') or is_png_of_depth(message.data)) and begin >= 0:
         pixels = decode_image(message.data[begin:], 'compressed depth image', cv2.IMREAD_UNCHANGED, most)
     if pixels is None or pixels.ndim != 2 or pixels.dtype != np.uint16 or (
             encoding == '32FC1' and begin != _DEPTH_HEADER.size):
@@ -165,7 +186,7 @@ def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAP
         _, a, b = _DEPTH_HEADER.unpack_from(message.data)
         inverse = np.where(pixels == 0, np.nan, pixels).astype(np.float32)
         pixels = np.float32(a) / (inverse - np.float32(b))
-    return pixels_to_image(pixels, encoding, message.header)
+    return pixels_to_image(pixels, '32FC1' if encoding == '32FC1' else '16UC1', message.header)
 
 
 def any_image_to_bgr(message: Union[Image, CompressedImage], most: float = MOST_MEGAPIXELS) -> np.ndarray:

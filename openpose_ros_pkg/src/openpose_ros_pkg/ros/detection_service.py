@@ -15,6 +15,7 @@ from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
 from openpose_ros_pkg.errors import BadInputError, ParameterError, StoppedError
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher, sibling_camera_info
@@ -140,6 +141,7 @@ class DetectionService:
         if not self._demand.enabled:
             raise rospy.ServiceException(f'{rospy.get_name()} is disabled; {rospy.get_name()}/enable enables it')
         image = request.image
+        image.header.frame_id = frame_name(image.header.frame_id)
         try:
             decoded = self._decode(_Arrived(image, time.monotonic()), request._connection_header['callerid'])
             people = self.loop.request(decoded, self._answer)

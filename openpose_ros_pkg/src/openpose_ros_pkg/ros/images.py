@@ -9,6 +9,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.ros import convert
 
 AnyImage = Union[Image, CompressedImage]
@@ -93,7 +94,7 @@ class InputSubscriber(message_filters.SimpleFilter):
 
 @functools.lru_cache(maxsize=None)
 def _tolerant(message_type: Type[genpy.Message]) -> Type[genpy.Message]:
-    """Return a message type that notes as `unreadable` the number of bytes that are no such message.
+    """Return a message type without a slash before its frame, with the number of bytes that are none as `unreadable`.
 
     Where a message raises, rospy leaves its bytes in the buffer of the connection: they are read again with each
     message that follows, so that none arrives any more while the buffer grows.
@@ -104,6 +105,7 @@ def _tolerant(message_type: Type[genpy.Message]) -> Type[genpy.Message]:
         def deserialize(self, data: bytes) -> 'Tolerant':
             try:
                 super().deserialize(data)
+                self.header.frame_id = frame_name(self.header.frame_id)
             except genpy.DeserializationError:
                 self.unreadable = len(data)
             return self

@@ -47,7 +47,8 @@ class VideoSource:
         self._source, self._most = source, most
         self._files = []
         if not self.live and Path(source).is_dir():
-            self._files = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
+            self._files = sorted(p for p in Path(source).iterdir()
+                                 if p.suffix.lower() in IMAGE_SUFFIXES and p.is_file())
             if not self._files:
                 raise BadInputError(f'no images in {source}; expected files ending in {", ".join(IMAGE_SUFFIXES)}')
             return

@@ -6,7 +6,7 @@ from typing import Dict, Optional, Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.calibration import Calibration
+from openpose_ros_pkg.calibration import Calibration, distortion_model
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.points.constants import CameraLimitConstants
@@ -14,10 +14,11 @@ from skeleton_extract_3d.points.constants import CameraLimitConstants
 # Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
 ASPECT_TOLERANCE = 0.01
 
-# Lengths of D that each distortion model of sensor_msgs/CameraInfo may have; none or all zero always means undistorted.
+# Lengths of D of each distortion model; none or all zero always means undistorted.
+_OPENCV_LENGTHS = (4, 5, 8, 12, 14)
 _DISTORTION_LENGTHS: Dict[str, Tuple[int, ...]] = {
-    '': (), 'none': (), 'plumb_bob': (4, 5), 'rational_polynomial': (8, 12, 14), 'equidistant': (4,), 'fisheye': (4,)}
-_FISHEYE = ('equidistant', 'fisheye')
+    '': (), 'plumb_bob': _OPENCV_LENGTHS, 'rational_polynomial': _OPENCV_LENGTHS, 'equidistant': (4,)}
+_FISHEYE = 'equidistant'
 
 # Undistortion iterates; OpenCV's default of 5 rounds leaves pixels of error at the corners of wide lenses.
 _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
@@ -32,8 +33,9 @@ class CameraModel:
     Attributes:
         width, height: size of the image that K belongs to [px].
         matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
-        distortion_model: 'plumb_bob', 'rational_polynomial', 'equidistant' ('fisheye'), or 'none' (or empty).
-        distortion: D, (N,) float64; empty or all zero: no distortion.
+        distortion_model: a spelling that `calibration.distortion_model` knows; then its name in a CameraInfo.
+        distortion: D, (N,) float64; empty or all zero: no distortion. Zeros beyond those of the
+            model are cut off.
         limits: of the values; None: not checked, as of a camera that was made of a checked one, whose image may be a
             small part far from the centre.
 
@@ -61,15 +63,15 @@ class CameraModel:
         if skew != 0 or below != 0 or last != [0, 0, 1]:
             raise BadInputError(f'camera matrix K: expected [fx 0 cx; 0 fy cy; 0 0 1], got {matrix.tolist()}')
         distortion = np.array(self.distortion, np.float64).reshape(-1)
-        if self.distortion_model not in _DISTORTION_LENGTHS:
-            raise BadInputError(f"distortion model '{self.distortion_model}' is unknown; expected one of "
-                                f"{', '.join(name for name in _DISTORTION_LENGTHS if name)}")
-        lengths = _DISTORTION_LENGTHS[self.distortion_model]
-        if distortion.any() and (distortion.size not in lengths or not np.isfinite(distortion).all()):
+        model = distortion_model(self.distortion_model) if distortion.any() else ''
+        lengths = _DISTORTION_LENGTHS[model]
+        fitting = [length for length in lengths if length <= distortion.size and not distortion[length:].any()]
+        if distortion.any() and not (fitting and np.isfinite(distortion).all()):
             raise BadInputError(f"D of distortion model '{self.distortion_model}': expected "
                                 f"{' or '.join(map(str, lengths)) or 'no'} finite values, got {distortion.tolist()}")
+        object.__setattr__(self, 'distortion_model', model)
         object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
-        object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
+        object.__setattr__(self, 'distortion', distortion[:fitting[-1]] if distortion.any() else np.zeros(0))
         if limits is not None:
             self._check_limits(limits)
 
@@ -121,7 +123,7 @@ class CameraModel:
             rays[:, :2] = (uv - self.matrix[:2, 2]) / self.matrix[[0, 1], [0, 1]]
         elif len(uv):
             pixels = uv.reshape(-1, 1, 2)
-            if self.distortion_model in _FISHEYE:
+            if self.distortion_model == _FISHEYE:
                 plane = cv2.fisheye.undistortPoints(pixels, self.matrix, self.distortion)
             else:
                 plane = cv2.undistortPointsIter(pixels, self.matrix, self.distortion, None, None, _UNDISTORT_UNTIL)
@@ -132,7 +134,7 @@ class CameraModel:
 
     def _is_beyond_fold(self, rays: np.ndarray) -> np.ndarray:
         """Return whether rays, (N, 3), are beyond the angle where the image of a fisheye grows no more."""
-        if self.distortion_model not in _FISHEYE:
+        if self.distortion_model != _FISHEYE:
             return np.zeros(len(rays), bool)
         angles = np.arctan(np.hypot(rays[:, 0], rays[:, 1]))
         slope = 1 + angles[:, None] ** (2, 4, 6, 8) @ (self.distortion * (3, 5, 7, 9))
@@ -147,7 +149,7 @@ class CameraModel:
         if not self.distortion.size:
             uv[seen] = xyz[seen, :2] / xyz[seen, 2:] * self.matrix[[0, 1], [0, 1]] + self.matrix[:2, 2]
         elif seen.any():
-            project = cv2.fisheye.projectPoints if self.distortion_model in _FISHEYE else cv2.projectPoints
+            project = cv2.fisheye.projectPoints if self.distortion_model == _FISHEYE else cv2.projectPoints
             still = np.zeros(3)
             uv[seen] = project(xyz[seen].reshape(-1, 1, 3), still, still, self.matrix, self.distortion)[0][:, 0]
         return uv

@@ -6,13 +6,14 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.calibration import Calibration, calibration_from_values, read_calibration
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import json_value, yaml_value
+from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.structured_text import file_values
 from skeleton_extract_3d.points.stamps import SECOND, STAMP_END, associate, parse_stamp, seconds_text
 
 # By stream its folders, of which the first one is written; the list of its files; suffixes of its files.
@@ -99,18 +100,15 @@ def read_description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration
     """
     calibration, sequence, meta = (folder / name for name in ('camera.yaml', 'sequence.yaml', 'meta.json'))
     if meta.is_file() and not calibration.is_file():
-        values = _values_in(meta, json_value)
+        values = _values_in(meta)
         known = {key: values[key] for key in _SEQUENCE_KEYS if key in values}
         return _sequence_values(meta, known), calibration_from_values(values, str(meta))
-    return (_sequence_values(sequence, _values_in(sequence, yaml_value) if sequence.is_file() else {}),
+    return (_sequence_values(sequence, _values_in(sequence) if sequence.is_file() else {}),
             read_calibration(calibration) if calibration.is_file() else None)
 
 
-def _values_in(path: Path, parse: Callable[[str], Any]) -> Dict[str, Any]:
-    try:
-        values = parse(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f'{path} can not be read: {error}') from error
+def _values_in(path: Path) -> Dict[str, Any]:
+    values = file_values(path, str(path))
     if not isinstance(values, dict):
         raise BadInputError(f'{path}: expected keys with values, got {type(values).__name__}')
     return values
@@ -125,7 +123,7 @@ def _sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
         if value is not None and not (isinstance(value, (int, float)) and 0 < value <= most):
             raise BadInputError(f'{path}: {name} = {value!r}, expected a number above 0, up to {most:g} [{unit}]')
     pose = values.get('T_world_camera')
-    return {'fps': values.get('fps'), 'frame_id': str(values.get('frame_id', '')),
+    return {'fps': values.get('fps'), 'frame_id': frame_name(str(values.get('frame_id', ''))),
             'depth_scale': values.get('depth_scale'),
             'T_world_camera': None if pose is None else _rigid_transform(path, pose)}
 
@@ -145,7 +143,7 @@ def _rigid_transform(path: Path, values: Any) -> np.ndarray:
 def _listed(path: Path) -> List[StampedFile]:
     """Return the files of a list, in the order of their stamps."""
     try:
-        lines = path.read_text().splitlines()
+        lines = path.read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(f'{path} can not be read: {error}') from error
     files = []
@@ -196,7 +194,7 @@ def _by_number(place: Path, suffixes: Sequence[str]) -> Dict[int, Path]:
     """Return the images of a folder by the numbers at the end of their names."""
     files: Dict[int, Path] = {}
     for path in sorted(place.iterdir()):
-        if path.suffix.lower() not in suffixes or path.name.startswith('.'):
+        if path.suffix.lower() not in suffixes or path.name.startswith('.') or not path.is_file():
             continue
         number = _NUMBER.search(path.stem)
         if number is None:

@@ -16,6 +16,7 @@ from openpose_ros_bringup.doctor.findings import (
 from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Stream, Tf
 from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.parameters import frame_name
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 # x, y, z [m] and yaw, pitch, roll, to begin with, in a room with z up: of an optical frame and of another frame of a
@@ -33,8 +34,8 @@ _ALIKE = 0.8
 def frames_needed(seen: Snapshot, camera: Camera) -> List[str]:
     """Return the frames in which the people of a camera are wanted, without that of the points."""
     node = seen.node_of(camera)
-    asked = [seen.tf.fixed_frame] + [str(node.parameters.get(key, '')) for key in ('tracking_frame', 'target_frame')
-                                     if node is not None]
+    asked = [seen.tf.fixed_frame] + [frame_name(str(node.parameters.get(key, '')))
+                                     for key in ('tracking_frame', 'target_frame') if node is not None]
     return [frame for frame in dict.fromkeys(asked) if frame and frame != _frame_of(camera)]
 
 
@@ -65,9 +66,6 @@ def check_tf(seen: Snapshot) -> Iterator[Finding]:
 def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
     frame = _frame_of(camera)
     known = {*tf.parents, *tf.parents.values()}
-    if frame.startswith('/'):
-        return wrong(f"frame_id '{frame}' begins with a slash, which tf2 does not allow",
-                     f'rosparam list | grep frame_id    # set it without the slash: {frame[1:]}')
     close = get_close_matches(target, known, 1)
     if target not in known and close:
         return wrong(f"tf does not know '{target}'; it knows {_named(known)}",

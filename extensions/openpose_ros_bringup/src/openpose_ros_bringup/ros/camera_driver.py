@@ -9,6 +9,7 @@ import roslib.packages
 import rospkg
 import rospy
 
+from openpose_ros_pkg.command_options import command_parser
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, find_preset, read_presets
 from openpose_ros_pkg.ros.node import RESPAWNS
@@ -28,12 +29,12 @@ def main() -> int:
     try:
         preset = find_preset(options.camera)
         command = _command(preset, options)
+        if not command:
+            return _rest(f'the package {preset.package} is not installed here; where it is, start the driver: '
+                         f'{" ".join(preset.driver_command(options.ns, options.words))}' if preset.package else
+                         f'{preset.name} has no driver that could be started')
     except ParameterError as error:
         return _rest(str(error))
-    if not command:
-        return _rest(f'the package {preset.package} is not installed here; where it is, start the driver: '
-                     f'{" ".join(preset.driver_command(options.ns, options.words))}' if preset.package else
-                     f'{preset.name} has no driver that could be started')
     sys.stdout.write(f'camera_driver: {" ".join(command)}\n')
     sys.stdout.flush()
     os.environ.pop('ROS_NAMESPACE', None)  # that of the chain
@@ -41,7 +42,7 @@ def main() -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='camera_driver', description=__doc__)
+    parser = command_parser('camera_driver', __doc__)
     parser.add_argument('--camera', default='', help='name of cameras.yaml, or a YAML file with one camera')
     parser.add_argument('--ns', default='', help="namespace of the topics; empty: the preset's")
     parser.add_argument('--source', default='', help='webcam number, video or folder, without the package usb_cam')

@@ -17,6 +17,7 @@ import roslib.packages
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from openpose_ros_pkg.command_options import command_parser
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO
 from openpose_ros_pkg.ros.cameras import find_camera
@@ -98,8 +99,7 @@ def _topics_of_camera(options: argparse.Namespace) -> List[str]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='record_camera', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+    parser = command_parser('record_camera', __doc__, allow_abbrev=False)
     parser.add_argument('--camera', default='', help='name of cameras.yaml, or a YAML file with one camera; auto or '
                                                      'empty: the one that is published')
     parser.add_argument('--ns', default='', help="namespace of the topics; empty: the preset's")

@@ -75,7 +75,7 @@ class RigBroadcaster:
 
     def __init__(self, fixed_frame: str, cameras: Sequence[RigCamera], frame_of: Callable[[str], str], health: Health
                  ) -> None:
-        self._fixed_frame, self._cameras, self._frame_of = fixed_frame.strip('/'), cameras, frame_of
+        self._fixed_frame, self._cameras, self._frame_of = fixed_frame, cameras, frame_of
         self._known: Dict[str, TransformStamped] = {}
         self._sent: Dict[str, TransformStamped] = {}
         self._fault = ''
@@ -92,7 +92,7 @@ class RigBroadcaster:
     def _look(self) -> None:
         if time.monotonic() < self._begin:
             return
-        cameras = [(camera, (self._frame_of(camera.name) or camera.frame_id).strip('/')) for camera in self._cameras]
+        cameras = [(camera, self._frame_of(camera.name) or camera.frame_id) for camera in self._cameras]
         found = rig_frames(self._fixed_frame, cameras, dict(self._known))
         if found.lacking != self._sent:
             self._publisher.publish(TFMessage(list(found.lacking.values())))

@@ -36,7 +36,8 @@ public:
   /// Throws ParameterError.
   bool flag(const std::string& key, bool fallback);
 
-  /// Return a text, one of `choices` unless these are empty. Throws ParameterError.
+  /// Return a text, one of `choices` unless these are empty; of keys that end in "frame" without a leading slash.
+  /// Throws ParameterError.
   std::string text(const std::string& key, const std::string& fallback, const std::vector<std::string>& choices = {});
 
   /// Throw ParameterError for a key in the private namespace that was not read until now. Call it last.

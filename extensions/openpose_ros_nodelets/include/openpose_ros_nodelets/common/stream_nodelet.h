@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <boost/make_shared.hpp>
 #include <nodelet_topic_tools/nodelet_lazy.h>
 #include <ros/master.h>
 #include <std_srvs/SetBool.h>
@@ -18,6 +19,17 @@
 
 namespace openpose_ros_nodelets
 {
+
+/// Return a message whose frame has no leading slash, which tf allowed and tf2 refuses.
+template <typename Message>
+boost::shared_ptr<Message const> withoutSlash(const boost::shared_ptr<Message const>& message)
+{
+  if (message->header.frame_id.rfind('/', 0) != 0)
+    return message;
+  const auto changed = boost::make_shared<Message>(*message);
+  changed->header.frame_id.erase(0, 1);
+  return changed;
+}
 
 /// A nodelet between topics: subscribes to its inputs only while there are subscribers (~lazy) and while it is enabled
 /// (service ~enable), counts its faults, says which inputs are silent, and refuses parameters that it does not know.
@@ -51,7 +63,7 @@ protected:
     const boost::function<void(const boost::shared_ptr<Message const>&)> noting =
         [arrival, callback, once](const boost::shared_ptr<Message const>& message) {
           *arrival = once ? std::numeric_limits<double>::infinity() : now();
-          callback(message);
+          callback(withoutSlash(message));
         };
     const ros::Subscriber subscriber = nh_->subscribe<Message>(topic, queue_size, noting);
     std::lock_guard<std::mutex> lock(inputs_mutex_);

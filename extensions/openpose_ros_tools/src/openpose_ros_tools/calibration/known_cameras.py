@@ -5,7 +5,8 @@ Sources of the formats:
     Pose2Sim    perfanalytics/pose2sim 003a7ad, common.py computeP: x_camera = Rodrigues(rotation) x + translation, [m]
     Qualisys    the same, calibration.py read_qca, and the Calib.toml that it makes of its demo's .qca.txt: x, y, z are
                 the centre of the camera [mm], the rows r11 r12 r13 ... its axes right, up and back in the room;
-                focal lengths and centres in 1/64 px of the sensor. Pose2Sim divides the distortion by 64 as well; the
+                focal lengths and centres in 1/64 px of the sensor, all as of 1080 rows
+                where video_resolution is another ("720p"). Pose2Sim divides the distortion by 64 as well; the
                 same cameras, calibrated with a checkerboard (Calib_scene.toml), show that it has no unit
     Kalibr      ethz-asl/kalibr 0b8b9e8, wiki "yaml formats": x_camera = T_cn_cnm1 x_previous, [m];
                 t_imu = t_camera + timeshift_cam_imu
@@ -22,19 +23,23 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.calibration import Calibration, calibration_from_values, pinhole_calibration
+from openpose_ros_pkg.calibration import (
+    Calibration,
+    calibration_from_values,
+    distortion_model,
+    pinhole_calibration,
+)
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.structured_text import yaml_value
 from skeleton_extract_3d.points.camera import calibrated_camera
 
 # Rotation matrices of few digits differ from orthogonal by this.
 _ROUNDED = 0.01
-_QUALISYS_PIXEL, _QUALISYS_UNIT = 1 / 64, 0.001
+_QUALISYS_PIXEL, _QUALISYS_UNIT, _QUALISYS_ROWS = 1 / 64, 0.001, 1080
 # Axes of Qualisys' cameras (right, up, back) in optical ones (right, down, forward).
 _FROM_QUALISYS = np.diag([1.0, -1.0, -1.0])
 # Sections of Calib.toml that are no cameras.
 _OTHER_SECTIONS = ('metadata', 'capture_volume', 'charuco', 'checkerboard')
-_KALIBR_DISTORTION = {'radtan': 'plumb_bob', 'equidistant': 'equidistant', 'none': 'plumb_bob'}
 # Keys of a rotation and of a translation in YAML files of one camera, as OpenCV's functions call them.
 _ROTATIONS, _TRANSLATIONS = ('R', 'rvec', 'rotation', 'rotation_vector', 'rotation_matrix'), (
     'T', 't', 'tvec', 'translation', 'translation_vector')
@@ -105,7 +110,7 @@ def read_known_cameras(paths: Sequence[Path], size: Optional[Tuple[int, int]] = 
             return _one(paths, texts, _qualisys)
         if paths[0].suffix == '.toml':
             return _one(paths, texts, _pose2sim)
-        values = {path: _mapping(_opencv_yaml(text)) for path, text in texts.items()}
+        values = {path: _mapping(yaml_value(text)) for path, text in texts.items()}
         together = {key: value for each in values.values() for key, value in each.items()}
         if isinstance(together.get('cam0'), dict):
             return _kalibr(together)
@@ -169,7 +174,7 @@ def _pose2sim(text: str) -> KnownCameras:
         if section not in _OTHER_SECTIONS and isinstance(values, dict):
             model = 'equidistant' if values.get('fisheye') else ''
             calibration = _calibration(values['size'], values['matrix'], values['distortions'], model)
-            cameras.append(KnownCamera(values.get('name', section), calibration, values['rotation'],
+            cameras.append(KnownCamera(str(values.get('name', section)), calibration, values['rotation'],
                                        values['translation']))
     return KnownCameras(tuple(cameras), True)
 
@@ -186,8 +191,11 @@ def _qualisys(text: str) -> KnownCameras:
                               for part in ('intrinsic', 'fov_video', 'transform'))
         fu, fv, cu, cv, skew = (_QUALISYS_PIXEL * lens[name] for name in (
             'focalLengthU', 'focalLengthV', 'centerPointU', 'centerPointV', 'skew'))
-        matrix = [[fu, skew, cu - image['left']], [0, fv, cv - image['top']], [0, 0, 1]]
-        size = image['right'] - image['left'] + 1, image['bottom'] - image['top'] + 1
+        matrix = np.array([[fu, skew, cu - image['left']], [0, fv, cv - image['top']], [0, 0, 1]])
+        size = np.array([image['right'] - image['left'] + 1, image['bottom'] - image['top'] + 1])
+        rows = re.fullmatch(r'(\d+)p', camera.get('video_resolution', ''))
+        scale = 1.0 if rows is None else int(rows[1]) / _QUALISYS_ROWS
+        matrix[:2], size = scale * matrix[:2], scale * size
         # OpenCV's order, with its third radial coefficient last; Qualisys writes tangental
         distortion = [lens[name] for name in ('radialDistortion1', 'radialDistortion2', 'tangentalDistortion1',
                                               'tangentalDistortion2', 'radialDistortion3')]
@@ -204,15 +212,14 @@ def _kalibr(values: Mapping[str, Any]) -> KnownCameras:
         if f'cam{number}' not in values:
             break
         camera = values[f'cam{number}']
-        if camera['camera_model'] != 'pinhole' or camera['distortion_model'] not in _KALIBR_DISTORTION:
-            raise BadInputError(f"cam{number} is of the model {camera['camera_model']}, {camera['distortion_model']}, "
-                                f"which no CameraInfo can hold; calibrate as pinhole with one of "
-                                f"{', '.join(_KALIBR_DISTORTION)}")
+        if camera['camera_model'] != 'pinhole':
+            raise BadInputError(f"cam{number} is of the model {camera['camera_model']}, which no CameraInfo can hold; "
+                                'calibrate as pinhole')
         if number:
             pose = _numbers(camera['T_cn_cnm1'], (4, 4)) @ pose
         fu, fv, pu, pv = camera['intrinsics']
         calibration = _calibration(camera['resolution'], [[fu, 0, pu], [0, fv, pv], [0, 0, 1]],
-                                   camera['distortion_coeffs'], _KALIBR_DISTORTION[camera['distortion_model']])
+                                   camera['distortion_coeffs'], distortion_model(camera['distortion_model']))
         shift = float(camera.get('timeshift_cam_imu', 0)) - float(values['cam0'].get('timeshift_cam_imu', 0))
         cameras.append(KnownCamera(f'cam{number}', calibration, pose[:3, :3], pose[:3, 3], shift))
     return KnownCameras(tuple(cameras), False)
@@ -266,11 +273,6 @@ def _calibration(size: Any, matrix: Any, distortion: Any, model: str = '') -> Ca
         raise BadInputError(f'the axes of the image have a skew of {k[0, 1]:g} px, which no CameraInfo can hold')
     return pinhole_calibration(round(float(size[0])), round(float(size[1])), (k[0, 0], k[1, 1]), (k[0, 2], k[1, 2]),
                                _numbers(distortion).tolist(), model)
-
-
-def _opencv_yaml(text: str) -> Any:
-    """Return the values of YAML, also as OpenCV writes it: with a directive that is none, and tags."""
-    return yaml_value(re.sub(r'^%YAML[^\n]*\n', '', text).replace('!!opencv-matrix', ''))
 
 
 def _mapping(values: Any) -> Dict[str, Any]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_pkg.structured_text import yaml_value
+from openpose_ros_pkg.structured_text import file_values
 
 _FOLDER = Path(__file__).resolve().parents[1] / 'data' / 'marker_maps'
 _KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
@@ -80,11 +80,7 @@ def read_marker_map(path: Union[str, Path]) -> MarkerMap:
                                 f"({', '.join(shipped_maps())})")
         file = _FOLDER / f'{path}.yaml'
     where = f'marker map {path}'
-    try:
-        values = yaml_value(file.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f'marker map {file} can not be read: {error}') from error
-    values = _mapping(where, values, ('description', 'joints'))
+    values = _mapping(where, file_values(file, f'marker map {file}'), ('description', 'joints'))
     rules: Dict[str, Rule] = {}
     for joint, value in _mapping(f'{where}, joints', values.get('joints'), MESSAGE_JOINTS).items():
         rules[joint] = _rule(f'{where}, {joint}', value, tuple(rules))

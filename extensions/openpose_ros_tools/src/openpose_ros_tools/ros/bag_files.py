@@ -1,26 +1,22 @@
 """Opening and reading bags, with helpful errors."""
-import bz2
-import io
-import os
 import re
 import struct
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type, TypeVar
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type
 
 import genpy
 import rosbag
 import rosbag.bag
 from geometry_msgs.msg import TransformStamped
+from roslib.message import get_message_class
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.recording_paths import is_ros2
-from openpose_ros_tools.ros.bag_definitions import TYPE_NAME, harmless_definition
-from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, joined_types
-
-Item = TypeVar('Item')
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, header_of, joined_types
 
 COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
 """Compressions of bags, as the command line names them."""
@@ -28,15 +24,8 @@ COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compress
 TF_TOPIC = '/tf_static'
 """Topic of static transforms."""
 
-# What rosbag raises for damaged files.
-_DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOFError, OSError, ValueError, KeyError,
-           IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
-# Versions before it define types on the way; 200 is 2.0.
-_LEAST_VERSION = 200
-# A chunk, when it is decompressed, has at most as many bytes: those of the largest message that roscpp takes.
-_LARGEST_CHUNK = 1 << 30
-# Of LZ4, as many compressed bytes at a time; they become 255 times as many at most.
-_LZ4_PIECE = 1 << 16
+# A line of a definition, or a type: genmsg takes `int32 a; import os; b=1` for a constant.
+_DEFINITION = re.compile(r'={80}|string\s+\w+\s*=.*|[\w/:[\]\s]*(=[-+.\w\s]*)?(#.*)?', re.ASCII)
 # Names of the parts of a recording, as `rosbag record --split` gives them: NAME_0, NAME_2026-11-28-10-00-00_0; and the
 # longest time from the end of one to the begin of the next [s].
 _PART = re.compile(r'(.*?)(?:_\d{4}(?:-\d\d){5})?_(\d+)')
@@ -57,89 +46,28 @@ class StampedMessage(NamedTuple):
     connection: Dict[str, Any]  # header of the connection
 
 
-class _BagFile(io.BufferedReader):
-    """Reads no more bytes than the file has: a damaged length would take up to 4 GB of memory."""
-
-    def read(self, size: Optional[int] = -1) -> bytes:
-        """See `io.BufferedReader.read`."""
-        if size is not None and size > io.DEFAULT_BUFFER_SIZE:
-            size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
-        return super().read(size)
-
-
-class _BoundedReader(rosbag.bag._BagReader200):
-    """Reads compressed chunks up to the size in their header; rosbag has no limit: a megabyte may become gigabytes."""
-
-    decompressed_chunk_pos: Optional[int]
-
-    def seek_and_read_message_data_record(self, position: Tuple[int, int], *options: bool) -> Any:
-        """See the base class, which finds the chunk decompressed."""
-        chunk = self.bag._chunk_headers.get(position[0])
-        if chunk and chunk.compression != rosbag.Compression.NONE and self.decompressed_chunk_pos != position[0]:
-            self.bag._file.seek(chunk.data_pos)
-            data = self.bag._encryptor.decrypt_chunk(self.bag._file.read(chunk.compressed_size))
-            self.decompressed_chunk_io = io.BytesIO(_decompressed(data, chunk))
-            self.decompressed_chunk_pos = position[0]
-        return super().seek_and_read_message_data_record(position, *options)
-
-
-def _decompressed(data: bytes, chunk: rosbag.bag._ChunkHeader) -> bytes:
-    """Decompress a chunk; raises ROSBagException where it is too large, or has another size than its header says."""
-    size = chunk.uncompressed_size
-    if size > _LARGEST_CHUNK:
-        raise rosbag.ROSBagException(f'a chunk has {size} bytes when decompressed, expected at most {_LARGEST_CHUNK}')
-    if chunk.compression == rosbag.Compression.BZ2:
-        content = bz2.BZ2Decompressor().decompress(data, size + 1)
-    elif chunk.compression == rosbag.Compression.LZ4:
-        decompressor, content = rosbag.bag.roslz4.LZ4Decompressor(), b''
-        for start in range(0, len(data), _LZ4_PIECE):
-            content += decompressor.decompress(data[start:start + _LZ4_PIECE])
-            if len(content) > size:
-                break
-    else:
-        raise rosbag.ROSBagException(f'unsupported compression type: {chunk.compression}')
-    if len(content) != size:
-        raise rosbag.ROSBagException(f'a chunk has {"more" if len(content) > size else "less"} than the {size} bytes '
-                                     'that its header says')
-    return content
-
-
 @contextmanager
 def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     """Open a bag to read it, or a recording of ROS 2, which is then like a bag.
 
     Raises:
-        BadInputError: it is not there, is no bag, has no index, or defines messages by what is no definition.
+        BadInputError: it is not there, is no bag, or has no index.
     """
     if is_ros2(path):
         yield Ros2Recording(path)
         return
     try:
-        bag = rosbag.Bag(_BagFile(io.FileIO(str(path))))
-        bag._filename = str(path)  # which it does not know of a file that is open
+        bag = rosbag.Bag(str(path))
     except rosbag.ROSBagUnindexedException:
         raise BadInputError(f'{path} has no index, as recordings have that were cut off or damaged; mend it with: '
                             f'rosbag reindex {path}') from None
-    except _DAMAGE as error:
+    except Exception as error:  # as in `messages_of`
         if isinstance(error, OSError) and error.filename:  # it can not even be opened
             raise BadInputError(f'{path}: {error.strerror}') from error
         raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
                             'a damaged one') from error
     with bag:
-        _make_harmless(bag)
-        bag._reader = _BoundedReader(bag)
         yield bag
-
-
-def _make_harmless(bag: rosbag.Bag) -> None:
-    """See `harmless_definition`. The headers of the connections, which go into copies of a bag, stay as they are."""
-    if bag.version < _LEAST_VERSION:
-        raise BadInputError(f'{bag.filename} has version {bag.version / 100:.1f}, expected 2.0 or later, as all have '
-                            'since 2010')
-    for connection in bag._get_connections():
-        if not re.fullmatch(TYPE_NAME, connection.datatype, re.ASCII):
-            raise BadInputError(f'{bag.filename} has messages of a type that is no name: {connection.datatype[:100]!r}')
-        connection.msg_def = harmless_definition(connection.msg_def)
 
 
 def parts_of_recordings(paths: Sequence[Path]) -> List[List[Path]]:
@@ -159,7 +87,7 @@ def _follows(before: Path, path: Path) -> bool:
             and int(names[0][2]) + 1 == int(names[1][2])):
         return False
     with suppress(BadInputError, rosbag.ROSBagException), open_bag(before) as first, open_bag(path) as second:
-        return bool(abs(second.get_start_time() - end_time(first)) < _PART_PAUSE)
+        return bool(abs(second.get_start_time() - first.get_end_time()) < _PART_PAUSE)
     return False  # damaged, or empty
 
 
@@ -175,34 +103,20 @@ def new_bag(path: Path, compression: str = 'none', mcap: bool = False) -> Iterat
         ParameterError: this compression is not available.
         OSError: it can not be written, with its name.
     """
-    with naming(path):
+    with naming(path), path.open('w+b') as file:  # which is closed alone after an error: a bag would write on
         try:
-            bag = McapFile(path, compression) if mcap else rosbag.Bag(str(path), 'w', compression=compression)
+            bag = McapFile(file, compression) if mcap else rosbag.Bag(file, 'w', compression=compression)
         except (ValueError, rosbag.ROSBagException) as error:
             raise ParameterError(f'--compression {compression} is not available: {error}') from error
-        file = bag._file  # for after an error, as the bag would write on while it closes
-        try:
-            yield bag
-            bag.close()
-        except BaseException:
-            with suppress(OSError):
-                file.close()
-            raise
+        yield bag
+        bag.close()
 
 
 def write_static_transforms(bag: rosbag.Bag, transforms: Sequence[TransformStamped], time: genpy.Time, program: str
                             ) -> None:
     """Write static transforms as a broadcaster has latched them: later subscribers get them as well."""
-    connection = {'topic': TF_TOPIC, 'type': TFMessage._type, 'md5sum': TFMessage._md5sum,
-                  'message_definition': TFMessage._full_text, 'callerid': f'/{program}', 'latching': '1'}
-    bag.write(TF_TOPIC, TFMessage(list(transforms)), time, connection_header=connection)
-
-
-def end_time(bag: rosbag.Bag) -> float:
-    """Return the time of the last message [s]; rosbag takes the last chunk for the newest, which it need not be."""
-    if isinstance(bag, Ros2Recording):
-        return bag.get_end_time()
-    return max((float(chunk.end_time.to_sec()) for chunk in bag._chunks), default=0.0)
+    bag.write(TF_TOPIC, TFMessage(list(transforms)), time,
+              connection_header={**header_of(TF_TOPIC, TFMessage), 'callerid': f'/{program}'})
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
@@ -210,28 +124,45 @@ def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
 
     Topics whose messages are all lost, as after a reindex, are left out.
     """
+    topics = bag.get_type_and_topic_info().topics
     if isinstance(bag, Ros2Recording):
-        return {topic: one.msg_type for topic, one in bag.get_type_and_topic_info().topics.items()}
-    return joined_types((one.topic, one.datatype) for one in bag._get_connections()
-                        if bag._connection_indexes.get(one.id))
+        return {topic: one.msg_type for topic, one in topics.items()}
+    found: List[Tuple[str, str]] = []
+    next(bag.read_messages(connection_filter=lambda topic, kind, *_: found.append((topic, kind))), None)
+    return joined_types((topic, kind) for topic, kind in found if topics[topic].message_count)
 
 
-def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:
-    """Yield what `bag.read_messages` gave.
+def messages_of(bag: rosbag.Bag, topics: Sequence[str], *span: Optional[genpy.Time], **options: bool
+                ) -> Iterator[Any]:
+    """Yield what `bag.read_messages` gives.
 
     Raises:
-        BadInputError: the bag is damaged.
+        BadInputError: the bag is damaged, or messages of these topics are defined by what is no definition.
     """
-    while True:
+    messages = bag.read_messages([*topics], *span, connection_filter=_is_defined, **options)
+    while topics:  # without any, rosbag would read all
         try:
             message = next(messages)
         except StopIteration:
             return
-        except _DAMAGE as error:
-            raise BadInputError(f'{bag.filename} is damaged ({error}); {MENDING}' if isinstance(bag, Ros2Recording) else
-                                f'{bag.filename} is damaged, near byte {bag._file.tell()} ({error}); `rosbag reindex` '
-                                'may save the rest') from error
+        except BadInputError:
+            raise
+        except Exception as error:  # rosbag lets through what its parsers of definitions and messages raise
+            mending = MENDING if isinstance(bag, Ros2Recording) else '`rosbag reindex` may save the rest'
+            raise BadInputError(f'{bag.filename} is damaged, or defines its types in part: messages on '
+                                f'{" or ".join(topics)} can not be read ({error}); {mending}') from error
         yield message
+
+
+def _is_defined(topic: str, kind: str, checksum: str, definition: str, _: Any) -> bool:
+    """Tell rosbag that it may make code of a definition, which it runs; errors as `messages_of`."""
+    for line in (kind, *definition.split('\n')):
+        if not _DEFINITION.fullmatch(line.strip()):
+            raise BadInputError(f'the definition of messages on {topic} has a line that is no field: {line[:100]!r}')
+    installed = get_message_class(kind)
+    if installed is not None and installed._md5sum == checksum:  # whose definition may be incomplete in the bag
+        rosbag.bag._message_types[checksum] = installed
+    return True
 
 
 def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None,
@@ -244,17 +175,14 @@ def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[gen
     Raises:
         BadInputError: the bag is damaged.
     """
-    if not topics:
-        return  # rosbag would read all
-    for topic, raw, time, connection in undamaged(bag, bag.read_messages(
-            list(topics), start, end, raw=True, return_connection_header=True)):
+    for topic, raw, time, connection in messages_of(bag, topics, start, end, raw=True, return_connection_header=True):
         stamp, frame_id = None, ''
         if raw[4]._slot_types[:1] == ['std_msgs/Header']:
             if len(raw[1]) < _HEADER.size:
                 raise BadInputError(f'{bag.filename} is damaged: a message of {topic} has {len(raw[1])} bytes')
             _, seconds, nanoseconds, length = _HEADER.unpack_from(raw[1])
             stamp = 1000000000 * seconds + nanoseconds
-            frame_id = raw[1][_HEADER.size:_HEADER.size + length].decode(errors='replace')
+            frame_id = frame_name(raw[1][_HEADER.size:_HEADER.size + length].decode(errors='replace'))
         yield StampedMessage(topic, raw, stamp, frame_id, time.to_nsec(), connection)
 
 
@@ -271,6 +199,9 @@ def deserialized(message: StampedMessage, kind: Optional[Type[genpy.Message]] = 
     if kind is not None and checksum != kind._md5sum:
         raise BadInputError(f'messages of type {name} in the bag have another definition than {kind._type} here')
     try:
-        return (kind or defined)().deserialize(data)
+        found = (kind or defined)().deserialize(data)
+        if message.stamp is not None:
+            getattr(found, found.__slots__[0]).frame_id = message.frame_id
+        return found
     except genpy.DeserializationError as error:
         raise BadInputError(f'the bag is damaged: a {name} on {message.topic}: {error}') from error

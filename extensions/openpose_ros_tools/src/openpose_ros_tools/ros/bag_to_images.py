@@ -34,10 +34,10 @@ import rosbag
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
+from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import WrittenFile, number_files, write_description, write_lists
 from openpose_ros_tools.outputs import output_folder
@@ -84,6 +84,8 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, 
         if wanted[stream] is None:
             found = finder.candidates[stream] or (finder.organized_clouds() if stream == 'depth' else [])
             topics[stream] = finder.choose(stream, found)
+            if stream == 'depth' and not found:
+                finder.warn_without_depth()
     topics = {stream: topics[stream] for stream in wanted if topics.get(stream)}
     if not topics.keys() & {'colour', 'depth'}:
         raise BadInputError(f'{bag.filename} has no images of a camera; it has {finder.listed()}')
@@ -191,8 +193,7 @@ def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImag
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command(_NAME, lambda: _run(options))
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -243,12 +244,12 @@ def _summary(folder: Path, topics: Dict[str, str], files: Sequence[WrittenFile],
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('bag', type=Path, metavar='BAG', help='with the topics of a camera')
+    parser.add_argument('bag', type=plain_path, metavar='BAG', help='with the topics of a camera')
     add_output(parser, 'folder')
     for option, what in (('--image', 'colour images'), ('--depth', 'depth images or clouds'),
                          ('--camera-info', 'the calibration')):
         parser.add_argument(option, metavar='TOPIC', help=f"of {what} (default: found); 'none': none")
-    parser.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
+    parser.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark, 1000 for rgbd_player_node')
     parser.add_argument('--only-pairs', action='store_true',

@@ -23,16 +23,16 @@ import argparse
 import logging
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Optional, Sequence
 
 import rospy
 
 from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
+from openpose_ros_pkg.command_options import add_output, command_parser, named_value, number, plain_path
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_tools.calibration.report import report, shared_frames
-from openpose_ros_tools.command_options import add_output, command_parser, named_value, positive_number
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.plots.rig_plot import rig_figure
@@ -49,9 +49,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     if bool(options.files) == bool(options.seconds):
         parser.error('give bags or CSV files, or --seconds to listen to running nodes')
     try:
-        options.distance = options.distance and (*options.distance[:2], _positive(options.distance[2]))
-        options.tilt = options.tilt and (options.tilt[0], float(options.tilt[1]))
-    except (argparse.ArgumentTypeError, ValueError) as error:
+        options.distance = options.distance and (*options.distance[:2], _metres(options.distance[2]))
+        options.tilt = options.tilt and (options.tilt[0], number(-90, 90)(options.tilt[1]))
+    except argparse.ArgumentTypeError as error:
         parser.error(f'--distance and --tilt end with a number: {error}')
     return run_command('calibrate_cameras', lambda: _run(options))
 
@@ -74,25 +74,26 @@ def _run(options: argparse.Namespace) -> int:
     return DONE
 
 
-_positive = positive_number(float)
+_metres = number(0.001, 1000)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('calibrate_cameras', __doc__)
-    parser.add_argument('files', nargs='*', type=Path, metavar='FILE', help='bags or CSV files with people')
-    parser.add_argument('--seconds', type=_positive, metavar='S', help='listen to running nodes for this time instead')
+    parser.add_argument('files', nargs='*', type=plain_path, metavar='FILE', help='bags or CSV files with people')
+    parser.add_argument('--seconds', type=number(0.1, 86400), metavar='S',
+                        help='listen to running nodes for this time instead')
     add_output(parser, 'folder')
     parser.add_argument('--cameras', type=str.split, default=[], metavar='"A B"',
                         help='only these, the first one is where the frame of the room begins (default: all, by name)')
-    parser.add_argument('--camera-info', type=named_value(Path, 'left=camera.yaml'), action='append',
+    parser.add_argument('--camera-info', type=named_value(plain_path, 'left=camera.yaml'), action='append',
                         default=[], metavar='CAMERA=FILE',
                         help='calibration of a camera without depth, where no CameraInfo is recorded; may be repeated')
     parser.add_argument('--rectified', action='store_true', help='images of cameras without depth are rectified')
-    parser.add_argument('--fixed-frame', default=CalibrationParams.fixed_frame, metavar='FRAME',
+    parser.add_argument('--fixed-frame', type=frame_name, default=CalibrationParams.fixed_frame, metavar='FRAME',
                         help='name of the frame of the room (default: %(default)s)')
     parser.add_argument('--clocks-agree', action='store_true',
                         help='all stamps are of one clock: no offsets are searched for')
-    parser.add_argument('--stature', type=_positive, default=CalibrationParams.stature, metavar='M',
+    parser.add_argument('--stature', type=_metres, default=CalibrationParams.stature, metavar='M',
                         help='mean stature of the people, which is the scale where no camera has depth '
                         '(default: %(default)s)')
     parser.add_argument('--distance', nargs=3, metavar=('A', 'B', 'M'),

@@ -14,6 +14,7 @@ from sensor_msgs.msg import CameraInfo
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CAMERA_INFO
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording
 from openpose_ros_tools.recording_paths import is_bag
@@ -192,7 +193,7 @@ def _model_of(infos: Sequence[Tuple[str, CameraInfo]], namespace: str, table: Ke
               ) -> Optional[CameraModel]:
     """Return the camera of the CameraInfo whose frame is that of the people; of several, one in the same namespace."""
     frames = set(table.frame_ids.tolist())
-    fitting = [(topic, info) for topic, info in infos if info.header.frame_id in frames]
+    fitting = [(topic, info) for topic, info in infos if frame_name(info.header.frame_id) in frames]
     near = [info for topic, info in fitting if topic.strip('/').startswith(f'{namespace}/')]
     chosen = near or [info for _, info in fitting]
     return camera_from_message(chosen[0], rectified) if chosen else None

@@ -1,4 +1,5 @@
 """The topics of a camera in a bag, found by their types, encodings and names."""
+import logging
 import re
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -6,7 +7,8 @@ import rosbag
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CAMERA_INFO, CLOUD, COMPRESSED, IMAGE
-from openpose_ros_tools.ros.bag_files import topic_types, undamaged
+from openpose_ros_pkg.ros.convert import is_png_of_depth
+from openpose_ros_tools.ros.bag_files import messages_of, topic_types
 
 DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
 
@@ -19,6 +21,9 @@ TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_
 _RESULTS = re.compile(r'(^|/)openpose_ros/')
 _DEPTH_NAME, _OTHER_NAME = (re.compile(pattern, re.IGNORECASE) for pattern in (
     'depth|disparity', r'mask|(^|[/_])(ir|infra\d?|confidence)($|[/_])'))
+# Types of depth that are not read.
+_UNREAD = ('theora_image_transport/Packet', 'stereo_msgs/DisparityImage')
+_log = logging.getLogger(__name__)
 
 
 class _Stream(NamedTuple):
@@ -52,11 +57,6 @@ def is_depth(topic: str, encoding: str) -> bool:
     return encoding in DEPTH_ENCODINGS and (encoding != 'mono16' or bool(_DEPTH_NAME.search(topic)))
 
 
-def is_packed_depth(topic: str) -> bool:
-    """Return whether compressed images are depth images of compressed_depth_image_transport."""
-    return topic.endswith('/compressedDepth')
-
-
 def raw_topic(topic: str) -> str:
     """Return the topic of the raw images that a topic has compressed; the topic of raw images as it is."""
     head, _, last = topic.rpartition('/')
@@ -68,7 +68,7 @@ def depth_unit(bag: rosbag.Bag, depth: str) -> float:
     option = re.sub('/[^/]+/image/data$', '/option/Depth_Units/value', depth)
     if option == depth or option not in topic_types(bag):
         return 0.001
-    return round(float(next(undamaged(bag, bag.read_messages(topics=[option]))).message.data), 9)  # it is float32
+    return round(float(next(messages_of(bag, [option])).message.data), 9)  # it is float32
 
 
 class TopicFinder:
@@ -91,6 +91,7 @@ class TopicFinder:
         self._bag = bag
         self.types = {topic: kind for topic, kind in topic_types(bag).items()
                       if not namespace or is_within(topic, namespace)}
+        self._passed_over: Dict[str, str] = {}  # topics that may hold depth, and why they are not taken
         self.candidates: Dict[str, List[str]] = {stream: [] for stream in _STREAMS}
         for topic, kind in sorted(self.types.items()):
             stream = None if is_result(topic) else self._stream_of(topic, kind)
@@ -157,17 +158,37 @@ class TopicFinder:
         """Return topics and types for an error message."""
         return ', '.join(f'{topic} ({kind})' for topic, kind in sorted(self.types.items())) or 'no messages at all'
 
+    def warn_without_depth(self) -> None:
+        """Say which topics may hold depth, and why they are passed over."""
+        no_rows = 'it has not the rows of an image, as drivers send when asked for ordered or registered clouds'
+        passed = {**dict.fromkeys(self.candidates['points'], no_rows), **self._passed_over}
+        if passed:
+            _log.warning('there is no depth: %s; --depth names another topic',
+                         '; '.join(f'{topic}: {why}' for topic, why in passed.items()))
+
     def _stream_of(self, topic: str, kind: str) -> Optional[str]:
         if kind in (CLOUD, CAMERA_INFO):
             return 'points' if kind == CLOUD else 'camera_info'
-        if kind not in (IMAGE, COMPRESSED) or (raw_topic(topic) != topic
-                                               and self.types.get(raw_topic(topic)) == IMAGE):
+        if (raw_topic(topic) != topic and self.types.get(raw_topic(topic)) == IMAGE) or f'{topic}Depth' in self.types:
             return None
-        if is_packed_depth(topic) or (kind == IMAGE and is_depth(topic, self._first(topic).encoding)):
+        if kind not in (IMAGE, COMPRESSED):
+            if kind in _UNREAD and _DEPTH_NAME.search(topic):
+                self._passed_over[topic] = f'{kind} is not read'
+            return None
+        first = self._first(topic)
+        encoding = first.encoding if kind == IMAGE else first.format.partition(';')[0].strip()
+        if is_depth(topic, encoding) if kind == IMAGE else topic.endswith('/compressedDepth') or (
+                is_png_of_depth(first.data) and (encoding == '16UC1' or _DEPTH_NAME.search(topic))):
             return 'depth'
+        if _OTHER_NAME.search(topic):
+            return None
         # only its name says what a compressed image shows; raw images that are no depth may be of a camera named so
         name = topic if kind == COMPRESSED else topic.rpartition('/')[2]
-        return None if _OTHER_NAME.search(topic) or _DEPTH_NAME.search(name) else 'colour'
+        if not (encoding in ('16UC1', '32FC1') or _DEPTH_NAME.search(name)):
+            return 'colour'
+        self._passed_over[topic] = f'its encoding {encoding} is no depth' if kind == IMAGE else (
+            f"'{first.format.strip()}' has lost the depth; record compressedDepth, or compressed as png")
+        return None
 
     def _first(self, topic: str) -> Any:
-        return next(undamaged(self._bag, self._bag.read_messages(topics=[topic]))).message
+        return next(messages_of(self._bag, [topic])).message

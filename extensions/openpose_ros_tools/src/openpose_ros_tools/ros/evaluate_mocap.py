@@ -32,11 +32,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
+from openpose_ros_pkg.command_options import command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
-from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.mocap.joints import chosen_map, joints_of
@@ -53,8 +53,7 @@ _ROTATION_TOLERANCE = 1e-2
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command('evaluate_mocap', lambda: _run(options))
+    return run_command('evaluate_mocap', lambda: _run(_parser().parse_args(arguments)))
 
 
 def transform_of(values: Sequence[str]) -> np.ndarray:
@@ -158,14 +157,14 @@ def _is_rigid(matrix: np.ndarray) -> bool:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('evaluate_mocap', __doc__)
-    parser.add_argument('poses', type=Path, metavar='POSES', help='people in space: .csv, or .bag')
-    parser.add_argument('mocap', type=Path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d or .trc')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write report, figures and plots here')
+    parser.add_argument('poses', type=plain_path, metavar='POSES', help='people in space: .csv, or .bag')
+    parser.add_argument('mocap', type=plain_path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d, .trc')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='write report and plots here')
     parser.add_argument('--overwrite', action='store_true', help='replace the report that is there')
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '
                         'of a shipped map (default: chosen by the names of the markers)')
-    parser.add_argument('--clock-offset', type=float, metavar='S',
+    parser.add_argument('--clock-offset', type=seconds, metavar='S',
                         help='time of the reference minus time of the poses at the same instant [s] (default: found)')
     parser.add_argument('--transform', nargs='+', metavar='VALUE',
                         help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y "

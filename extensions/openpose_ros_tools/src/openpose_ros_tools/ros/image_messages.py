@@ -14,8 +14,10 @@ from openpose_ros_pkg.params.camera_presets import CLOUD, COMPRESSED
 from openpose_ros_pkg.ros.convert import (
     calibration_to_message,
     compressed_depth_to_image,
+    compressed_image_to_bgr,
     image_to_bgr,
     image_to_pixels,
+    order_of_file,
     pixels_to_image,
 )
 from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
@@ -198,7 +200,9 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
         kind = image_kind(message.data)
         if kind is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
-        return _SUFFIXES[kind], message.data
+        if order_of_file(message.format) == 'bgr8':
+            return _SUFFIXES[kind], message.data
+        return '.png', image_files.encode_image(compressed_image_to_bgr(message), '.png', source)
     try:
         pixels = image_to_pixels(message)[0]
     except BadInputError:

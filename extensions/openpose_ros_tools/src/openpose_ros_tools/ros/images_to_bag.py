@@ -49,9 +49,10 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
+from openpose_ros_pkg.command_options import add_output, checked, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_tools.command_options import add_output, checked, command_parser, positive_number
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
@@ -114,8 +115,7 @@ def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'n
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command(_NAME, lambda: _run(options))
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -199,29 +199,30 @@ def _summary(path: Path, folders: Sequence[RgbdFolder], counts: Dict[str, int], 
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('folder', type=Path, metavar='FOLDER', help='see above')
+    parser.add_argument('folder', type=plain_path, metavar='FOLDER', help='see above')
     add_output(parser, 'bag')
     parser.add_argument('--cameras', nargs='*', metavar='NAME',
                         help='FOLDER holds a folder for each camera, all recorded by one clock: these, or all')
     group = parser.add_argument_group('images')
-    group.add_argument('--rate', type=positive_number(Fraction), metavar='HZ',
+    group.add_argument('--rate', type=number(0.001, 1000, Fraction), metavar='HZ',
                        help='of numbered images; may be a fraction such as 30000/1001 (default: rgb.txt and depth.txt, '
                             'else fps of sequence.yaml or meta.json)')
     group.add_argument('--start', metavar='SECONDS',
                        type=checked(parse_stamp, lambda stamp: True, 'a number of seconds from 0 to below 2^32'),
                        help='move all stamps so that the first is this one (default: as they are; 1000 for numbered '
                             'images)')
-    group.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
+    group.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                        help='units of 16-bit depth per metre (default: see above)')
     group = parser.add_argument_group('camera').add_mutually_exclusive_group()
-    group.add_argument('--camera', type=Path, metavar='FILE',
+    group.add_argument('--camera', type=plain_path, metavar='FILE',
                        help="calibration as camera_calibration writes it, a CameraInfo that 'rostopic echo' printed, "
                             "or JSON of Open3D (default: FOLDER's camera.yaml or meta.json)")
-    group.add_argument('--intrinsics', type=float, nargs=4, metavar=('FX', 'FY', 'CX', 'CY'),
+    group.add_argument('--intrinsics', type=number(-1e6, 1e6), nargs=4, metavar=('FX', 'FY', 'CX', 'CY'),
                        help='without distortion [px], in place of a file')
     group = parser.add_argument_group('bag')
-    group.add_argument('--frame-id', help="of the camera's optical frame (default: as sequence.yaml or meta.json says, "
-                       f'else {DEFAULT_FRAME})')
+    group.add_argument('--frame-id', type=frame_name,
+                       help="of the camera's optical frame (default: as sequence.yaml or meta.json says, else "
+                            f'{DEFAULT_FRAME})')
     group.add_argument('--camera-namespace', default=CAMERA_NAMESPACE, metavar='NS',
                        help='of the topics (default: %(default)s)')
     group.add_argument('--compressed', action='store_true',

@@ -25,10 +25,10 @@ import numpy as np
 import rospkg
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_up, command_parser, plain_path, whole_number
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
-from openpose_ros_tools.command_options import add_up, check_up, command_parser, whole_number
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.report.recording import Landmarks, Recording, Thumbnail, facts_of, frames_of
@@ -58,20 +58,18 @@ _NO_RESULTS = ('no people are in {0}, as it holds no results. To compute them: r
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = command_parser('report', __doc__)
-    parser.add_argument('recording', type=Path, metavar='BAG', help='a bag, or a recording of ROS 2')
-    parser.add_argument('-o', '--output', type=Path, metavar='FILE',
+    parser.add_argument('recording', type=plain_path, metavar='BAG', help='a bag, or a recording of ROS 2')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FILE',
                         help='page to write (default: that of the recording, with the suffix .html)')
     parser.add_argument('--overwrite', action='store_true', help='replace the page if it is there')
     parser.add_argument('--topic', help='of the people in space (default: the only one)')
-    parser.add_argument('--images', type=Path, metavar='BAG',
+    parser.add_argument('--images', type=plain_path, metavar='BAG',
                         help='recording with the images, where that of the results has none')
     parser.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
     parser.add_argument('--thumbnails', type=whole_number(0), default=120, metavar='N',
                         help='at most so many images (default: %(default)s)')
     add_up(parser)
-    options = parser.parse_args(arguments)
-    check_up(parser, options)
-    return run_command('report', lambda: _run(options))
+    return run_command('report', lambda: _run(parser.parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -28,15 +28,16 @@ import numpy as np
 from openpose_ros_fusion.rig import Rig, RigCamera, rig_camera, rig_text
 from openpose_ros_pkg.calibration import calibration_text
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path, whole_number
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import check_outputs
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.calibration.known_cameras import (
     KnownCamera,
     KnownCameras,
     read_known_cameras,
     seen_from_a_level_camera,
 )
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number, whole_number
 from openpose_ros_tools.mocap.files.tables import UNITS
 from openpose_ros_tools.outputs import PartFiles
 
@@ -45,8 +46,7 @@ _NAME = 'rig_from'
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command(_NAME, lambda: _run(options))
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def rig_of(known: KnownCameras, names: Sequence[str], unit: float, fixed_frame: str, frame_id: str) -> Rig:
@@ -121,21 +121,21 @@ def _ros_name(name: str) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('files', nargs='+', type=Path, metavar='FILE', help='files of one calibration')
+    parser.add_argument('files', nargs='+', type=plain_path, metavar='FILE', help='files of one calibration')
     add_output(parser, 'file')
     parser.add_argument('--cameras', type=str.split, metavar='"A B"',
                         help='names of the cameras, as of their namespaces, in the order of the file (default: those '
                         'of the file)')
-    parser.add_argument('--frame-id', default='NAME_rgb_optical_frame', metavar='FRAME',
+    parser.add_argument('--frame-id', type=frame_name, default='NAME_rgb_optical_frame', metavar='FRAME',
                         help='frame of the images of a camera NAME (default: %(default)s)')
-    parser.add_argument('--fixed-frame', default='world', metavar='FRAME',
+    parser.add_argument('--fixed-frame', type=frame_name, default='world', metavar='FRAME',
                         help='name of the frame of the room (default: %(default)s)')
     parser.add_argument('--unit', choices=('m', 'cm', 'mm'), help='of the translations, where the file was not written '
                         'in metres, as with boards in millimetres (Qualisys: mm)')
     parser.add_argument('--size', nargs=2, type=whole_number(1), metavar=('W', 'H'),
                         help='of the images [px], for files that do not tell it')
-    parser.add_argument('--height', type=positive_number(float), metavar='M',
+    parser.add_argument('--height', type=number(0.001, 1e6), metavar='M',
                         help='of the first camera above the floor; needed where the frame is that of a '
                         'camera')
-    parser.add_argument('--tilt', type=float, metavar='DEGREES', help='by which the first camera looks down')
+    parser.add_argument('--tilt', type=number(-90, 90), metavar='DEGREES', help='by which the first camera looks down')
     return parser

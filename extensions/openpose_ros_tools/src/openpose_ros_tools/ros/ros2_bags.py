@@ -2,11 +2,12 @@
 
 The bytes of a message are converted between CDR and the serialization of ROS 1; ROS 2 has no `seq` in headers.
 """
+from contextlib import suppress
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple, Type
+from typing import Any, BinaryIO, Callable, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple, Type
 
 import genpy
 import genpy.dynamic
@@ -15,7 +16,6 @@ from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from roslib.message import get_message_class
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.ros.bag_definitions import harmless_definition
 
 MENDING = '`ros2 bag reindex` and `mcap recover` may mend it'
 """What may help where a recording is damaged."""
@@ -42,6 +42,8 @@ class Ros2Recording:
     def __init__(self, path: Path) -> None:
         self._path, self._ros2 = path, _foxy('read recordings of ROS 2')
         self.filename = str(path)
+        with path.open('rb') if path.is_file() else BytesIO() as file:
+            self._is_ros1 = file.read(25)[17:] == b'\4\0\0\0ros1'  # the profile in the header of an .mcap
         self._kinds: Dict[str, Tuple[Type[genpy.Message], Any]] = {}
         try:
             with self._reader() as reader:
@@ -72,18 +74,24 @@ class Ros2Recording:
 
     def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
                       end_time: Optional[genpy.Time] = None, raw: bool = False,
-                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
-        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged."""
+                      return_connection_header: bool = False,
+                      connection_filter: Optional[Callable[..., Any]] = None) -> Iterator[Tuple[Any, ...]]:
+        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged.
+
+        `connection_filter` is not asked: rosbags parses definitions, so that code can be made of them.
+        """
         start = None if start_time is None else start_time.to_nsec()
         stop = None if end_time is None else end_time.to_nsec() + 1
         for connection, time, kind, content in self._converted(topics, start, stop):
             message = (kind._type, content, kind._md5sum, None, kind) if raw else kind().deserialize(content)
             found = BagMessage(connection.topic, message, genpy.Time(0, time))
-            header = _header_of(connection.topic, kind)
+            header = header_of(connection.topic, kind)
             yield BagMessageWithConnectionHeader(*found, header) if return_connection_header else found
 
     def _reader(self) -> Any:
         """Return a reader; each belongs to one thread, as SQLite's connections do."""
+        if self._is_ros1:
+            return _Ros1Reader(self._path, self._ros2)
         return import_module('rosbags.highlevel').AnyReader([self._path], default_typestore=self._ros2)
 
     def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
@@ -94,7 +102,8 @@ class Ros2Recording:
                 wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
                 for connection, time, data in reader.messages(wanted, start, stop) if wanted else ():
                     kind, store = self._kind_of(connection.msgtype)
-                    yield connection, time, kind, bytes(store.cdr_to_ros1(data, connection.msgtype))
+                    yield connection, time, kind, data if self._is_ros1 else bytes(
+                        store.cdr_to_ros1(data, connection.msgtype))
         except Exception as error:  # as above
             raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
 
@@ -109,9 +118,40 @@ class Ros2Recording:
                 store = _store_of(installed, self._ros2)
             if installed is None or not _is_same(installed, store):
                 text = store.generate_msgdef(name, ros_version=1)[0].replace(_HEADER, f'{_HEADER}uint32 seq\n')
-                installed = genpy.dynamic.generate_dynamic(ros1_name, harmless_definition(text))[ros1_name]
+                installed = genpy.dynamic.generate_dynamic(ros1_name, text)[ros1_name]
             self._kinds[name] = installed, store
         return self._kinds[name]
+
+
+class _Ros1Reader:
+    """Reads an .mcap of a bag of ROS 1, as `mcap convert` makes it; has of `AnyReader` what is asked for here."""
+
+    def __init__(self, path: Path, ros2: Any) -> None:
+        self._file, self._ros2 = path.open('rb'), ros2
+        self._reader = _library('mcap.reader', 'read MCAP').make_reader(self._file)
+
+    def __enter__(self) -> '_Ros1Reader':
+        summary = self._reader.get_summary()
+        names = {one.id: one.name.replace('/', '/msg/') for one in summary.schemas.values()}
+        types: Dict[str, Any] = {}
+        for schema in summary.schemas.values():
+            with suppress(Exception):  # as above; its topic can not be read
+                types.update(_types_in(schema.data.decode(), names[schema.id]))
+        self.typestore = _store_with(types, self._ros2)
+        counts = summary.statistics.channel_message_counts
+        self._by_id = {one.id: SimpleNamespace(topic=one.topic, msgtype=names[one.schema_id],
+                                               msgcount=counts.get(one.id, 0)) for one in summary.channels.values()}
+        self.connections = self._by_id.values()
+        self.start_time, self.end_time = summary.statistics.message_start_time, summary.statistics.message_end_time
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def messages(self, wanted: Iterable[Any], *span: Optional[int]) -> Iterator[Tuple[Any, int, bytes]]:
+        """Yield connection, time [ns] and bytes of messages."""
+        for _, channel, message in self._reader.iter_messages([one.topic for one in wanted], *span):
+            yield self._by_id[channel.id], message.log_time, message.data
 
 
 class McapFile:
@@ -120,16 +160,14 @@ class McapFile:
     Raises:
         ParameterError: this compression is not available.
         BadInputError: rosbags or mcap is not installed.
-        OSError: it can not be written.
     """
 
-    def __init__(self, path: Path, compression: str) -> None:
+    def __init__(self, file: BinaryIO, compression: str) -> None:
         mcap, self._ros2 = _library('mcap.writer', 'write MCAP'), _foxy('write MCAP')
         kinds = {'none': mcap.CompressionType.NONE, 'lz4': mcap.CompressionType.LZ4}
         if compression not in kinds:
             raise ParameterError(f'--compression {compression} is not available for MCAP, expected none or lz4')
-        self._file = path.open('wb')
-        self._writer = mcap.Writer(self._file, compression=kinds[compression])
+        self._writer = mcap.Writer(file, compression=kinds[compression])
         self._writer.start(profile='ros2', library='openpose_ros')
         # by topic and type: number of the channel, and what encodes the type
         self._channels: Dict[Tuple[str, str], Tuple[int, Any]] = {}
@@ -156,7 +194,6 @@ class McapFile:
     def close(self) -> None:
         """Finish the file."""
         self._writer.finish()
-        self._file.close()
 
 
 def joined_types(found: Iterable[Tuple[str, str]]) -> Dict[str, str]:
@@ -201,10 +238,15 @@ def _definitions(store: Any) -> Dict[str, Any]:
     return getattr(store, 'fielddefs', None) or getattr(store, 'FIELDDEFS', {})
 
 
-def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
-    """Return the definitions of a type of ROS 1 and of those in it, without those that are built into ROS 1."""
-    parsed = import_module('rosbags.typesys').get_types_from_msg(kind._full_text, kind._type.replace('/', '/msg/'))
+def _types_in(text: str, name: str) -> Dict[str, Any]:
+    """Return the types that a definition of ROS 1 has, without those that are built into ROS 1."""
+    parsed = import_module('rosbags.typesys').get_types_from_msg(text, name)
     return {name: definition for name, definition in parsed.items() if name not in _BUILT_IN}
+
+
+def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
+    """Return the definitions of a type of ROS 1 and of those in it; see `_types_in`."""
+    return _types_in(kind._full_text, kind._type.replace('/', '/msg/'))
 
 
 def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
@@ -218,13 +260,18 @@ def _store_of(kind: Type[genpy.Message], ros2: Any) -> Any:
     """Return what encodes a type: the store of ROS 2 where it has the type with the same fields."""
     if _is_same(kind, ros2):
         return ros2
+    return _store_with(_types_of(kind), ros2)
+
+
+def _store_with(types: Dict[str, Any], ros2: Any) -> Any:
+    """Return a store of types alone, and of those that are built into ROS 1."""
     typesys = import_module('rosbags.typesys')
     store = typesys.get_typestore(typesys.Stores.EMPTY)
-    store.register({**_types_of(kind), **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
+    store.register({**types, **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
     return store
 
 
-def _header_of(topic: str, kind: Type[genpy.Message]) -> Dict[str, str]:
+def header_of(topic: str, kind: Type[genpy.Message]) -> Dict[str, str]:
     """Return the header of a connection of ROS 1."""
     return {'topic': topic, 'type': kind._type, 'md5sum': kind._md5sum, 'message_definition': kind._full_text,
             **({'latching': '1'} if topic.endswith('tf_static') else {})}

@@ -14,6 +14,7 @@ from typing import Iterator, List, NamedTuple, Sequence, TextIO, Tuple
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
@@ -227,7 +228,7 @@ class _Reader:
     def _parse(self, row: List[str]) -> Tuple[PersonRow, 'array[float]']:
         if len(row) != len(self._names):
             raise self._error(f'{len(row)} values, expected {len(self._names)} as line 1 has names')
-        frame_id = row[self._place[_HEAD['frame_id']]] if _HEAD['frame_id'] in self._place else ''
+        frame_id = frame_name(row[self._place[_HEAD['frame_id']]]) if _HEAD['frame_id'] in self._place else ''
         head = PersonRow(frame_id=frame_id, parts=_NO_PARTS, **{name: self._whole(row, name) for name in _MOST})
         try:
             return head, array('f', map(float, self._values_of(row)))

@@ -23,7 +23,7 @@ def camera_info_from_file(path: str) -> CameraInfo:
         ParameterError: the file is missing or not such a file.
     """
     try:
-        return calibration_to_message(read_calibration(Path(path).expanduser()), Header())
+        return calibration_to_message(read_calibration(Path(path)), Header())
     except BadInputError as error:
         raise ParameterError(f"parameter 'camera_info_file' = {path!r} is not a calibration as camera_calibration "
                              f'writes it: {error}', 'camera_info_file') from error

@@ -31,8 +31,10 @@ from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras,
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.command_options import command_parser, number
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
+from openpose_ros_pkg.params.parameters import frame_name
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.transforms import Transforms
 
@@ -110,7 +112,7 @@ def _fixed_frame(nodes: Sequence[ChainNode], graph: Graph) -> str:
     views = [private_parameters(node) for node in graph.nodes if node.endswith('/view')]
     named = [*(node.parameters.get('tracking_frame') for node in nodes), *(view.get('fixed_frame') for view in views),
              *('world' for view in views if view.get('floor') is True)]
-    return next((str(frame) for frame in named if frame), '')
+    return frame_name(next((str(frame) for frame in named if frame), ''))
 
 
 def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> List[str]:
@@ -201,12 +203,12 @@ def _end_after(seconds: float) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='doctor', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('doctor', __doc__)
     parser.add_argument('--camera', default=AUTO, metavar='NAME', help='preset of the camera (default: auto)')
     for role in ('image', 'points', 'depth', 'camera-info'):
         parser.add_argument(f'--{role}', metavar='TOPIC', help='of a camera without a preset')
-    parser.add_argument('--fixed-frame', default='', metavar='FRAME', help="RViz's fixed frame")
+    parser.add_argument('--fixed-frame', type=frame_name, default='', metavar='FRAME', help="RViz's fixed frame")
     parser.add_argument('--camera-ns', default='', metavar='NS', help='of the camera, in place of the preset\'s')
-    parser.add_argument('--seconds', type=float, default=5.0, metavar='S', help='listen so long at most (default: 5)')
+    parser.add_argument('--seconds', type=number(0.1, 3600), default=5.0, metavar='S',
+                        help='listen so long at most (default: 5)')
     return parser

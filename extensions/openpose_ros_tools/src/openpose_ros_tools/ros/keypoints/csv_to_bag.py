@@ -25,9 +25,10 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
+from openpose_ros_pkg.command_options import add_output, command_parser, plain_path
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15
-from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import person_message
@@ -86,8 +87,7 @@ def write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command(_NAME, lambda: _run(options))
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -105,7 +105,7 @@ def _time(nanoseconds: int) -> genpy.Time:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('csv', type=Path, metavar='CSV', help='file with keypoints')
+    parser.add_argument('csv', type=plain_path, metavar='CSV', help='file with keypoints')
     add_output(parser, 'bag')
-    parser.add_argument('--frame-id', default='', help='frame of reference, for files that name none')
+    parser.add_argument('--frame-id', type=frame_name, default='', help='frame of reference, for files that name none')
     return parser

@@ -21,7 +21,14 @@ from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, stamped_messages, topic_types, undamaged
+from openpose_ros_tools.ros.bag_files import (
+    deserialized,
+    messages_of,
+    open_bag,
+    parts_of_recordings,
+    stamped_messages,
+    topic_types,
+)
 from openpose_ros_tools.ros.ros2_bags import joined_types
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
@@ -79,13 +86,11 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
     """
     types = topic_types(bag)
     names = [name for name in types if _absolute(name) == _absolute(topic)]
-    if not names:
-        return
     for name in names:
         if ' and ' in types[name]:
             raise BadInputError(f'{bag.filename}: messages on {name} are of several types: {types[name]}')
-    for _, message, time in undamaged(bag, bag.read_messages(topics=names)):
-        yield message, time.to_nsec()
+    for stored in stamped_messages(bag, names):
+        yield deserialized(stored), stored.time
 
 
 def count_messages(bag: rosbag.Bag, topic: str) -> int:
@@ -139,7 +144,7 @@ def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
 def made_of(path: Path) -> Dict[str, Any]:
     """Return what process_bag has made a bag of; {}: it is by another program. Errors as `open_bag`."""
     with open_bag(path) as bag:
-        stored = next(undamaged(bag, bag.read_messages(topics=[RECORD])), None)
+        stored = next(messages_of(bag, [RECORD]), None)
     try:
         return dict(json.loads(stored.message.data)) if stored else {}
     except (ValueError, TypeError, AttributeError):

@@ -36,10 +36,10 @@ import roslib.message
 import rospy
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
+from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_signals.ros.convert import signals_from_array
-from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import LiveFile, output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoints import keypoint_bag
@@ -221,8 +221,8 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('bags', nargs='*', type=Path, metavar='BAG', help='bags, in the order of the recording')
-    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='CSV file to write (default: to stdout)')
+    parser.add_argument('bags', nargs='*', type=plain_path, metavar='BAG', help='bags, in the order of recording')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FILE', help='CSV file to write (default: stdout)')
     layout = parser.add_mutually_exclusive_group()
     layout.add_argument('--extended', dest='layout', action='store_const', const='extended', default='original',
                         help='the columns of rostopic echo -p: adds header, status, sigma and the other joints')

@@ -5,22 +5,14 @@ import inspect
 import logging
 import re
 import sys
-from pathlib import Path
 from typing import Callable, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_options import add_output, add_up, command_parser, number, plain_path, whole_number
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs
-from openpose_ros_tools.command_options import (
-    add_output,
-    add_up,
-    check_up,
-    command_parser,
-    positive_number,
-    whole_number,
-)
 from openpose_ros_tools.motion.angles import joint_angles
 from openpose_ros_tools.motion.bvh import bvh_text
 from openpose_ros_tools.motion.samples import SampledPerson, measured_only, sample_people
@@ -84,12 +76,10 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
                arguments: Optional[Sequence[str]]) -> int:
     """Run a program that writes a file for each person."""
     parser = _parser(name, program, 'folder')
-    parser.add_argument('--rate', type=positive_number(float), metavar='HZ',
+    parser.add_argument('--rate', type=number(0.001, 1000), metavar='HZ',
                         help='samples per second (default: as many as the recording has)')
     add_up(parser)
-    options = parser.parse_args(arguments)
-    check_up(parser, options)
-    return run_command(name, lambda: _write_files(options, suffix, text_of))
+    return run_command(name, lambda: _write_files(parser.parse_args(arguments), suffix, text_of))
 
 
 def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[SampledPerson, str], str]) -> int:
@@ -143,9 +133,10 @@ def _people(options: argparse.Namespace) -> Tuple[KeypointTable, int]:
 
 def _parser(name: str, program: Callable[..., int], output: str) -> argparse.ArgumentParser:
     parser = command_parser(name, inspect.getdoc(program))
-    parser.add_argument('file', type=Path, metavar='FILE', help='bag, or table of process_bag or keypoints_to_csv')
+    parser.add_argument('file', type=plain_path, metavar='FILE', help='bag or table of process_bag or keypoints_to_csv')
     add_output(parser, output)
     parser.add_argument('--topic', help='of the people, where a bag has several')
-    parser.add_argument('--persons', type=whole_number(0), nargs='+', metavar='ID', help='only these (default: all)')
+    parser.add_argument('--persons', type=whole_number(0, 2 ** 32 - 1), nargs='+', metavar='ID',
+                        help='only these (default: all)')
     parser.add_argument('--measured', action='store_true', help='leave out joints that are inferred')
     return parser

@@ -27,16 +27,15 @@ import logging
 import re
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from matplotlib.figure import Figure
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
+from openpose_ros_pkg.command_options import add_up, checked, command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, checked, command_parser
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
@@ -83,8 +82,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = parser.parse_args(arguments)
     if options.output is None and not options.list:
         parser.error('give -o FOLDER for the plots, or --list')
-    check_time_span(parser, options)
-    check_up(parser, options)
+    if None not in (options.start, options.end) and options.start >= options.end:
+        parser.error('--start must be less than --end')
     return run_command('plot_keypoints', lambda: _run(options))
 
 
@@ -144,8 +143,8 @@ def _words(text: str) -> List[str]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('plot_keypoints', __doc__)
-    parser.add_argument('file', type=Path, metavar='FILE', help='CSV of keypoints, or bag')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the plots go')
+    parser.add_argument('file', type=plain_path, metavar='FILE', help='CSV of keypoints, or bag')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='where the plots go')
     parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
     parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
@@ -158,7 +157,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--persons', metavar='I,J',
                         type=checked(lambda text: list(map(int, _words(text))), bool, 'numbers, as 0,2'),
                         help='only these ids (default: the 8 with most rows)')
-    add_time_span(parser, 'the first frame')
+    parser.add_argument('--start', type=seconds, metavar='S', help='leave out what is before [s], from the first frame')
+    parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
     add_up(parser)
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser

@@ -19,7 +19,7 @@ from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
 from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, end_time, stamped_messages, topic_types
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit, is_result
 from openpose_ros_tools.ros.process_bag.job import CameraTopics, Counts
 from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS, Registration, first_message
@@ -87,10 +87,7 @@ def find_topics(finder: TopicFinder, wanted: CameraTopics, only_2d: bool = False
         beside = wanted.camera_info or finder.camera_info_of(depth) or image_info
         return CameraTopics(image, '', depth,
                             finder.required('camera_info', beside, finder.candidates['camera_info']), image_info)
-    if finder.candidates['points']:
-        _log.warning('people are found in the images alone: the clouds on %s have not the rows of an image; drivers '
-                     'give such ones when asked for ordered or registered clouds',
-                     ', '.join(finder.candidates['points']))
+    finder.warn_without_depth()
     return CameraTopics(image)
 
 
@@ -98,18 +95,24 @@ def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
     """Return the topics to be copied: those that are named, or with 'all' everything but results of this project.
 
     Raises:
-        BadInputError: a topic is not there, or is a result that is made anew.
+        BadInputError: a topic that is named is not there, can not be read, or is a result that is made anew.
     """
-    types = topic_types(bag)
-    there = sorted(types)
-    copied = [topic for topic in there if not is_result(topic)] if 'all' in wanted else list(wanted)
-    for topic in copied:
-        if topic not in there:
-            raise BadInputError(f"--copy {topic}: not in the bag, which has {', '.join(there)}")
-        if is_result(topic):
-            raise BadInputError(f'--copy {topic}: that is a result, which is made anew')
-        if ' and ' in types[topic]:
-            raise BadInputError(f'--copy {topic}: its messages are of several types, {types[topic]}')
+    types, copied = topic_types(bag), []
+    every = 'all' in wanted
+    for topic in (topic for topic in sorted(types) if not is_result(topic)) if every else wanted:
+        try:
+            if topic not in types:
+                raise BadInputError(f"not in the bag, which has {', '.join(sorted(types))}")
+            if is_result(topic):
+                raise BadInputError('that is a result, which is made anew')
+            if ' and ' in types[topic]:
+                raise BadInputError(f'its messages are of several types, {types[topic]}')
+            next(stamped_messages(bag, [topic]))
+            copied.append(topic)
+        except BadInputError as error:
+            if not every:
+                raise BadInputError(f'--copy {topic}: {error}') from error
+            _log.warning('%s is not copied: %s', topic, error)
     return copied
 
 
@@ -287,7 +290,7 @@ class RecordedTransforms:
     """
 
     def __init__(self, bag: rosbag.Bag, *earlier: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
-        ends = [genpy.Time.from_sec(max(end_time(part) - 1e-9 * _TF_AHEAD, 0)) for part in earlier]
+        ends = [genpy.Time.from_sec(max(part.get_end_time() - 1e-9 * _TF_AHEAD, 0)) for part in earlier]
         self._messages = itertools.chain(
             *(stamped_messages(part, ('/tf_static', 'tf_static')) for part in earlier),
             *(stamped_messages(part, ('/tf', 'tf'), start) for part, start in zip(earlier, ends)),

@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
-from openpose_ros_pkg.output.files import frame_name, naming
+from openpose_ros_pkg.output.files import naming, numbered_name
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, Fields, landmark_fields, people_to_json
 from openpose_ros_pkg.people import People2D
@@ -228,7 +228,7 @@ class Results:
 
     def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray], fields: Fields) -> None:
         if self._job.json is not None:
-            path = self._job.json / (frame_name(self._job.source.stem, number) + JSON_SUFFIX)
+            path = self._job.json / (numbered_name(self._job.source.stem, number) + JSON_SUFFIX)
             with naming(path):
                 path.write_text(people_to_json(people, in_space, fields))
 

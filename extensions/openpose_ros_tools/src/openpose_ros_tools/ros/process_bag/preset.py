@@ -67,4 +67,4 @@ def _roles(preset: CameraPreset, ns: str, named: CameraTopics, types: Mapping[st
 
 def _recorded(topic: str, types: Mapping[str, str]) -> str:
     """Return the topic as it was recorded, raw or compressed."""
-    return next((name for name in (topic, f'{topic}/compressed', f'{topic}/compressedDepth') if name in types), topic)
+    return next((name for name in (topic, f'{topic}/compressedDepth', f'{topic}/compressed') if name in types), topic)

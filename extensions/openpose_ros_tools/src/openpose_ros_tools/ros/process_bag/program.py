@@ -46,6 +46,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
+from openpose_ros_pkg.command_options import command_parser, plain_path, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -54,8 +55,7 @@ from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
-from openpose_ros_pkg.structured_text import yaml_value
-from openpose_ros_tools.command_options import command_parser, whole_number
+from openpose_ros_pkg.structured_text import file_values
 from openpose_ros_tools.outputs import delete_parts, new_run
 from openpose_ros_tools.parallel.cluster import run_on_cluster
 from openpose_ros_tools.parallel.processes import run_in_processes
@@ -107,10 +107,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     used = {field.name for field in parameter_fields(BagSettings)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}
     for path in paths:
-        try:
-            content = yaml_value(path.read_text()) or {}
-        except (OSError, ValueError) as error:
-            raise ParameterError(f'--config {path} can not be read: {error}') from error
+        content = file_values(path, f'--config {path}', ParameterError) or {}
         if not isinstance(content, dict):
             raise ParameterError(f'--config {path}: expected keys with values, got {type(content).__name__}')
         sections = {key: content.pop(key) for key, value in [*content.items()] if isinstance(value, dict)}
@@ -203,18 +200,18 @@ def _told(job: Union[BagJob, RigJob], result: Any) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('process_bag', __doc__)
-    parser.add_argument('inputs', nargs='+', type=Path, metavar='IN',
+    parser.add_argument('inputs', nargs='+', type=plain_path, metavar='IN',
                         help='a bag, or a recording of ROS 2: a folder with metadata.yaml, .mcap or .db3; several, or '
                              'a folder of them')
-    parser.add_argument('-o', '--output', required=True, type=Path, metavar='OUT',
+    parser.add_argument('-o', '--output', required=True, type=plain_path, metavar='OUT',
                         help='bag with the results, or with the suffix .mcap a file for Foxglove and ROS 2; for '
                              'several, or a folder, a folder for files of the same names')
     group = parser.add_argument_group('results')
-    group.add_argument('--csv', type=Path, metavar='FILE', help='also as a table: people in space, or in the image '
-                                                                'where the bag has no points')
+    group.add_argument('--csv', type=plain_path, metavar='FILE',
+                       help='also as a table: people in space, or in the image where the bag has no points')
     group.add_argument('--csv-layout', choices=LAYOUTS, default=BagJob.csv_layout,
                        help='columns, as keypoints_to_csv has them (default: %(default)s: with status and sigma)')
-    group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
+    group.add_argument('--json', type=plain_path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
     group.add_argument('--signals', action='store_true', help='also postures, gestures, pointing and falls of '
                                                                 'people in space')
@@ -228,14 +225,13 @@ def _parser() -> argparse.ArgumentParser:
                             'auto')
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
     group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds')
-    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images, raw or compressedDepth, in '
-                                                                    'place of clouds')
+    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images, raw or PNG, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
     add_cameras(parser)
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
-    group.add_argument('--config', action='append', default=[], type=Path, metavar='FILE',
+    group.add_argument('--config', action='append', default=[], type=plain_path, metavar='FILE',
                        help="a node's YAML file; may be repeated. Its values for topics and saving are not used; --set "
                             'overrides it')
     group = parser.add_argument_group('machines')
@@ -287,8 +283,8 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     bags: Dict[Path, None] = {}
     for path in (path.expanduser().absolute() for path in inputs):
         if path.is_dir() and not is_ros2(path):
-            held = sorted((bag for bag in path.iterdir() if is_bag(bag) and not bag.name.startswith('.')),
-                          key=natural_key)
+            held = sorted((bag for bag in path.iterdir() if not bag.name.startswith('.')
+                           and (is_ros2(bag) or (is_bag(bag) and bag.is_file()))), key=natural_key)
             if not held:
                 raise ParameterError(f'{path} holds no bags')
             bags.update(dict.fromkeys(held))

@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
 from openpose_ros_tools.ros.process_bag.job import CameraTopics
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import registered
@@ -86,8 +86,7 @@ def _pose(bags: Sequence[rosbag.Bag], topics: Tuple[str, str], image: str, point
         (turn, shift), (turn_of_points, shift_of_points) = from_reference
         rotation = turn @ turn_of_points.T
         return rotation, shift - rotation @ shift_of_points
-    frames = [frame.lstrip('/') for frame in (image, points)]
-    if frames[0] == frames[1]:
+    if image == points:
         return IDENTITY
     known = tf2_py.BufferCore()
     for bag in bags:
@@ -96,7 +95,7 @@ def _pose(bags: Sequence[rosbag.Bag], topics: Tuple[str, str], image: str, point
             for transform in deserialized(message, TFMessage).transforms:
                 known.set_transform_static(transform, 'bag')  # a camera does not bend
             try:
-                return rotation_and_translation(known.lookup_transform_core(*frames, genpy.Time()))
+                return rotation_and_translation(known.lookup_transform_core(image, points, genpy.Time()))
             except tf2_py.TransformException:
                 continue
     return None
@@ -107,8 +106,8 @@ def _from_reference(bags: Sequence[rosbag.Bag], topic: str) -> Any:
 
     Source: librealsense, ros_writer.cpp, write_extrinsics: beside NAME/image/data in NAME/tf/0.
     """
+    place = topic.replace('/image/data', '/tf/0')
     for bag in bags:
-        for message in stamped_messages(bag, [topic.replace('/image/data', '/tf/0')]):
-            if message.raw[0] == 'geometry_msgs/Transform':
-                return rotation_and_translation(TransformStamped(transform=deserialized(message)))
+        if topic_types(bag).get(place) == 'geometry_msgs/Transform':
+            return rotation_and_translation(TransformStamped(transform=deserialized(first_message([bag], place))))
     return None

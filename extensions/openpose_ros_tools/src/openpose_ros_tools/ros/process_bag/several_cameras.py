@@ -14,12 +14,12 @@ from std_msgs.msg import Header
 
 from openpose_ros_fusion.rig import read_rig
 from openpose_ros_pkg.command_line import Progress
+from openpose_ros_pkg.command_options import named_value, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.command_options import named_value, seconds
+from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
-    end_time,
     new_bag,
     open_bag,
     stamped_messages,
@@ -81,9 +81,9 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
                             'order. Topics that are named are in the namespace of each camera')
     group.add_argument('--rgb-cameras', nargs='+', default=[], metavar='NAME',
                        help='further cameras, without depth, or whose points are ignored; their bags come last')
-    group.add_argument('--fixed-frame', default='', metavar='FRAME',
+    group.add_argument('--fixed-frame', type=frame_name, default='', metavar='FRAME',
                        help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
-    group.add_argument('--rig', type=Path, metavar='FILE',
+    group.add_argument('--rig', type=plain_path, metavar='FILE',
                        help='where the cameras stand, and by which time their clocks differ (default: tf says where)')
     group.add_argument('--clock-offset', action='append', default=[], metavar='NAME=S',
                        type=named_value(seconds, 'left=0.07'),
@@ -223,7 +223,9 @@ def _check_common_time(job: RigJob, topics: Sequence[str]) -> None:
         with open_bag(camera.source) as bag:
             first = next(stamped_messages(bag, [topic]))
             begin = 1e-9 * ((first.stamp or first.time) + job.clock_offset(camera.camera))
-            spans[camera.camera] = begin, begin + end_time(bag) - 1e-9 * first.time
+            end = bag.get_end_time()  # rosbag takes the last chunk for the newest, which it need not be
+            later = stamped_messages(bag, [topic], genpy.Time.from_sec(end))
+            spans[camera.camera] = begin, begin + max([end, *(1e-9 * one.time for one in later)]) - 1e-9 * first.time
     for name, (begin, end) in spans.items():
         others = [span for other, span in spans.items() if other != name]
         if others and not any(begin <= last and first <= end for first, last in others):

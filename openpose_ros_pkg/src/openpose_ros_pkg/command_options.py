@@ -1,6 +1,5 @@
 """Parts of the command lines that the programs share."""
 import argparse
-import math
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Callable, Optional, Tuple
@@ -9,42 +8,33 @@ from typing import Any, Callable, Optional, Tuple
 _MOST_SECONDS = 2.0 ** 32
 
 
-def command_parser(name: str, description: Optional[str]) -> argparse.ArgumentParser:
+def command_parser(name: str, description: Optional[str], **options: Any) -> argparse.ArgumentParser:
     """Return the parser of a program; its description is printed as it is."""
     return argparse.ArgumentParser(prog=name, description=description,
-                                   formatter_class=argparse.RawDescriptionHelpFormatter)
+                                   formatter_class=argparse.RawDescriptionHelpFormatter, **options)
 
 
 def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
     """Add --output and --overwrite, for `output_file` or `output_folder`; `kind`: 'bag', 'folder'."""
-    parser.add_argument('-o', '--output', type=Path, required=True, metavar=kind.upper(), help=f'{kind} to write')
+    parser.add_argument('-o', '--output', type=plain_path, required=True, metavar=kind.upper(), help=f'{kind} to write')
     parser.add_argument('--overwrite', action='store_true', help=f'write the {kind} again if it is there'
                         + ' and contains nothing else' * (kind == 'folder'))
 
 
-def add_time_span(parser: argparse._ActionsContainer, since: str) -> None:
-    """Add --start and --end; `check_time_span` checks them. `since`: what begins at 0, such as 'the first frame'."""
-    parser.add_argument('--start', type=seconds, metavar='S', help=f'leave out what is before: [s] since {since}')
-    parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
+class _Direction(argparse.Action):
+    """Takes three numbers that are not all 0."""
 
-
-def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """End the program if --start is not less than --end."""
-    if None not in (options.start, options.end) and options.start >= options.end:
-        parser.error('--start must be less than --end')
+    def __call__(self, parser: Any, options: Any, values: Any, option: Any = None) -> None:
+        if sum(value * value for value in values) < 1e-6:
+            parser.error(f'{option} must be three numbers that are not all 0')
+        setattr(options, self.dest, values)
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:
-    """Add --up, the direction for computing signals; `check_up` checks it."""
-    parser.add_argument('--up', type=float, nargs=3, metavar=('X', 'Y', 'Z'),
+    """Add --up, the direction for computing signals."""
+    parser.add_argument('--up', type=number(-1e9, 1e9), nargs=3, metavar=('X', 'Y', 'Z'), action=_Direction,
                         help='compute what people do, with this upwards in the frame of the people (default: what the '
                              'recording has; where it has nothing, the axis along which people are most of the time)')
-
-
-def check_up(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """End the program if --up is no direction."""
-    if options.up is not None and not 1e-6 < sum(value * value for value in options.up) < float('inf'):
-        parser.error('--up must be three numbers that are not all 0')
 
 
 def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expected: str) -> Callable[[str], Any]:
@@ -56,7 +46,7 @@ def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expec
         expected: what is, for the error.
     """
     def read(text: str) -> Any:
-        with suppress(ValueError, ZeroDivisionError):
+        with suppress(OSError, ValueError, ZeroDivisionError):
             value = kind(text)
             if is_allowed(value):
                 return value
@@ -64,14 +54,14 @@ def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expec
     return read
 
 
-def positive_number(kind: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return the reader of an option that is a finite number above 0; `kind` makes the number of the text."""
-    return checked(kind, lambda value: 0 < value < math.inf, 'a number above 0')
+def number(least: float, most: float, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
+    """Return the reader of an option that is a number in this range; `kind` makes the number of the text."""
+    return checked(kind, lambda value: least <= value <= most, f'a number from {least:g} to {most:g}')
 
 
-def whole_number(least: int) -> Callable[[str], int]:
-    """Return the reader of an option that is a whole number from `least`."""
-    return checked(int, lambda value: value >= least, f'a whole number from {least}')
+def whole_number(least: int, most: int = 1_000_000) -> Callable[[str], int]:
+    """Return the reader of an option that is a whole number in this range."""
+    return checked(int, lambda value: least <= value <= most, f'a whole number from {least} to {most}')
 
 
 def named_value(kind: Callable[[str], Any], example: str) -> Callable[[str], Tuple[str, Any]]:
@@ -84,3 +74,6 @@ def named_value(kind: Callable[[str], Any], example: str) -> Callable[[str], Tup
 
 seconds = checked(float, lambda value: abs(value) < _MOST_SECONDS, 'a number of seconds below 2^32')
 """Reader of an option that is a time [s] that ROS can have."""
+plain_path = checked(Path, lambda path: not path.exists() or path.is_file() or path.is_dir(),
+                     'a file or folder, not a device, pipe or socket')
+"""Reader of an option that is a path: reading or writing a device or a pipe need not end."""
