@@ -12,7 +12,7 @@ from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import assign, compare, joined
+from skeleton_extract_3d.track.identity import TrackComparison, assign, compare, joined
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import Person, Room, pinhole, render, standing, without_joints
 
@@ -41,11 +41,12 @@ def numbered(people):
     return replace(people, ids=np.arange(len(people)))
 
 
-def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, given=(), **params):
+def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
     people = numbered(frame.people if people is None else people)
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
     of_people = of_people or Clothes.unknown(len(people))
-    return assign(tracks, of_people, compare(tracks, seen, np.array([*given, *len(people) * [-1]])), stamp, IdentityParams(**params)).tolist()
+    compared = compare(tracks, seen, np.full(len(people), -1))
+    return assign(tracks, of_people, compared, stamp, IdentityParams(**params)).tolist()
 
 
 LEFT, RIGHT = (-0.8, 2.6), (0.7, 3.2)
@@ -69,9 +70,10 @@ def test_a_person_who_is_beyond_the_gate_is_another_person(step, same):
     assert rows(tracks_at((0.0, 2.6)), scene((step, 2.6)), track_gate=0.5) == [0 if same else -1]
 
 
-@pytest.mark.parametrize('given, expected', [((-1, -1), [0, 1]), ((2, 1), [1, 0]), ((1, 2), [0, 1])])
-def test_of_two_who_are_equally_near_each_has_the_person_on_its_own_crop(given, expected):
-    assert rows(tracks_at((0.0, 2.6), (0.01, 2.6)), scene((0.0, 2.6), (0.01, 2.6)), given=given) == expected
+@pytest.mark.parametrize('own, expected', [(np.zeros((2, 2), bool), [0, 1]), (~np.eye(2, dtype=bool), [1, 0])])
+def test_of_two_who_are_about_as_near_each_has_the_person_on_its_own_crop(own, expected):
+    compared = TrackComparison(np.array([[0.10, 0.12], [0.12, 0.10]]), np.zeros((2, 2)), own)
+    assert assign(tracks_at(LEFT, RIGHT), Clothes.unknown(2), compared, STAMP, IdentityParams()).tolist() == expected
 
 
 def test_the_gate_grows_while_a_person_is_away():
