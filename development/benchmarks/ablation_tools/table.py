@@ -5,6 +5,7 @@ from typing import Any, Dict, List, Mapping, Sequence, Set
 
 from ablation_tools import changes
 from ablation_tools.changes import Change, Changes
+from ablation_tools.parts import PARTS, paths_of
 from ablation_tools.reasons import reason_of
 from ablation_tools.scenes import TITLES
 from ablation_tools.variants import FACTORS
@@ -32,6 +33,7 @@ the others.
 | earns its place | moves a figure |
 | fragile | both half and twice make a figure worse |
 | idle | moves nothing; kept where another reason is named: a guard against bad input, a source, a rare event |
+| deleted | no longer in the code |
 
 Among so many comparisons one in twenty differs by chance.
 """
@@ -106,6 +108,8 @@ def _constants(values: Mapping[str, str], effect: Mapping[str, Changes]) -> List
 
 def verdict(both: Sequence[Changes], path: str) -> str:
     """Return what becomes of a constant."""
+    if all(path != known for part in PARTS for known, _ in paths_of(part)):
+        return 'deleted'
     said, reason = changes.verdict(both), reason_of(path)
     return said if said != changes.IDLE else f'idle: {reason}' if reason else 'idle'
 

@@ -188,7 +188,9 @@ def test_the_table_says_what_holds_a_narrow_value_and_what_moves_nothing(tmp_pat
             'commit': 'c0ffee', 'values': {'other.worse': '1', 'other.same': '2', '': ['other.worse half']},
             'sums': each}))
     assert table.unsettled(tmp_path, 'estimator') == {'other.same'}
+    assert '| `same` | 2 | - | - | deleted |' in table.report(tmp_path)
     monkeypatch.setitem(reasons.KEPT, 'other', 'a guard')
+    monkeypatch.setattr(table, 'paths_of', lambda part: [('other.worse', None), ('other.same', None)])
     text = table.report(tmp_path)
     assert '| `worse` | 1 | visible -10.0' in text and 'switches +24 ± 0.0' in text and '| fragile |' in text
     assert '| `same` | 2 | - | - | idle: a guard |' in text
