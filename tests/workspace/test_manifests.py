@@ -20,7 +20,7 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib'
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
 # openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch.
-CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'roslaunch'}}
+CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'rosbag', 'roslaunch'}}
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
 
 

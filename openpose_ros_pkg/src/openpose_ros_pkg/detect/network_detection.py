@@ -86,8 +86,8 @@ class CameraMemory:
 
     def after_crops(self, people: Sequence[Person], interval: float, spent: float, cameras: int) -> 'CameraMemory':
         """Return the memory after crops of people; see `Budget.after_frame`."""
-        urgent = [person.box for person in people if not person.found and person.number >= 0
-                  and (person.opinions or person.visibility < EXISTENCE.free_view)]
+        urgent = [person.box for person in people if not person.found and person.existence >= EXISTENCE.reported
+                  and person.number >= 0 and (person.opinions or person.visibility < EXISTENCE.free_view)]
         return replace(self, schedule=self.schedule.in_boxes(urgent),
                        budget=self.budget.after_frame(interval, spent, self.whole(), cameras))
 

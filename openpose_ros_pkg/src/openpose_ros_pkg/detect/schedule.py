@@ -155,8 +155,8 @@ class Budget:
         return replace(self, owed=owed, saved=min(max(saved, owed), constants.most_saved))
 
     def after_part(self, spent: float) -> 'Budget':
-        """Return the budget after a part took some time of the networks [s]."""
-        return replace(self, saved=self.saved - spent, owed=self.owed - spent)
+        """Return the budget after a part took some time of the networks [s]; of parts before it nothing is owed."""
+        return replace(self, saved=self.saved - spent, owed=max(self.owed, 0.0) - spent)
 
     def affords(self, seconds: float) -> bool:
         """Return whether there is time for a part of some seconds while no frame waits."""
