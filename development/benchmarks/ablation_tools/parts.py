@@ -92,6 +92,7 @@ DETECTION = (
     Variant('others covered in crops', {'detect.cover.sure_joint': 2.0}),
     Variant('order by depth', {'detect.layers.breadth': 0.0}),
     Variant('doubted opinions', {'detect.layers.doubt': 1.0}),
+    Variant('two limbs in one place', {'detect.layers.one_place': 0.0}),
     Variant('head recovery', {'detect.head_recovery.most': 0}),
     Variant('crop refinement', {}, {'look_closer': 0}),
 )

@@ -148,3 +148,14 @@ def test_opinions_of_the_full_image_on_a_person_nearer_are_doubted_where_a_crop_
     assert nearer.sum() > 10 and (away[nearer] < -20).all() and (away[~nearer] == 0).all()
     alone = {0: FRONT, 1: FRONT}
     np.testing.assert_array_equal(behind(alone, foreground), behind(alone, plain))
+
+
+def test_of_two_joints_in_one_place_a_person_behind_others_has_one():
+    """The network sees one leg, and takes it for both."""
+    left, right = COCO_18.index['left_knee'], COCO_18.index['right_knee']
+    pose = BEHIND.copy()
+    pose[right] = pose[left] + (1, 1, -0.2)
+    foreground, plain = before([pose, FRONT], TWO)
+    for one, missing in ((foreground, [right]), (plain, [])):
+        found = behind({0: pose, 1: pose, 2: pose}, one)
+        assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == missing == np.flatnonzero(found[:, 2] == 0).tolist()

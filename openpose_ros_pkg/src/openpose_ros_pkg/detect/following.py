@@ -5,7 +5,7 @@ from typing import List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, doubted
+from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, doubted, without_twins
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import person_sizes
 from openpose_ros_pkg.ensemble import (
@@ -181,11 +181,14 @@ def voted(people: Sequence[Person], recipe: Recipe, stamp: float) -> Poses:
     if moving:
         rows, numbers, earlier_poses, shifts = zip(*moving)
         poses[rows, numbers] = _moved(np.stack(earlier_poses), np.stack(shifts))
-    for i, person in enumerate(people):
-        if person.front is not None and person.crop is not None:
-            poses[i, :recipe.pass_opinions] = doubted(poses[i, :recipe.pass_opinions], person.front)
+    behind = [(i, person.front) for i, person in enumerate(people) if person.front is not None]
+    for i, front in behind:
+        if people[i].crop is not None:
+            poses[i, :recipe.pass_opinions] = doubted(poses[i, :recipe.pass_opinions], front)
     keypoints = vote_with_crops(poses, replace(sources, weights=sources.weights * shares,
                                                place_weights=sources.place_weights * shares))
+    for i, _ in behind:
+        keypoints[i] = without_twins(keypoints[i], recipe.skeleton)
     scores = person_scores(keypoints, (shares > 0) @ sources.known)
     for i, person in enumerate(people):
         if person.by_depth > 0:

@@ -57,6 +57,9 @@ class LayerConstants:
     doubt: float = constant(
         0.3, 'Factor on the score of a joint that a full search places on the body of a nearer person, where a crop '
              'shows the person too.')
+    one_place: float = constant(
+        0.07, 'Left and right elbows, wrists, knees or ankles of a person behind others that are this near, as a share '
+              'of the root of the area, are one joint: a network takes the visible limb for the hidden one too.')
 
 
 LAYERS = LayerConstants()
@@ -198,6 +201,19 @@ def doubted(poses: np.ndarray, foreground: Foreground, layers: LayerConstants = 
     covered = foreground.covers(poses[..., :2].reshape(-1, 2)).reshape(poses.shape[:2])
     poses[..., 2] *= np.where(covered, layers.doubt, 1.0)
     return poses
+
+
+def without_twins(keypoints: np.ndarray, skeleton: SkeletonModel, layers: LayerConstants = LAYERS) -> np.ndarray:
+    """Return a person, (K, 3), with the surer of two joints of a pair that are in one place, for people behind others.
+    """
+    result, index = keypoints.copy(), skeleton.index
+    nearest = layers.one_place * np.sqrt(area(keypoints))
+    for part in _OUTER:
+        if {f'left_{part}', f'right_{part}'} <= index.keys():
+            pair = [index[f'left_{part}'], index[f'right_{part}']]
+            if np.hypot(*(keypoints[pair[0], :2] - keypoints[pair[1], :2])) < nearest:
+                result[min(pair, key=lambda joint: keypoints[joint, 2])] = np.nan, np.nan, 0
+    return result
 
 
 def cover_others(crop: PreparedView, person: np.ndarray, others: np.ndarray, skeleton: SkeletonModel,
