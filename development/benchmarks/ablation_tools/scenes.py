@@ -162,8 +162,10 @@ class Runner:
 class _RememberedVirtual(virtual.VirtualNetworks):
     """Networks on a virtual clock that compute each input once."""
 
+    remembered: Tuple[RememberedNetwork, ...] = ()
+
     def kept(self, network: Backend) -> Backend:
-        self.remembered = (*getattr(self, 'remembered', ()), RememberedNetwork(network))
+        self.remembered = (*self.remembered, RememberedNetwork(network))
         return self.remembered[-1]
 
 

@@ -141,8 +141,11 @@ class PeopleChain:
         """Return a frame whose people keep the ids of tracks in space."""
         estimator = self._estimators.of(frame.camera)
         looks = self.detection.look(image, estimator.expected(frame, self.skeleton), in_full)
+        people = looks.people
+        if self.detection.gives_ids:  # of another tracker
+            people = replace(people, ids=np.full(len(people), -1))
         frame = locate(frame)
-        estimate = estimator.update(looks.people, frame, looks.missed)
+        estimate = estimator.update(people, frame, looks.missed)
         self.detection.remember(image, estimate.ids)
         return Result(frame, estimate.in_image, estimate)
 

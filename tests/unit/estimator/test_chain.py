@@ -217,6 +217,16 @@ def test_ids_of_a_detection_that_gives_them_stay_without_tracking_in_space():
     assert seen(chain, 'left', 9.0, points=None).people_2d.ids.tolist() == [7]
 
 
+def test_ids_of_another_tracker_are_no_crops_of_tracks_in_space(monkeypatch, chain):
+    chain.detection.gives_ids, chain.detection.look = True, lambda frame, *_: Looks(
+        replace(FRAME.people, ids=[1]), np.zeros(0, np.int64))
+    given, update = [], PeopleEstimator.update
+    monkeypatch.setattr(PeopleEstimator, 'update', lambda self, people, *others: given.append(people.ids.tolist())
+                        or update(self, people, *others))
+    assert [seen(chain, 'left', stamp).people_3d.ids.tolist() for stamp in (1.0, 1.1)] == [[1], [1]]
+    assert given == [[-1], [-1]]
+
+
 def test_new_settings_hold_for_all_cameras(chain):
     seen(chain, 'left')
     chain.reconfigure(build(EstimatorSettings, {'tracking': False, 'lifting': 'mean3x3'}))
