@@ -17,7 +17,7 @@ from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, Stillness, stillness, summarize
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
-from skeleton_extract_3d.track.tracker import Looks, PeopleTracker
+from skeleton_extract_3d.track.tracker import LookedAt, PeopleTracker
 
 # Stages of `Estimate.timing`, in order.
 STAGES = ('observe', 'identity', 'lift', 'filter', 'complete')
@@ -128,7 +128,7 @@ class PeopleEstimator:
             camera = frame.grid.camera_model() or self._camera_of((frame.grid.width, frame.grid.height))
         has_depth = summary.doubt is None
         if camera is not None:
-            looks = Looks(given, None if missed is None else np.append(missed, given))
+            looks = LookedAt(given, None if missed is None else np.append(missed, given))
             tracked = self._tracker.update(people_2d, looks, frame, camera, has_depth)
             if has_depth:
                 self._camera, self._agreement = camera, self._agreement.with_frame(tracked.observed, method)

@@ -50,7 +50,7 @@ class TrackedPeople(NamedTuple):
     timing: Dict[str, float]
 
 
-class Looks(NamedTuple):
+class LookedAt(NamedTuple):
     """What was looked at in a frame: ids (P,) that came with the detections, and ids of the tracks that were looked at;
     None: all were.
     """
@@ -98,7 +98,7 @@ class PeopleTracker:
         self._settings = settings
         self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion, self._method)
 
-    def update(self, people_2d: People2D, looks: Looks, frame: Frame, camera: CameraModel, has_depth: bool = True
+    def update(self, people_2d: People2D, looks: LookedAt, frame: Frame, camera: CameraModel, has_depth: bool = True
                ) -> TrackedPeople:
         """Return the people of a frame.
 
@@ -180,7 +180,7 @@ class PeopleTracker:
         bgr = frame.bgr if self._settings.identity.use_clothes else None
         return observed, observe_clothes(observed, view.points, bgr, self._method)
 
-    def _identified(self, memory: Memory, expected: Tracks, people: Tuple[ObservedPeople, Clothes], looks: Looks,
+    def _identified(self, memory: Memory, expected: Tracks, people: Tuple[ObservedPeople, Clothes], looks: LookedAt,
                     frame: Frame, view: FrameView) -> Tuple[Memory, _Identified]:
         """Return the people of a frame with their tracks: assigned, put together, or found by the points alone."""
         params, method, (observed, clothes) = self._settings.identity, self._method, people
@@ -234,8 +234,8 @@ class PeopleTracker:
         ids[new] = [absent.ids[row] if row >= 0 else next(self._ids) for row in rows]
         return ids
 
-    def _kept(self, seen: Completion, lost: Tracks, people: Observations, tracks: Tracks, looks: Looks, view: FrameView
-              ) -> Tuple[Completion, Tracks]:
+    def _kept(self, seen: Completion, lost: Tracks, people: Observations, tracks: Tracks, looks: LookedAt,
+              view: FrameView) -> Tuple[Completion, Tracks]:
         """Return people with a detection, and tracks without, after all evidence of a frame on their existence.
 
         Args:
