@@ -14,20 +14,36 @@ dataclass of parameter classes and other records::
         draw: DrawParams
         detector: DetectorSettings
 
-`build` makes either from a flat mapping, such as a node's private namespace.
+`build` makes either from a flat mapping, such as a node's private namespace. Names of `OLD_PARAMETERS` still work there.
 """
 import dataclasses
 import difflib
 import itertools
 import json
+import logging
 import math
 import textwrap
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar, cast
 
 from openpose_ros_pkg.errors import ParameterError
 
+_log = logging.getLogger(__name__)
+
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
+# Names that work for one release more, with a warning; they are in no file of config/, no help and no dynamic_reconfigure.
+# A node that does not read one ignores it, with a warning. When they go, their defaults become constants.
+OLD_PARAMETERS = frozenset("""
+    heatmap_upsample max_peaks_per_joint max_peaks limb_samples limb_sample_threshold limb_min_support person_min_joints
+    direct_joint_score direct_person_score image_track_gate least_hand_size least_face_size hint
+    net_output_width net_output_height output_width output_height write_keypoint_format start_delay
+    walking_acceleration track_gate walking_speed birth_joints measured_min_score hidden_min_score
+    joint_colour skeleton_colour joint_inferred_colour skeleton_inferred_colour dash_length label_scale
+    sigma_spheres sigma_colour trail_scale hand_scale head_arrow
+    tf_timeout people_topic keypoints_topic camera_info_topic patience correct_clocks
+    text_scale facing_length pointing_length signal_lifetime cloud_rate cloud_points rviz_config
+    spacing footprint_range max_rate id_prefix image_width image_height roi_margin forget prefix robot_padding
+    data_timeout link_speed guard_range guard_margin""".split())
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
@@ -73,9 +89,10 @@ def parameter_classes(kind: Type[Any]) -> Iterator[Type[Parameters]]:
     yield from dict.fromkeys(itertools.chain.from_iterable(records))
 
 
-def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
-    """Return the parameters of parameter classes and records, in order."""
-    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)]
+def parameter_fields(*kinds: Type[Any], old: bool = False) -> List['dataclasses.Field[Any]']:
+    """Return the parameters of parameter classes and records, in order; `old`: also those of `OLD_PARAMETERS`."""
+    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)
+            if old or field.name not in OLD_PARAMETERS]
 
 
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
@@ -84,8 +101,15 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     Raises:
         ParameterError: a key is unknown, or a value is not allowed.
     """
+    defaults = {field.name: field.default for field in parameter_fields(kind, old=True)}
+    for key in sorted(OLD_PARAMETERS & set(values)):
+        if key not in defaults:
+            _log.warning("parameter '%s' = %r is old, and without effect here", key, values[key])
+        elif values[key] != defaults[key]:
+            _log.warning("parameter '%s' = %r is old: in the next release it is always %r", key, values[key],
+                         defaults[key])
     known = [field.name for field in parameter_fields(kind)]
-    for key in sorted(set(values) - set(known)):
+    for key in sorted(set(values) - set(defaults) - OLD_PARAMETERS):
         near = difflib.get_close_matches(key, known, n=1)
         hint = f" (did you mean '{near[0]}'?)" if near else ''
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
@@ -114,8 +138,9 @@ def to_yaml(kind: Type[Any]) -> str:
     """Return a YAML file with every parameter at its default and commented."""
     lines: List[str] = []
     for cls in parameter_classes(kind):
-        lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}']
-        for field in dataclasses.fields(cls):
+        fields = parameter_fields(cls)
+        lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}'] * bool(fields)
+        for field in fields:
             text = f"{field.metadata['doc']} ({describe(field)})"
             lines += ['', *textwrap.wrap(text, 116, initial_indent='# ', subsequent_indent='# '),
                       f'{field.name}: {json.dumps(field.default)}']
