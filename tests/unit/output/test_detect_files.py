@@ -136,9 +136,6 @@ def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
     inputs = picture(tmp_path / 'one/a.png', 10), picture(tmp_path / 'two/a.jpg', 10)
     assert run(*inputs, '--write-json', tmp_path / 'j') == 2
     assert 'would write the same files' in capsys.readouterr().err
-    inputs = video(tmp_path / 'v.avi', [10, 10]), picture(tmp_path / 'v_000000000001.png', 10)
-    assert run(*inputs, '--write-json', tmp_path / 'j') == 2
-    assert 'would write the same files' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

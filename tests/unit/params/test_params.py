@@ -126,8 +126,8 @@ def test_old_parameters_work_and_say_that_they_go(values, gate, told, caplog):
 
 
 def test_old_parameters_are_checked_but_in_no_list():
-    with pytest.raises(ParameterError, match="'track_gate' = -1.0 is not allowed"):
+    with pytest.raises(ParameterError, match=r"'track_gate' = -1\.0 is not allowed"):
         build(Gates, {'track_gate': -1.0})
-    with pytest.raises(ParameterError, match='allowed: stays$'):
+    with pytest.raises(ParameterError, match=r'allowed: stays$'):
         build(Gates, {'gate': 1})
     assert 'track_gate' not in to_yaml(Gates)

@@ -48,11 +48,11 @@ def test_fields_have_their_types_or_defaults(tmp_path):
 @pytest.mark.parametrize('text, told', [
     ('3', 'room a.yaml: 3, expected keys of number, height'), ('{}', 'room a.yaml: it needs number'),
     ('{number: 1, hieght: 2}', "unknown key hieght .did you mean 'height'..; allowed: number, height"),
-    ('number: true', 'room a.yaml: number = True, expected an int'), ('number: -1', 'room a.yaml: number -1 is below 0'),
+    ('number: true', 'room a.yaml: number = True, expected an int'), ('number: -1', 'room a.yaml: number -1 is below'),
     ('{number: 1, height: .nan}', 'height = nan, expected a float'),
     ('{number: 1, lit: 1}', 'lit = 1, expected a bool'), ('{number: 1, kind: x}', "expected one of 'hall', 'cell'"),
     ('{number: 1, size: [4]}', r'size = \[4\], expected a list of 2 values, each an int'),
-    ('{number: 1, tags: [3]}', r'tags\[0\] = 3, expected a str'), ('{number: 1, tags: a}', 'expected a list, each value'),
+    ('{number: 1, tags: [3]}', r'tags\[0\] = 3, expected a str'), ('{number: 1, tags: a}', 'expected a list, each'),
     ('{number: 1, places: [{name: a}, {}]}', r'places\[1\]: it needs name'),
     ('{number: 1, places: [{name: a, position: [x]}]}', r'places\[0\]: position = .* expected numbers'),
     ('{number: 1, places: [{name: a, position: [.inf]}]}', 'expected finite numbers')])

@@ -14,7 +14,7 @@ dataclass of parameter classes and other records::
         draw: DrawParams
         detector: DetectorSettings
 
-`build` makes either from a flat mapping, such as a node's private namespace. Names of `OLD_PARAMETERS` still work there.
+`build` makes either from a flat mapping, such as a node's private namespace; `OLD_PARAMETERS` still work there.
 """
 import dataclasses
 import difflib
@@ -31,19 +31,20 @@ _log = logging.getLogger(__name__)
 
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
-# Names that work for one release more, with a warning; they are in no file of config/, no help and no dynamic_reconfigure.
-# A node that does not read one ignores it, with a warning. When they go, their defaults become constants.
-OLD_PARAMETERS = frozenset("""
-    heatmap_upsample max_peaks_per_joint max_peaks limb_samples limb_sample_threshold limb_min_support person_min_joints
-    direct_joint_score direct_person_score image_track_gate least_hand_size least_face_size hint
-    net_output_width net_output_height output_width output_height write_keypoint_format start_delay
-    walking_acceleration track_gate walking_speed birth_joints measured_min_score hidden_min_score
-    joint_colour skeleton_colour joint_inferred_colour skeleton_inferred_colour dash_length label_scale
-    sigma_spheres sigma_colour trail_scale hand_scale head_arrow
-    tf_timeout people_topic keypoints_topic camera_info_topic patience correct_clocks
-    text_scale facing_length pointing_length signal_lifetime cloud_rate cloud_points rviz_config
-    spacing footprint_range max_rate id_prefix image_width image_height roi_margin forget prefix robot_padding
-    data_timeout link_speed guard_range guard_margin""".split())
+# Names that work for one release more, with a warning, and are in no file of config/, help or dynamic_reconfigure. A
+# node that does not read one ignores it, with a warning. When they go, their defaults become constants.
+OLD_PARAMETERS = frozenset((
+    'birth_joints', 'camera_info_topic', 'cloud_points', 'cloud_rate', 'correct_clocks', 'dash_length',
+    'data_timeout', 'direct_joint_score', 'direct_person_score', 'facing_length', 'footprint_range', 'forget',
+    'guard_margin', 'guard_range', 'hand_scale', 'head_arrow', 'heatmap_upsample', 'hidden_min_score', 'hint',
+    'id_prefix', 'image_height', 'image_track_gate', 'image_width', 'joint_colour', 'joint_inferred_colour',
+    'keypoints_topic', 'label_scale', 'least_face_size', 'least_hand_size', 'limb_min_support',
+    'limb_sample_threshold', 'limb_samples', 'link_speed', 'max_peaks', 'max_peaks_per_joint', 'max_rate',
+    'measured_min_score', 'net_output_height', 'net_output_width', 'output_height', 'output_width', 'patience',
+    'people_topic', 'person_min_joints', 'pointing_length', 'prefix', 'robot_padding', 'roi_margin', 'rviz_config',
+    'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_colour', 'skeleton_inferred_colour', 'spacing',
+    'start_delay', 'text_scale', 'tf_timeout', 'track_gate', 'trail_scale', 'walking_acceleration', 'walking_speed',
+    'write_keypoint_format'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 

@@ -1,6 +1,6 @@
-"""The one reader of YAML and JSON files into records: dataclasses and NamedTuples, whose annotations say what is allowed.
+"""The one reader of YAML and JSON files into records: dataclasses and NamedTuples, by their annotations.
 
-A field is a str, bool, int, float, `Literal` (choices), `Optional`, `Tuple` (a list), `Dict[str, ...]` (a mapping), another
+A field is a str, bool, int, float, `Literal` (choices), `Optional`, `Tuple` (a list), `Dict[str, ...]` (a mapping), a
 record, or an array of finite numbers. What else a record demands, its `__post_init__` raises as ValueError.
 """
 import dataclasses
@@ -70,12 +70,13 @@ def _converted(kind: Any, value: Any, where: str) -> Any:
     if origin is tuple and isinstance(value, list):
         kinds = [arguments[0]] * len(value) if arguments[1:] == (...,) else arguments
         if len(kinds) == len(value):
-            return tuple(_converted(each, part, f'{where}[{i}]') for i, (each, part) in enumerate(zip(kinds, value)))
+            return tuple(_converted(each, part, f'{where}[{i}]')
+                         for i, (each, part) in enumerate(zip(kinds, value)))
     if kind is float and type(value) in (int, float) and math.isfinite(value):
         return float(value)
     if kind is np.ndarray and isinstance(value, list):
         return _array(value, where)
-    if (type(value) is kind and kind is not float) or (origin is Literal and isinstance(value, str) and value in arguments):
+    if type(value) is kind is not float or (origin is Literal and isinstance(value, str) and value in arguments):
         return value
     if dataclasses.is_dataclass(kind) or hasattr(kind, '_fields'):
         return _record(kind, value, where, {})
