@@ -4,14 +4,12 @@ import math
 import sys
 import unittest
 
-import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
 from harness import distance, image, joints, picture
 from openpose_ros_msgs.srv import GetPersons
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import Image
 
 from session import PATIENCE, Recorder, await_true
 
@@ -70,21 +68,6 @@ class LiveParametersTest(unittest.TestCase):
         self.assertLess(moved(before, places()), 0.01)
         self.assertEqual(self.client.update_configuration({'mode': 'sleepy'})['mode'], 'balanced')
         self.assertLess(moved(before, places()), 0.01)
-
-    def test_opacity_of_the_drawing(self):
-        """With 0 the image comes back as it was."""
-        self.client.update_configuration({'alpha_pose': 0.0})
-        drawn = Recorder('openpose_ros/detected_poses_image', Image)
-        try:
-            await_true(lambda: self.people(20.0) and drawn.messages, 'an annotated image')
-            self.assertEqual(drawn.messages[-1].data, picture(0).tobytes())
-            self.client.update_configuration({'alpha_pose': 1.0})
-            self.people(21.0)
-            last = drawn.wait(1, rospy.Time(21))[0]
-        finally:
-            drawn.close()
-        changed = np.frombuffer(last.data, np.uint8).reshape(540, 960, 3) != picture(0)
-        self.assertTrue(0.001 < changed.any(axis=2).mean() < 0.2)
 
     def test_values_that_are_not_allowed(self):
         """Beyond a limit: the limit. Without sense: the value before stays, and a warning says why."""

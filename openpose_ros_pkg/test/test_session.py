@@ -75,12 +75,3 @@ def test_demo_that_is_ended_while_it_waits_for_its_master(start, tmp_path):
     await_true((tmp_path / 'is_asked').exists, 'a question to the master')
     demo.send_signal(signal.SIGTERM)
     assert demo.wait(PATIENCE) == 130
-
-
-def test_the_demo_leaves_a_folder_with_files_alone(start, tmp_path):
-    kept = tmp_path / 'walks/output.bag'
-    kept.parent.mkdir()
-    kept.write_bytes(b'a walk')
-    demo = start(str(DEMO), '--images', str(tmp_path), '--output', str(kept.parent))
-    assert f'{kept.parent} is there already, and not an empty folder' in ''.join(demo.communicate(timeout=PATIENCE))
-    assert (demo.returncode, list(kept.parent.iterdir()), kept.read_bytes()) == (1, [kept], b'a walk')

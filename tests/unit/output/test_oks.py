@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from known_fields import FRONT
-from openpose_ros_pkg.ensemble import area, medians, sigmas, similarity
+from openpose_ros_pkg.ensemble import area, sigmas, similarity
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 
 SIGMAS = sigmas(COCO_18)
@@ -77,8 +77,3 @@ def test_people_together_are_as_alike_as_each_pair_alone():
     np.testing.assert_array_equal(together[5], 0)
     np.testing.assert_allclose(np.diag(together)[:5], 1)
     np.testing.assert_array_equal(area(people), [area(person) for person in people])
-
-
-def test_median_of_the_known_values():
-    values = np.array([[3, 9, 1, 7], [3, 9, np.nan, 7], [5, np.nan, np.nan, np.nan], [np.nan] * 4], np.float32)
-    np.testing.assert_array_equal(medians(values, np.isfinite(values)), [5, 7, 5, np.inf])

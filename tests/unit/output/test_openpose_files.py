@@ -167,13 +167,6 @@ def test_video_has_its_frames_and_rate(tmp_path, name):
     np.testing.assert_allclose([frame.mean() for frame in frames], [40, 120, 200], atol=4)
 
 
-def test_video_without_frames_is_no_file(tmp_path):
-    VideoFile(tmp_path / 'v.avi', 10.0).close()
-    assert not list(tmp_path.iterdir())
-    with pytest.raises(ParameterError, match=r'v\.gif.*\.mp4 or \.avi'):
-        VideoFile(tmp_path / 'v.gif', 10.0)
-
-
 def test_frames_of_another_size_are_fitted_into_a_video(tmp_path):
     with VideoFile(tmp_path / 'v.avi', 10.0) as video:
         video.write(GREY)

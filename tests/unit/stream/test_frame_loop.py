@@ -37,14 +37,6 @@ def items(queue):
     return [one.item for one in iter(queue.take, None)]
 
 
-def test_nothing_waits_in_an_empty_queue_and_a_search_goes_on():
-    queue = FrameQueue()
-    assert not queue.waits
-    assert queue.take() is None
-    assert queue.goes_on(LONG, 0.0)
-    assert queue.goes_on(None, 0.0)
-
-
 def test_the_newest_item_of_a_camera_replaces_the_one_that_waits():
     queue = FrameQueue()
     assert [queue.submit('camera', taken(item), item) for item in range(3)] == [False, True, True]
@@ -183,14 +175,6 @@ class Story:
         return thread, outcome
 
 
-def test_an_item_is_handled_and_searched_to_the_end_where_no_other_one_comes():
-    story = Story(SHORT, LONG)
-    assert not story.loop.submit('camera', 'frame', story.handle)
-    assert story.searching.wait(TIMEOUT)
-    story.loop.stop()
-    assert story.events == ['frame', ('frame', SHORT), ('frame', LONG)]
-
-
 def test_the_next_item_ends_the_search_but_not_an_owed_part():
     owed = NextPart(1.0, owed=True)
     story = Story(owed, SHORT)
@@ -211,15 +195,6 @@ def test_a_request_is_answered_before_its_search():
     assert story.loop.call(lambda: 'done between two items') == 'done between two items'
     story.loop.stop()
     assert story.events == ['image', ('image', SHORT)]
-
-
-def test_requests_of_several_clients_are_all_answered():
-    story = Story(SHORT)
-    asked = [story.in_thread(number) for number in range(5)]
-    for number, (thread, outcome) in enumerate(asked):
-        thread.join(TIMEOUT)
-        assert outcome == [f'answer to {number}']
-    story.loop.stop()
 
 
 def test_the_error_of_a_request_is_raised_at_the_caller_and_the_loop_goes_on():

@@ -110,7 +110,7 @@ class Recorder:
         self._queue: Deque[_Frame] = deque()
         self._written = self._failed = self._dropped = 0
         self._failing: Dict[str, Tuple[int, str]] = {}  # frames in a row, and the latest error, by output
-        self._worker = Worker({'recorder': self._write_next}, self._count_broken)
+        self._worker = Worker('recorder', self._write_next, self._count_broken)
         self._changed = self._worker.condition
         self._worker.start()
 
