@@ -36,8 +36,7 @@ class ServiceTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        for name in ('detect_poses', 'followed/detect_poses'):
-            rospy.wait_for_service(name, PATIENCE)
+        rospy.wait_for_service('detect_poses', PATIENCE)
         cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
         cls.persons = Recorder('openpose_ros/detected_poses_keypoints', PersonDetection)
         cls.arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray)
@@ -88,16 +87,6 @@ class ServiceTest(unittest.TestCase):
             half = slice(480, None) if truth[place]['neck'][0] < 480 else slice(480)
             bgr[:, half] = 0  # the other one is there
             self.assertEqual(list(find(bgr, 20.333)), [person_id])
-
-    def test_requests_far_apart_and_without_a_stamp_are_searched_in_full(self):
-        """At a rate for which the network would see a part of each picture alone; no person is carried over."""
-        detect, seen = rospy.ServiceProxy('followed/detect_poses', GetPersons), set()
-        for number, stamp in ((0, 100.0), (8, 160.0), (0, 220.0), (0, 0.0), (8, 0.0), (0, 0.0)):
-            detections = detect(image(picture(number), stamp, 'far apart')).detections
-            self.assert_people_found(people_of(detections), true_people(number))
-            ids = {person.person_ID for person in detections}
-            self.assertFalse(ids & seen)
-            seen |= ids
 
     def test_a_bad_image(self):
         """It is an error for its client, a count in the diagnostics, and nothing for the next one."""

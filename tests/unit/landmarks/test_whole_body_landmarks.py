@@ -98,11 +98,6 @@ def test_without_a_look_at_the_person_hands_move_with_the_body_for_a_moment(dete
     assert len(gone.hands) == len(gone.faces) == 0
 
 
-def test_an_image_without_people_ends_nothing_that_is_followed(detector):
-    detector.detect(IMAGE, whole(body()), None, 'c', 1.0)
-    assert len(detector.detect(IMAGE, people(body()), None, 'c', 1.1).hands) == 2  # people without points
-
-
 def test_missing_points_are_missing(detector):
     at = points()
     at[95] = at[60] = (np.nan, np.nan, 0)

@@ -20,11 +20,6 @@ PRESETS = read_presets()
 CAMERAS = [name for name, preset in PRESETS.items() if preset.package]
 
 
-def test_table_has_the_usual_cameras():
-    assert list(PRESETS) == ['realsense', 'kinect2', 'azure_kinect', 'oakd', 'zed', 'orbbec', 'xtion', 'usb_cam',
-                             'files', 'sequence']
-
-
 @pytest.mark.parametrize('name', CAMERAS)
 def test_entries_of_the_table_are_complete(name):
     preset = PRESETS[name]
@@ -136,10 +131,6 @@ def test_camera_without_aligned_depth_is_not_chosen_and_its_line_named():
     assert 'realsense (/camera/color/image_raw) without /camera/aligned_depth_to_color/image_raw' in str(choice)
     assert 'align_depth:=true' in str(choice)
     assert choose_camera(topics, 2).chosen.preset.name == 'realsense'
-
-
-def test_results_of_this_project_are_no_cameras():
-    assert choose_camera({'/openpose_ros/skeleton_3d/input_rgb': IMAGE}, 2) == (None, (), ())
 
 
 def test_image_in_another_namespace_is_no_webcam():

@@ -90,27 +90,11 @@ def test_a_part_begins_if_it_ends_before_the_next_frame_is_expected():
     assert queue.goes_on(None, 0.26)
 
 
-def test_the_median_interval_counts():
-    """A frame that was lost, or came late, changes nothing."""
-    queue = queue_of(0.0, 0.1, 0.3, 0.4, 0.5)
-    assert queue.goes_on(NextPart(0.05), 0.54)
-    assert not queue.goes_on(NextPart(0.05), 0.56)
-
-
 def test_no_frame_is_expected_of_a_camera_that_became_silent_or_sent_a_single_one():
     queue = queue_of(0.0, 0.1, 0.2)
     assert not queue.goes_on(LONG, 0.2 + 0.99 * QUEUE.late * 0.1)
     assert queue.goes_on(LONG, 0.2 + 1.01 * QUEUE.late * 0.1)
     assert queue_of(0.0).goes_on(LONG, 0.05)
-
-
-def test_any_camera_may_send_the_next_frame():
-    queue = queue_of(0.0, 0.5, 1.0, camera='slow')
-    for now in (0.95, 1.05):
-        queue.submit('fast', taken(now), now)
-        queue.take()
-    assert queue.goes_on(NextPart(0.05), 1.09)
-    assert not queue.goes_on(NextPart(0.05), 1.11)
 
 
 def test_an_owed_part_is_searched_even_if_an_item_waits():
