@@ -20,12 +20,14 @@ import dataclasses
 import difflib
 import itertools
 import json
+import logging
 import math
 import textwrap
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar, cast
+from typing import Any, ClassVar, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, cast
 
 from openpose_ros_pkg.errors import ParameterError
 
+_LOG = logging.getLogger(__name__)
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
@@ -54,9 +56,14 @@ def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
 class Parameters:
     """Base of all parameter classes: checks type, range and choices of every field.
 
+    Attributes:
+        retired: names of parameters that are gone: `build` takes them with a warning.
+
     Raises:
         ParameterError: a value has the wrong type or is not allowed.
     """
+
+    retired: ClassVar[Tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -85,7 +92,10 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
         ParameterError: a key is unknown, or a value is not allowed.
     """
     known = [field.name for field in parameter_fields(kind)]
-    for key in sorted(set(values) - set(known)):
+    retired = {key for cls in parameter_classes(kind) for key in cls.retired} & set(values)
+    if retired:
+        _LOG.warning('without effect: parameters that are gone: %s', ', '.join(sorted(retired)))
+    for key in sorted(set(values) - set(known) - retired):
         near = difflib.get_close_matches(key, known, n=1)
         hint = f" (did you mean '{near[0]}'?)" if near else ''
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
@@ -141,6 +151,8 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
     expected, meta = type(field.default), field.metadata
     if expected is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
+    if expected is str and isinstance(value, list):  # numbers, as in YAML
+        value = ' '.join(map(str, value))
     if expected is str and isinstance(value, bool):
         words = [*(meta['choices'] or ()), *meta['words']]
         value = next((word for word in words if word in _YAML_WORDS[value]), value)
