@@ -46,8 +46,7 @@ from skeleton_extract_3d.ros.camera_inputs import input_topics, settle_camera
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.frames import FrameTransforms, PointsMessage, points_from_message
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
-from skeleton_extract_3d.ros.landmark_stage import LandmarkStage
-from skeleton_extract_3d.ros.people_publisher_3d import PeoplePublisher3D
+from skeleton_extract_3d.ros.result_publisher import LandmarkStage, PeoplePublisher3D
 from skeleton_extract_3d.ros.service_detection import ServiceDetection
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.ros.transforms import Transforms
