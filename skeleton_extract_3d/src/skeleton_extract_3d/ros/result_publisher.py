@@ -75,7 +75,7 @@ class LandmarkStage:
                 return result
             result = self._chain.add_landmarks(result, self._in_image.seconds)
             self._in_image.publish(result.landmarks.in_image, headers[0])
-            in_space, header = self._transforms.landmarks_in_target_frame(result.landmarks.in_space, headers[1])
+            in_space, header = self._transforms.in_target_frame(result.landmarks.in_space, headers[1])
             if wanted.hands:
                 self._hands.publish(convert.hands_to_array(in_space.hands, header))
             if wanted.face:
