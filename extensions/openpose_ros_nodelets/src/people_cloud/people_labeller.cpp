@@ -84,32 +84,10 @@ std::vector<float> scoresOf(const Points& points, const Body& body)
 
 }  // namespace
 
-// The part of the image in which a person may be, rows and columns from first to last, and the scene around.
+// Where a person may be, and the scene around.
 struct PeopleLabeller::Crop
 {
-  void extend(std::size_t row, std::size_t column)
-  {
-    first_row = std::min(first_row, row);
-    last_row = std::max(last_row, row);
-    first_column = std::min(first_column, column);
-    last_column = std::max(last_column, column);
-  }
-
-  void enlarge(std::size_t by, std::size_t width, std::size_t height)
-  {
-    first_row -= std::min(first_row, by);
-    first_column -= std::min(first_column, by);
-    last_row = std::min(last_row + by, height - 1);
-    last_column = std::min(last_column + by, width - 1);
-  }
-
-  bool empty() const
-  {
-    return first_row > last_row;
-  }
-
-  std::size_t first_row = std::numeric_limits<std::size_t>::max(), last_row = 0;
-  std::size_t first_column = std::numeric_limits<std::size_t>::max(), last_column = 0;
+  Eigen::AlignedBox2i pixels;          // columns and rows
   Points around;                       // points near the person
   std::vector<Eigen::Vector3f> scene;  // those of them that are out of reach [m]
 };
@@ -129,7 +107,7 @@ const std::vector<std::uint32_t>& PeopleLabeller::label(const OrganizedCloud& cl
   const std::vector<Crop> crops = crop(cloud, bodies);
   Planes known;
   for (std::size_t number = 0; number < bodies.size(); ++number)
-    if (!crops[number].empty())
+    if (!crops[number].pixels.isEmpty())
       choose(cloud, number + 1, bodies[number], crops[number],
              findSupports(bodies[number], crops[number].scene, settings_.floor_margin, known));
   connect(cloud);
@@ -155,7 +133,7 @@ std::vector<PeopleLabeller::Crop> PeopleLabeller::crop(const OrganizedCloud& clo
           continue;
         crops[number].around.push(0, point);
         if (bodies[number].box.contains(point))
-          crops[number].extend(row, column);
+          crops[number].pixels.extend(Eigen::Vector2i(column, row));
       }
     }
   for (std::size_t number = 0; number < bodies.size(); ++number)
@@ -165,8 +143,9 @@ std::vector<PeopleLabeller::Crop> PeopleLabeller::crop(const OrganizedCloud& clo
     for (std::size_t i = 0; i < scores.size(); ++i)
       if (scores[i] > 1.0f)
         crop.scene.push_back(crop.around.at(i));
-    if (!crop.empty())
-      crop.enlarge(2 * STRIDE, cloud.width(), cloud.height());
+    const Eigen::Vector2i margin = Eigen::Vector2i::Constant(2 * STRIDE), last(cloud.width() - 1, cloud.height() - 1);
+    if (!crop.pixels.isEmpty())
+      crop.pixels = { (crop.pixels.min() - margin).cwiseMax(0), (crop.pixels.max() + margin).cwiseMin(last) };
   }
   return crops;
 }
@@ -175,8 +154,8 @@ void PeopleLabeller::choose(const OrganizedCloud& cloud, std::uint32_t label, co
                             const Crop& crop, const Planes& supports)
 {
   Points points;
-  for (std::size_t row = crop.first_row; row <= crop.last_row; ++row)
-    for (std::size_t column = crop.first_column; column <= crop.last_column; ++column)
+  for (int row = crop.pixels.min().y(); row <= crop.pixels.max().y(); ++row)
+    for (int column = crop.pixels.min().x(); column <= crop.pixels.max().x(); ++column)
     {
       const Eigen::Vector3f point = cloud.at(row, column);
       if (body.box.contains(point))
