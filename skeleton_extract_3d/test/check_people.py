@@ -45,13 +45,7 @@ PAUSE = 15.0
 
 
 class Frame(NamedTuple):
-    """A frame that was played.
-
-    Attributes:
-        number: in the sequence.
-        truth: people 1 and 2.
-        array: what the extractor says.
-    """
+    """A frame of the sequence, the truth about people 1 and 2, and what the extractor says."""
 
     number: int
     truth: List[TruePerson]
@@ -89,20 +83,13 @@ class PeopleTest(unittest.TestCase):
         return found[::-1] if number % 2 else found
 
     @classmethod
-    def play(cls, numbers: Sequence[int], frame_id: str = FRAME_ID, begin: Optional[rospy.Time] = None,
-             rows: Optional[int] = None) -> List[Frame]:
-        """Send frames of the sequence and return what comes.
-
-        Args:
-            frame_id: of the messages.
-            begin: stamp of the first one; None: some time after those before.
-            rows: of images and clouds, from the upper border on; None: all.
-        """
+    def play(cls, numbers: Sequence[int], frame_id: str = FRAME_ID, begin: Optional[rospy.Time] = None) -> List[Frame]:
+        """Send frames of the sequence and return what comes; `begin`: stamp of the first, else after a pause."""
         begin = begin or cls.last_stamp + rospy.Duration(PAUSE)
         played = []
         for number in numbers:
             stamp = begin + rospy.Duration((number - numbers[0]) / cls.sequence.frames.fps)
-            cls.camera.send(*cls.sequence.messages(number, stamp, frame_id, rows))
+            cls.camera.send(*cls.sequence.messages(number, stamp, frame_id))
             played.append(Frame(number, cls.sequence.people[number], cls.output.frame(stamp)))
             cls.last_stamp = max(cls.last_stamp, stamp)
         return played

@@ -147,13 +147,12 @@ def people_from_array(message: PersonDetection_3dArray) -> People3D:
             no probability, or there are velocities or existences of some persons only.
     """
     skeleton = skeleton_of(message.pose_model)
-    values = np.array([[(part.x, part.y, part.z, part.confidence, part.sigma, part.status)
-                        for part in (getattr(person, joint) for joint in skeleton.joints)]
-                       for person in message.persons], np.float64).reshape(-1, len(skeleton.joints), 6)
+    xyz, confidence, status, sigma = _values_of([[getattr(person, joint) for joint in skeleton.joints]
+                                                 for person in message.persons], len(skeleton.joints))
     ids = np.array([person.person_ID for person in message.persons], np.int64)
     try:
-        return People3D(skeleton, values[..., :3], values[..., 3], values[..., 5], values[..., 4], ids,
-                        _velocities(message, skeleton), existence_of(message))
+        return People3D(skeleton, xyz, confidence, status, sigma, ids, _velocities(message, skeleton),
+                        existence_of(message))
     except ValueError as error:
         raise BadInputError(str(error)) from error
 
@@ -224,12 +223,18 @@ def _vector(x: float, y: float, z: float) -> Vector3:
     return vector
 
 
-def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Points3D:
-    """Return the points of messages, `number` of each hand or face."""
+def _values_of(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Tuple[np.ndarray, ...]:
+    """Return positions (N, number, 3), confidence, status and sigma (N, number) of body parts."""
     values = np.array([[(part.x, part.y, part.z, part.confidence, part.status, part.sigma) for part in row]
                        for row in parts], np.float64).reshape(-1, number, 6)
+    return (values[..., :3], *np.moveaxis(values[..., 3:], -1, 0))
+
+
+def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Points3D:
+    """Return the points of messages, `number` of each hand or face."""
+    xyz, confidence, status, sigma = _values_of(parts, number)
     try:
-        return Points3D(values[..., :3], values[..., 3], values[..., 4], values[..., 5])
+        return Points3D(xyz, confidence, status, sigma)
     except ValueError as error:
         raise BadInputError(str(error)) from error
 

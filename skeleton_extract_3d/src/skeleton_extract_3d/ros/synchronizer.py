@@ -38,10 +38,10 @@ class StampSynchronizer(message_filters.SimpleFilter):
         super().__init__()
         self._matcher = StampMatcher(params or PairingParams())
         self._lock = threading.Lock()
-        self._alone = [f'{name} without a partner' for name in names]
+        self._unpaired_events = [f'{name} without a partner' for name in names]
         self._health = health or Health()
         self.received, self.pairs = [0, 0], 0
-        self._came = [-math.inf, -math.inf]  # newest message of each input since the last pair
+        self._arrivals = [-math.inf, -math.inf]  # newest message of each input since the last pair
         self._unpaired_since = math.inf
         self.connectInput(inputs)
 
@@ -58,7 +58,7 @@ class StampSynchronizer(message_filters.SimpleFilter):
             """Tell whether both inputs came for a while without a pair: lately, or there never was one."""
             now = time.monotonic()
             return (all(source.subscribed for source in inputs) and now - self._unpaired_since >= PATIENCE
-                    and (self.pairs == 0 or now - min(self._came) < PATIENCE))
+                    and (self.pairs == 0 or now - min(self._arrivals) < PATIENCE))
 
         def why() -> str:
             with self._lock:
@@ -80,8 +80,8 @@ class StampSynchronizer(message_filters.SimpleFilter):
             self.received[stream] += 1
             self.pairs += pair is not None
             self._note_arrival(stream, pair is not None)
-        jumped, stale, *alone = (now - then for now, then in zip(after, before))
-        for event, number in zip(self._alone, alone):
+        jumped, stale, *unpaired = (now - then for now, then in zip(after, before))
+        for event, number in zip(self._unpaired_events, unpaired):
             if number:
                 self._health.count(event, number)
         if stale:
@@ -95,8 +95,8 @@ class StampSynchronizer(message_filters.SimpleFilter):
 
     def _note_arrival(self, stream: int, pairs: bool) -> None:
         if pairs:
-            self._came, self._unpaired_since = [-math.inf, -math.inf], math.inf
+            self._arrivals, self._unpaired_since = [-math.inf, -math.inf], math.inf
             return
-        self._came[stream] = now = time.monotonic()
-        if self._unpaired_since == math.inf and min(self._came) > -math.inf:
+        self._arrivals[stream] = now = time.monotonic()
+        if self._unpaired_since == math.inf and min(self._arrivals) > -math.inf:
             self._unpaired_since = now
