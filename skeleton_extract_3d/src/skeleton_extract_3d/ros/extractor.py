@@ -45,7 +45,7 @@ from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.camera_inputs import input_topics, settle_camera
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.frames import FrameTransforms, PointsMessage, points_from_message
-from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
+from skeleton_extract_3d.ros.input_echo import InputEcho
 from skeleton_extract_3d.ros.result_publisher import LandmarkStage, PeoplePublisher3D
 from skeleton_extract_3d.ros.service_detection import ServiceDetection
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
@@ -175,7 +175,7 @@ class Extractor:
             clock.lap('locate')
             return frame
 
-        self._echo.submit(InputFrame(image, frame.image, pair.points, frame.grid, header))
+        self._echo.submit(frame, pair.points, header)
         result = self._chain.look(frame, locate=located)
         clock.lap('estimate')
         self._publish(result, header)

@@ -94,12 +94,15 @@ class FloorNode:
         """Publish the frame of the floor on tf, unless another node does: a frame has one parent."""
         if time.monotonic() < self._begin + _SETTLING:
             return
-        parents = {} if self._is_alone else self._transforms.parents()
-        if self._params.floor_frame in {*parents, *parents.values()}:
-            self._health.warn('frame exists', f"tf has a frame '{self._params.floor_frame}', so that of the floor is "
-                                              'not published: set floor_frame to another name, or publish_tf to false')
-            return
-        self._is_alone = True
+        if not self._is_alone:
+            name, parents = self._params.floor_frame, self._transforms.parents()
+            if name in {*parents, *parents.values()}:
+                self._health.warn('frame exists', f"tf has a frame '{name}', so that of the floor is not published: "
+                                                  'set floor_frame to another name, or publish_tf to false')
+                return
+            self._is_alone = True
+            if not self._params.gravity_frame:
+                self._transforms.stop()
         self._frame.header = header
         self._broadcaster.sendTransform(self._frame)
 
