@@ -19,7 +19,8 @@ checks. A node is `CHAIN/NODE` of `tests/faults/rig.py`; what comes of a fault i
 JOINTS_H = ROOT / 'openpose_ros_msgs/include/openpose_ros_msgs/joints.h'
 CONFIG_MODULES = ('openpose_ros_pkg.params.nodes', 'skeleton_extract_3d.node_params', 'openpose_ros_fusion.node_params',
                   'openpose_ros_signals.node_params', 'openpose_ros_bridges.node_params',
-                  'openpose_ros_bringup.node_params', 'openpose_ros_web.node_params')
+                  'openpose_ros_bringup.node_params', 'openpose_ros_nodelets.node_params',
+                  'openpose_ros_web.node_params')
 
 
 def write_config(_arguments: Sequence[str] = ()) -> None:

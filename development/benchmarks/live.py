@@ -6,7 +6,7 @@ counted for a while: the 3D chain with its visualization, or for 2d the service 
 are made of the shipped one, or given by --folder. In 3D `target_rate` is the camera's rate unless it is given. Latency:
 from the camera's stamp to the arrival of the message in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on
 two threads, before and after the nodes run; latencies in T are by the mean of both. Start: to the first result. The
-stages of `age` add up to the latency. --points cloud_to_depth: a nodelet makes depth images of clouds. --virtual: the
+stages of `age` add up to the latency. --points cloud_to_depth: a node makes depth images of clouds. --virtual: the
 chain alone, in virtual time, see virtual.py.
 
     ./run bench live 3d                                       # all rates, numbers of people and points
@@ -61,7 +61,7 @@ def measure_row(session: Session, bag: Path, rate: float, points: str, arguments
     children = [nodes.start_camera(session, bag, rate)]
     if points == 'cloud_to_depth':
         children.append(session.start('cloud_to_depth', [
-            'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true', 'manager:=/camera']))
+            'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true']))
     if points == '-':
         seen = nodes.watch_nodes(session, [
             'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',

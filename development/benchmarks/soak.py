@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Run the whole chain for long under disturbances: is anything lost, does it leak or slow down?
 
-Two chains at once: `people_3d_node` with visualization, a camera of 960 x 540 at 30 Hz and the floor nodelet; and
+Two chains at once: `people_3d_node` with visualization, a camera of 960 x 540 at 30 Hz and the floor node; and
 detection service and extractor as two nodes, with a camera at 5 Hz. In the images people come and go, 0 to 5 of them.
 record.launch records all results. In each cycle (5 min of 60) the detection service of the second chain is killed and
 has to respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in turn; parameters change by

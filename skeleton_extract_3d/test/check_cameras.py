@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Cameras share one detector: each gets its share, ids and markers of its own, and a switch; for two launch files."""
+"""Cameras share one detector: each gets its share, ids of its own, and a switch; for two launch files."""
 import sys
 import unittest
 from itertools import groupby
@@ -10,7 +10,6 @@ import rospy
 import rostest
 from harness import OUTPUT
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from visualization_msgs.msg import Marker
 
 from demand import enable
 from session import Diagnostics, await_true
@@ -28,13 +27,9 @@ class CamerasTest(unittest.TestCase):
         cls.cameras = rospy.get_param('~cameras').split()
         cls.one_process = rospy.get_param('~one_process')
         cls.arrivals: List[Tuple[str, PersonDetection_3dArray]] = []
-        cls.markers: List[Tuple[str, Marker]] = []
-        cls.subscribers = [
-            rospy.Subscriber(f'{camera}/{OUTPUT}/{topic}', kind, lambda message, camera=camera, kept=kept:
-                             kept.append((camera, message)))
-            for camera in cls.cameras for topic, kind, kept in (
-                ('detected_poses_3d', PersonDetection_3dArray, cls.arrivals),
-                ('visualization_markers', Marker, cls.markers))]
+        cls.subscribers = [rospy.Subscriber(f'{camera}/{OUTPUT}/detected_poses_3d', PersonDetection_3dArray,
+                                            lambda message, camera=camera: cls.arrivals.append((camera, message)))
+                           for camera in cls.cameras]
         await_true(lambda: all(cls.people(camera) for camera in cls.cameras), 'people before each camera')
         first = len(cls.arrivals)
         cls.wait(RESULTS, *cls.cameras)
@@ -64,15 +59,6 @@ class CamerasTest(unittest.TestCase):
             people = self.people(camera)
             self.assertEqual({array.header.frame_id for array in people}, {'kinect2_rgb_optical_frame'})
             self.assertIn(1, {person.person_ID for array in people for person in array.persons})
-
-    def test_markers_of_each(self):
-        await_true(lambda: {name for name, _ in list(self.markers)} == set(self.cameras), 'markers of all')
-        arrays = {(name, array.header.stamp): array for name, array in list(self.arrivals)}
-        shown = [(arrays[name, marker.header.stamp], marker) for name, marker in list(self.markers)
-                 if (name, marker.header.stamp) in arrays and marker.action == Marker.ADD]
-        self.assertGreater(len(shown), 0)
-        for array, marker in shown:
-            self.assertIn(marker.id, [person.person_ID for person in array.persons])
 
     def test_topics_and_diagnostics_belong_to_a_camera(self):
         published = dict(rosgraph.Master('/check_cameras').getSystemState()[0])

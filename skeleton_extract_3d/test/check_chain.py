@@ -174,14 +174,6 @@ class ChainTest(unittest.TestCase):
         each = {(of_round, *ids) for (of_round, _), ids in ids_of.items()}
         self.assertEqual(len(each), len(ids_of), 'two people have two ids')
 
-    def test_messages_tell_their_frame_and_people(self):
-        frame_id = WORLD_FRAME if OF_2D_SERVICE else FRAME_ID
-        for array in self.output.arrays:
-            self.assertEqual((array.header.frame_id, array.pose_model), (frame_id, 'COCO_18'))
-            for person in array.persons:
-                self.assertEqual((person.header.stamp, person.header.frame_id), (array.header.stamp, frame_id))
-                self.assertEqual(person.num_people_detected, len(array.persons))
-
     def test_markers_are_the_joints(self):
         people = {(array.header.stamp, person.person_ID): person for array in self.output.arrays
                   for person in array.persons}

@@ -73,24 +73,17 @@ def position(part: Any) -> np.ndarray:
     return np.array([part.x, part.y, part.z])
 
 
-# Labels of the truth: a joint is outside the image, or to be seen; with any other one something hides it.
+# Labels of the truth: a joint is outside the image, or visible; with any other one something hides it.
 OUTSIDE, VISIBLE = 0, 2
 
 
 class TruePerson(NamedTuple):
-    """The truth about a person in a frame of the shipped sequence.
+    """The truth about a person in a frame of the shipped sequence."""
 
-    Attributes:
-        id: the same in all frames.
-        xyz: (18, 3) [m], in the frame of the points.
-        uv: (18, 2) [px].
-        labels: (18,).
-    """
-
-    id: int
-    xyz: np.ndarray
-    uv: np.ndarray
-    labels: np.ndarray
+    id: int  # the same in all frames
+    xyz: np.ndarray  # (18, 3) [m], in the frame of the points
+    uv: np.ndarray  # (18, 2) [px]
+    labels: np.ndarray  # (18,)
 
     @property
     def hidden(self) -> np.ndarray:
@@ -108,12 +101,7 @@ class TruePerson(NamedTuple):
 
 
 class ShippedSequence:
-    """The sequence that comes with the package: two people cross, and one hides the other for a while.
-
-    Attributes:
-        frames: images, depth and camera.
-        people: of each frame, the truth about the two.
-    """
+    """The sequence that comes with the package: two people cross, and one hides the other for a while."""
 
     def __init__(self) -> None:
         folder = Path(__file__).resolve().parents[1] / 'demo' / 'cross'
@@ -123,13 +111,12 @@ class ShippedSequence:
         self.people = [[TruePerson(person['id'], *(np.array(person[key])[order] for key in ('xyz', 'uv', 'vis')))
                         for person in frame['people']] for frame in truth['frames']]
 
-    def messages(self, number: int, stamp: rospy.Time, frame_id: str = FRAME_ID,
-                 rows: Optional[int] = None) -> Tuple[Image, PointCloud2]:
-        """Return image and cloud of a frame; `rows` cuts them below."""
+    def messages(self, number: int, stamp: rospy.Time, frame_id: str = FRAME_ID) -> Tuple[Image, PointCloud2]:
+        """Return image and cloud of a frame."""
         frame, header = self.frames.frame(number), Header(stamp=stamp, frame_id=frame_id)
         picture, cloud = frame.bgr.copy(), cloud_from_depth(frame.depth * 0.001, self.frames.camera, frame.bgr)
         picture[0, 0] = number, 0, 0
-        return bgr_to_image(picture[:rows], header), cloud_to_message(cloud[:rows], header)
+        return bgr_to_image(picture, header), cloud_to_message(cloud, header)
 
 
 class FakeDetector:

@@ -1,4 +1,4 @@
-"""The synchronizer is a message filter among others, and pairs right where ApproximateTimeSynchronizer does not."""
+"""The synchronizer is a message filter among others, whose callbacks hold up neither stream."""
 import threading
 from typing import List, Tuple
 
@@ -60,32 +60,11 @@ def synchronized():
     return source, synchronizer, health
 
 
-@pytest.fixture
-def wall_clock():
-    """Let rospy.Time.now() work without a node, as ApproximateTimeSynchronizer asks for it."""
-    before = rospy.rostime.is_rostime_initialized()
-    rospy.rostime.set_rostime_initialized(True)
-    yield
-    rospy.rostime.set_rostime_initialized(before)
-
-
 # 20 s each at 30 Hz, points 10 +- 4 ms after the images, a fifth of the messages of each stream lost
 RECORDINGS = [two_streams(seed) for seed in range(20)]
 
 
-# beyond 23 ms, the period less the difference in a pair, neighbours are within the slop
-@pytest.mark.parametrize('slop, share', [(0.02, 0.02), (0.05, 0.44), (0.1, 0.51)])
-def test_approximate_time_synchronizer_pairs_wrongly_when_frames_drop(wall_clock, slop, share):
-    pairs = wrong = 0
-    for messages in RECORDINGS:
-        inputs = Inputs()
-        message_filters.ApproximateTimeSynchronizer(inputs.filters, 30, slop).registerCallback(inputs.keep)
-        inputs.send(messages)
-        pairs, wrong = pairs + len(inputs.pairs), wrong + len(inputs.wrong)
-    assert wrong / pairs == pytest.approx(share, abs=0.01)
-
-
-def test_this_one_does_not():
+def test_lost_messages_lead_to_no_wrong_pairs():
     for messages in RECORDINGS:
         inputs, _, _ = synchronized()
         inputs.send(messages)
@@ -145,11 +124,4 @@ def test_a_callback_that_takes_its_time_holds_up_neither_stream():
     assert not other.is_alive()
     go_on.set()
     thread.join(60)
-    assert synchronizer.received == (2, 1)
-
-
-def test_messages_without_a_stamp_are_counted():
-    ends, synchronizer, health = synchronized()
-    for each in ends.filters:
-        each.signalMessage(message(0, 0))
-    assert (ends.pairs, synchronizer.received, health.counts) == ([], (0, 0), {'stamp 0': 2})
+    assert synchronizer.received == [2, 1]

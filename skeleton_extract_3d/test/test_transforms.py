@@ -70,7 +70,7 @@ def test_points_that_were_turned_are_where_the_camera_saw_them(degrees, target):
     before, after = points
     np.testing.assert_allclose(after, before @ quarter_turns(degrees).T, atol=1e-9)
     rotation, translation = rotation_and_translation(pose) if target == 'map' else (np.eye(3), np.zeros(3))
-    turn = transforms.tracking_from_points(now), transforms._target(now)[1]
+    turn = transforms.tracking_from_points(now), transforms._transform_to(target, now)
     assert turn[0] is None
     found = after if turn[1] is None else after @ turn[1][0].T + turn[1][1]
     np.testing.assert_allclose(found, before @ rotation.T + translation, atol=1e-9)

@@ -69,7 +69,7 @@ def check_installed_files(space, environment):
 
 
 def check_nodes_run(space, environment):
-    """The whole chain, from the player to the extractor, answers from this space, and so does a nodelet."""
+    """The whole chain, from the player to the extractor, answers from this space, and so does a node of clouds."""
     shell(f"""
         source {space}/setup.bash
         PYTHONPATH={ROOT}/tests/support:$PYTHONPATH /usr/bin/python3 - <<'END'
@@ -83,7 +83,7 @@ from sensor_msgs.msg import CameraInfo
 
 with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
     session.start('nodes', ['roslaunch', 'openpose_ros_bringup', 'demo.launch'])
-    session.start('nodelet', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true'])
+    session.start('depth', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true'])
     rospy.init_node('check_nodes_run', disable_signals=True)
     topic = '/openpose_ros/skeleton_3d/detected_poses_3d'
     message = rospy.wait_for_message(topic, PersonDetection_3dArray, timeout=60)
@@ -111,35 +111,6 @@ def build_examples(page, names, space, environment, folder):
     return built
 
 
-def build_user_of_nodelets(space, environment, folder):
-    """Another package includes every header of the nodelets and calls a function of their libraries."""
-    package, headers = folder / 'src/user_of_nodelets', space / 'include'
-    (package / 'src').mkdir(parents=True)
-    included = sorted(path.relative_to(headers) for path in (headers / 'openpose_ros_nodelets').rglob('*.h'))
-    assert len(included) == len(list((PACKAGES['openpose_ros_nodelets'] / 'include').rglob('*.h'))) > 10
-    (package / 'src/program.cpp').write_text(''.join(f'#include <{path}>\n' for path in included) + """
-int main()
-{
-  using namespace openpose_ros_nodelets;
-  return findFloor(Points::ConstPtr(new Points), Eigen::Vector3f::UnitZ(), 0.1, FloorSettings()).floor ? 1 : 0;
-}
-""")
-    (package / 'CMakeLists.txt').write_text("""cmake_minimum_required(VERSION 3.0.2)
-project(user_of_nodelets)
-set(CMAKE_CXX_STANDARD 17)
-find_package(catkin REQUIRED COMPONENTS openpose_ros_nodelets)
-catkin_package()
-include_directories(${catkin_INCLUDE_DIRS})
-add_executable(program src/program.cpp)
-target_link_libraries(program ${catkin_LIBRARIES})
-""")
-    (package / 'package.xml').write_text("""<package format="3">
-        <name>user_of_nodelets</name><version>0.0.0</version><description>Finds no floor.</description>
-        <maintainer email="user@example.com">user</maintainer><license>none</license>
-        <buildtool_depend>catkin</buildtool_depend><depend>openpose_ros_nodelets</depend></package>""")
-    shell(f'source {space}/setup.bash; catkin_make {SETTINGS}; devel/lib/user_of_nodelets/program', folder, environment)
-
-
 def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, environment):
     checkout = copy_checkout(tmp_path / 'checkout')
     shell(f'catkin_make --source . -Dopenpose_ros_pkg_VENV={ROOT}/.venv install', checkout, environment)
@@ -161,7 +132,6 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
     build_examples('signals.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
-    build_user_of_nodelets(tmp_path / 'elsewhere/space', environment, tmp_path / 'nodelets')
 
 
 @pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')

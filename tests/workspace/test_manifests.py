@@ -19,8 +19,10 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib'
                'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
-# openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch.
-CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'rosbag', 'roslaunch'}}
+# openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch; people_cloud is C++.
+CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'rosbag', 'roslaunch'},
+          'openpose_ros_nodelets': {'diagnostic_updater', 'libpcl-all', 'message_filters', 'nodelet',
+                                    'nodelet_topic_tools', 'openpose_ros_msgs', 'pluginlib', 'roscpp'}}
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
 
 

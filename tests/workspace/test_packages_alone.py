@@ -15,7 +15,7 @@ CHECK = """
 import importlib, importlib.util, pkgutil, sys
 for name in sys.argv[2].split():
     assert importlib.util.find_spec(name) is None, f'{name} is there, although nothing names it'
-if sys.argv[1] not in ('openpose_ros', 'openpose_ros_nodelets'):  # no modules in Python
+if sys.argv[1] != 'openpose_ros':  # no modules in Python
     package = importlib.import_module(sys.argv[1])
     for module in pkgutil.walk_packages(package.__path__, f'{package.__name__}.'):
         importlib.import_module(module.name)

@@ -7,7 +7,7 @@ import rospy
 import rostest
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
-from harness import FRAME_ID, NodeletTest, cloud
+from harness import FRAME_ID, CloudTest, cloud
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
@@ -59,7 +59,7 @@ def points_of(message: PointCloud2, field: str, kind: str) -> np.ndarray:
     return np.frombuffer(message.data, dtype)[field].reshape(message.height, message.width)
 
 
-class PeopleCloudTest(NodeletTest):
+class PeopleCloudTest(CloudTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -71,7 +71,7 @@ class PeopleCloudTest(NodeletTest):
 
     def listen(self, ns, topic):
         """Listen to an output until the end of the test; before, as after it, nothing comes in."""
-        await_true(lambda: self.diagnostics.value(f'{ns}/people_cloud', 'enabled') == 'true', f'{ns} is there')
+        await_true(lambda: self.diagnostics.reports(f'{ns}/people_cloud'), f'{ns} is there')
         await_true(lambda: self.clouds[ns].get_num_connections() == self.people[ns].get_num_connections() == 0,
                    f'{ns} has unsubscribed')
         output = Recorder(f'/{ns}/people_cloud/{topic}', PointCloud2)
@@ -81,7 +81,7 @@ class PeopleCloudTest(NodeletTest):
         return output
 
     def send(self, ns, message=None):
-        return super().send(ns, message or cloud(scene(), rospy.Time()))
+        return super().send(ns, message or cloud(scene()))
 
     def check_labels(self, message, number=PERSON_ID):
         self.assertEqual((message.header.frame_id, message.width, message.height), (FRAME_ID, WIDTH, HEIGHT))
@@ -126,14 +126,10 @@ class PeopleCloudTest(NodeletTest):
         self.people['managed'].publish(people(self.send('managed'), 'nowhere'))
         self.diagnostics.await_event('managed/people_cloud', 'no transform', 1, ['nowhere', FRAME_ID])
         self.assertNotIn(self.last, [message.header.stamp for message in labelled.messages[before:]])
-        # what a message says is quoted, but not at any length, and it controls no terminal
-        self.people['managed'].publish(people(self.send('managed'), 'far\x1b[31m' + 100000 * 'a'))
-        self.diagnostics.await_event('managed/people_cloud', 'no transform', 2, ["from 'far?[31maaa"])
-        self.assertLess(max(map(len, self.diagnostics.texts('managed/people_cloud'))), 1100)
 
     def test_5_what_can_not_be_used_is_counted(self):
         labelled = self.listen('alone', 'labelled')
-        message = cloud(scene(), rospy.Time())
+        message = cloud(scene())
         message.height, message.width, message.row_step = 1, WIDTH * HEIGHT, 32 * WIDTH * HEIGHT
         self.people['alone'].publish(people(self.send('alone', message)))
         self.diagnostics.await_event('alone/people_cloud', 'bad clouds', 1, ['not organized', f'{WIDTH * HEIGHT} x 1'])

@@ -1,8 +1,7 @@
-"""What the tests of the nodelets share: clouds of known points, sent to a nodelet and to a program of it."""
+"""What the tests of the nodes of clouds share: clouds of known points, sent to one of two nodes."""
 import sys
 import unittest
 from pathlib import Path
-from typing import Sequence
 
 import numpy as np
 import rospy
@@ -14,42 +13,31 @@ sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
 from session import Diagnostics
 
 FRAME_ID = 'test_optical_frame'
-NAMESPACES = ('managed', 'alone')
 
 
-def cloud(xyz: np.ndarray, stamp: rospy.Time, offsets: Sequence[int] = (0, 4, 8), point_step: int = 32,
-          padding: int = 0) -> PointCloud2:
-    """Return the message of (H, W, 3) float32 points [m].
-
-    Args:
-        offsets, point_step: where x, y and z lie in a point, and its size [bytes].
-        padding: bytes between the rows.
-    """
-    height, width = xyz.shape[:2]
-    dtype = np.dtype({'names': list('xyz'), 'formats': ['<f4'] * 3, 'offsets': list(offsets), 'itemsize': point_step})
-    points = np.zeros((height, width), dtype)
-    for i, axis in enumerate('xyz'):
-        points[axis] = xyz[..., i]
-    rows = np.full((height, width * point_step + padding), 0x5a, np.uint8)
-    rows[:, :width * point_step] = points.view(np.uint8).reshape(height, -1)
-    fields = [PointField(name=axis, offset=offset, datatype=PointField.FLOAT32, count=1)
-              for axis, offset in zip('xyz', offsets)]
-    return PointCloud2(header=Header(stamp=stamp, frame_id=FRAME_ID), height=height, width=width, fields=fields,
-                       point_step=point_step, row_step=rows.shape[1], data=rows.tobytes())
+def cloud(xyz: np.ndarray) -> PointCloud2:
+    """Return the message of (H, W, 3) float32 points [m]."""
+    points = np.zeros((*xyz.shape[:2], 8), np.float32)
+    points[..., :3] = xyz
+    fields = [PointField(name=axis, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, axis in enumerate('xyz')]
+    return PointCloud2(header=Header(frame_id=FRAME_ID), height=points.shape[0], width=points.shape[1], fields=fields,
+                       point_step=32, row_step=32 * points.shape[1], data=points.tobytes())
 
 
-class NodeletTest(unittest.TestCase):
+class CloudTest(unittest.TestCase):
     """A test that sends clouds to <namespace>/points, each with a stamp of its own."""
+
+    NAMESPACES = ('managed', 'alone')
 
     @classmethod
     def setUpClass(cls):
-        rospy.init_node('check_nodelets')
+        rospy.init_node('check_clouds')
         cls.diagnostics, cls.last = Diagnostics(), rospy.Time(1000)
         cls.clouds = cls.publishers('points', PointCloud2)
 
-    @staticmethod
-    def publishers(topic, kind, **options):
-        return {ns: rospy.Publisher(f'/{ns}/{topic}', kind, queue_size=10, **options) for ns in NAMESPACES}
+    @classmethod
+    def publishers(cls, topic, kind, **options):
+        return {ns: rospy.Publisher(f'/{ns}/{topic}', kind, queue_size=10, **options) for ns in cls.NAMESPACES}
 
     def send(self, ns, message, after=1 / 30):
         """Publish a cloud, so many seconds after the last one by its stamp, and return that."""

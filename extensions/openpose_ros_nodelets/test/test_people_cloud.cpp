@@ -10,9 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "openpose_ros_nodelets/common/organized_cloud.h"
-#include "openpose_ros_nodelets/people_cloud/labelled_cloud.h"
-#include "openpose_ros_nodelets/people_cloud/people_labeller.h"
+#include "people_labeller.h"
 
 using namespace openpose_ros_nodelets;
 
@@ -278,30 +276,45 @@ TEST(LabelledCloud, PeopleAreMissingInTheRest)
   const sensor_msgs::PointCloud2Ptr rest = withoutLabelled(cloud, labels);
   const OrganizedCloud points(*rest);
   EXPECT_FALSE(rest->is_dense);
-  EXPECT_EQ(points.width(), WIDTH);
-  EXPECT_TRUE(std::isnan(points.x(3, 1)) && std::isnan(points.y(3, 1)) && std::isnan(points.z(3, 1)));
-  EXPECT_EQ(points.x(4, 1), 0.0f);
-  EXPECT_EQ(points.z(2, 1), 0.0f);
+  EXPECT_TRUE(points.at(1, 3).array().isNaN().all());
+  EXPECT_EQ(points.at(1, 4), Eigen::Vector3f::Zero());
 }
 
-TEST(LabelledCloud, NothingIsWrittenWhereFieldsBeyondThePointWouldBe)
+TEST(OrganizedCloud, ReadsCoordinatesWhereTheFieldsAre)
 {
-  constexpr std::uint32_t FAR = 0xfffffff0;
-  const std::vector<std::uint32_t> labels(WIDTH * HEIGHT, 7);
   sensor_msgs::PointCloud2 cloud = emptyCloud(32);
-  cloud.fields.push_back(cloud.fields[0]);  // a second x
-  cloud.fields.back().offset = FAR;
-  cloud.fields.back().count = FAR;
-  const sensor_msgs::PointCloud2Ptr labelled = withLabels(cloud, labels);
-  EXPECT_EQ(labelled->fields.back().offset, 32u);
-  EXPECT_EQ(labelled->point_step, 36u);
-  EXPECT_EQ(labelled->data.size(), 36 * WIDTH * HEIGHT);
-  EXPECT_EQ(labelled->data[32], 7);
-  const sensor_msgs::PointCloud2Ptr rest = withoutLabelled(cloud, labels);
-  EXPECT_TRUE(std::isnan(OrganizedCloud(*rest).x(3, 1)));
-  cloud.fields.back().name = "label";
-  cloud.fields.back().datatype = sensor_msgs::PointField::UINT32;
-  EXPECT_THROW(withLabels(cloud, labels), BadInputError);
+  std::swap(cloud.fields[0].name, cloud.fields[1].name);
+  const float y = 7.0f;
+  std::memcpy(&cloud.data[cloud.row_step + 3 * 32], &y, sizeof(y));
+  EXPECT_EQ(OrganizedCloud(cloud).at(1, 3), Eigen::Vector3f(0.0f, 7.0f, 0.0f));
+}
+
+TEST(OrganizedCloud, RefusesWhatItCanNotRead)
+{
+  using Change = std::function<void(sensor_msgs::PointCloud2&)>;
+  const std::vector<std::pair<Change, std::string>> bad = {
+    { [](auto& cloud) { cloud = sensor_msgs::PointCloud2(); }, "not organized: it has 0 x 0 points" },
+    { [](auto& cloud) { cloud.fields.resize(2); }, "no field 'z'" },
+    { [](auto& cloud) { cloud.fields[0].datatype = 8; }, "field 'x' of datatype 8 at byte 0 of points of 32 bytes" },
+    { [](auto& cloud) { cloud.fields[2].offset = 0xfffffffe; }, "field 'z' of datatype 7 at byte 4294967294" },
+    { [](auto& cloud) { cloud.is_bigendian = true; }, "big-endian" },
+    { [](auto& cloud) { cloud.row_step = 127; }, "rows of 127 " },
+    { [](auto& cloud) { cloud.data.pop_back(); }, "truncated" },
+  };
+  for (const auto& [change, text] : bad)
+  {
+    sensor_msgs::PointCloud2 cloud = emptyCloud(32);
+    change(cloud);
+    try
+    {
+      OrganizedCloud{ cloud };
+      ADD_FAILURE() << text;
+    }
+    catch (const BadInputError& error)
+    {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+    }
+  }
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ class ExtractorParams(Parameters):
              'without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
     use_floor: bool = parameter(
         False, 'Subscribe to the plane of the floor on ~floor (pcl_msgs/ModelCoefficients in the frame of the cloud, '
-               'as the nodelet floor publishes it): hidden feet of standing people are on it, and no inferred foot '
+               'as the node floor publishes it): hidden feet of standing people are on it, and no inferred foot '
                'lies below it. Without a plane of the last 2 s, as if false.')
     publish_tf: bool = parameter(
         False, 'Publish each joint that is measured or inferred as a frame person_<person_ID>/<joint> on /tf: parent '

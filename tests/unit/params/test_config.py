@@ -5,6 +5,7 @@ import yaml
 import openpose_ros_bridges.node_params
 import openpose_ros_bringup.node_params
 import openpose_ros_fusion.node_params
+import openpose_ros_nodelets.node_params
 import openpose_ros_pkg.params.nodes
 import openpose_ros_signals.node_params
 import openpose_ros_web.node_params
@@ -17,7 +18,7 @@ FILES = [(PACKAGES[package.__name__.split('.')[0]] / 'config' / name, kind)
          for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params,
                          openpose_ros_fusion.node_params, openpose_ros_signals.node_params,
                          openpose_ros_bridges.node_params, openpose_ros_bringup.node_params,
-                         openpose_ros_web.node_params)
+                         openpose_ros_nodelets.node_params, openpose_ros_web.node_params)
          for name, kind in package.CONFIG_FILES.items()]
 IDS = [path.name for path, _ in FILES]
 
@@ -40,9 +41,10 @@ def test_documented_words_need_no_quotes_in_a_file(path, kind, tmp_path):
 def test_every_file_in_config_belongs_to_a_node():
     there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion',
                                         'openpose_ros_signals', 'openpose_ros_bridges', 'openpose_ros_bringup',
-                                        'openpose_ros_web')
+                                        'openpose_ros_nodelets', 'openpose_ros_web')
              for path in (PACKAGES[package] / 'config').iterdir()}
-    assert there == {path for path, _ in FILES} | {presets_file()}
+    of_cpp = PACKAGES['openpose_ros_nodelets'] / 'config/people_cloud.yaml'
+    assert there == {path for path, _ in FILES} | {presets_file(), of_cpp}
 
 
 def test_parameters_that_detection_and_lifting_share_mean_the_same():

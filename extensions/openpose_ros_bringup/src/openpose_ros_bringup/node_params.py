@@ -11,7 +11,7 @@ class ViewParams(Parameters):
 
     fixed_frame: str = parameter('', "RViz's fixed frame, z upwards or the optical frame of a camera; empty: `world` "
                                      'with `floor`, else the frame of the people.')
-    floor: bool = parameter(False, 'The nodelet floor publishes the frame `world`.')
+    floor: bool = parameter(False, 'The node floor publishes the frame `world`.')
     dimensions: int = parameter(3, '2: people in the image alone.', choices=(2, 3))
     cameras: str = parameter('', 'Cameras with depth whose people are fused: the namespaces of their chains, separated '
                                  'by spaces; this and rgb_cameras empty: a single chain, in the namespace of this '

@@ -1,4 +1,4 @@
-#include "openpose_ros_nodelets/people_cloud/body_shape.h"
+#include "people_labeller.h"
 
 #include <algorithm>
 #include <limits>

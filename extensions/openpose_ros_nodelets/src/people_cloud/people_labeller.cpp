@@ -1,7 +1,6 @@
-#include "openpose_ros_nodelets/people_cloud/people_labeller.h"
+#include "people_labeller.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 
@@ -23,136 +22,75 @@ constexpr std::uint32_t GAP = 2;
 // points than these, of those around it in the image, are near it.
 constexpr int EDGE = 2, MIXED = 6;
 
-Eigen::Vector3f at(const OrganizedCloud& cloud, std::size_t row, std::size_t column)
-{
-  return { cloud.x(column, row), cloud.y(column, row), cloud.z(column, row) };
-}
+// Bones are held against so many points at once, which lie near each other: most are out of reach of all of them.
+constexpr Eigen::Index BLOCK = 64;
+using Values = Eigen::Array<float, Eigen::Dynamic, 1, 0, BLOCK, 1>;
 
 float square(float value)
 {
   return value * value;
 }
 
-// Some points, one array per axis for vector instructions.
-struct Block
+// Points of the image, an array per axis for vector instructions.
+struct Points
 {
-  static constexpr int CAPACITY = 64;
-  using Values = Eigen::Array<float, CAPACITY, 1>;
-
-  void push(std::size_t index, const Eigen::Vector3f& point)
+  void push(std::uint32_t index, const Eigen::Vector3f& point)
   {
-    x[size] = point.x();
-    y[size] = point.y();
-    z[size] = point.z();
-    indices[size++] = index;
+    indices.push_back(index);
+    for (int axis = 0; axis < 3; ++axis)
+      axes[axis].push_back(point[axis]);
   }
 
-  Eigen::Vector3f point(int number) const
+  Eigen::Vector3f at(std::size_t number) const
   {
-    return { x[number], y[number], z[number] };
+    return { axes[0][number], axes[1][number], axes[2][number] };
   }
 
-  Eigen::AlignedBox3f box() const
-  {
-    const auto points_x = x.head(size), points_y = y.head(size), points_z = z.head(size);
-    return { Eigen::Vector3f(points_x.minCoeff(), points_y.minCoeff(), points_z.minCoeff()),
-             Eigen::Vector3f(points_x.maxCoeff(), points_y.maxCoeff(), points_z.maxCoeff()) };
-  }
-
-  int size = 0;
-  Values x = Values::Zero(), y = Values::Zero(), z = Values::Zero();
-  std::array<std::uint32_t, CAPACITY> indices;  // of the points, in the image
+  std::vector<std::uint32_t> indices;
+  std::vector<float> axes[3];
 };
 
-// Score each point by its nearest bone: below 0 in a core, 1 at the end of the reach, more beyond it.
-Block::Values score(const Body& body, const Block& block)
+// The scores of the points by their nearest bone: below 0 in a core, 1 at the end of the reach, more beyond it.
+std::vector<float> scoresOf(const Points& points, const Body& body)
 {
-  Block::Values scores = Block::Values::Constant(std::numeric_limits<float>::max());
-  const Eigen::AlignedBox3f box = block.box();
-  for (const Bone& bone : body.bones)
+  const Eigen::Index count = points.indices.size();
+  std::vector<float> scores(count, std::numeric_limits<float>::max());
+  for (Eigen::Index begin = 0; begin < count; begin += BLOCK)
   {
-    if (!bone.box.intersects(box))
-      continue;
-    const Eigen::Vector3f along = bone.end - bone.start;
-    const float length = along.squaredNorm();
-    const Eigen::Vector3f unit = length > 0.0f ? Eigen::Vector3f(along / length) : Eigen::Vector3f::Zero();
-    const Block::Values x = block.x - bone.start.x(), y = block.y - bone.start.y(), z = block.z - bone.start.z();
-    const Block::Values share = (x * unit.x() + y * unit.y() + z * unit.z()).max(0.0f).min(1.0f);
-    const auto distance = ((x - share * along.x()).square() + (y - share * along.y()).square() +
-                           (z - share * along.z()).square()).sqrt();
-    const float penalty = bone.end_penalty - bone.start_penalty, offset = bone.start_penalty - bone.core;
-    scores = scores.min((distance + share * penalty + offset) * (1.0f / bone.margin));
+    const Eigen::Index size = std::min(BLOCK, count - begin);
+    const auto axis = [&](int number) { return Values(Values::Map(&points.axes[number][begin], size)); };
+    const Values points_x = axis(0), points_y = axis(1), points_z = axis(2);
+    const Eigen::AlignedBox3f box(
+        Eigen::Vector3f(points_x.minCoeff(), points_y.minCoeff(), points_z.minCoeff()),
+        Eigen::Vector3f(points_x.maxCoeff(), points_y.maxCoeff(), points_z.maxCoeff()));
+    auto least = Values::Map(&scores[begin], size);
+    for (const Bone& bone : body.bones)
+    {
+      if (!bone.box.intersects(box))
+        continue;
+      const Eigen::Vector3f along = bone.end - bone.start;
+      const float length = along.squaredNorm();
+      const Eigen::Vector3f unit = length > 0.0f ? Eigen::Vector3f(along / length) : Eigen::Vector3f::Zero();
+      const Values x = points_x - bone.start.x(), y = points_y - bone.start.y(), z = points_z - bone.start.z();
+      const Values share = (x * unit.x() + y * unit.y() + z * unit.z()).max(0.0f).min(1.0f);
+      const auto distance = ((x - share * along.x()).square() + (y - share * along.y()).square() +
+                             (z - share * along.z()).square()).sqrt();
+      const float penalty = bone.end_penalty - bone.start_penalty, offset = bone.start_penalty - bone.core;
+      least = least.min((distance + share * penalty + offset) * (1.0f / bone.margin));
+    }
   }
   return scores;
 }
 
-// Scores points in blocks, and tells each with its score.
-template <typename Tell>
-class Scorer
-{
-public:
-  Scorer(const Body& body, Tell tell) : body_(body), tell_(std::move(tell))
-  {
-  }
-
-  void push(std::uint32_t index, const Eigen::Vector3f& point)
-  {
-    block_.push(index, point);
-    if (block_.size == Block::CAPACITY)
-      flush();
-  }
-
-  /// To be called at the end.
-  void flush()
-  {
-    if (block_.size == 0)
-      return;
-    const Block::Values scores = score(body_, block_);
-    for (int number = 0; number < block_.size; ++number)
-      tell_(block_.indices[number], block_.point(number), scores[number]);
-    block_.size = 0;
-  }
-
-private:
-  const Body& body_;
-  Tell tell_;
-  Block block_;
-};
-
 }  // namespace
 
-// The part of the image in which a person may be, rows and columns from first to last, and the scene around.
+// Where a person may be, and the scene around.
 struct PeopleLabeller::Crop
 {
-  void extend(std::size_t row, std::size_t column)
-  {
-    first_row = std::min(first_row, row);
-    last_row = std::max(last_row, row);
-    first_column = std::min(first_column, column);
-    last_column = std::max(last_column, column);
-  }
-
-  void enlarge(std::size_t by, std::size_t width, std::size_t height)
-  {
-    first_row -= std::min(first_row, by);
-    first_column -= std::min(first_column, by);
-    last_row = std::min(last_row + by, height - 1);
-    last_column = std::min(last_column + by, width - 1);
-  }
-
-  bool empty() const
-  {
-    return first_row > last_row;
-  }
-
-  std::size_t first_row = std::numeric_limits<std::size_t>::max(), last_row = 0;
-  std::size_t first_column = std::numeric_limits<std::size_t>::max(), last_column = 0;
-  std::vector<Eigen::Vector3f> around, scene;  // points near the person; those of them that are out of reach [m]
+  Eigen::AlignedBox2i pixels;          // columns and rows
+  Points around;                       // points near the person
+  std::vector<Eigen::Vector3f> scene;  // those of them that are out of reach [m]
 };
-
-PeopleLabeller::PeopleLabeller(const LabelSettings& settings) : settings_(settings)
-{
-}
 
 const std::vector<std::uint32_t>& PeopleLabeller::label(const OrganizedCloud& cloud,
                                                         const std::vector<Skeleton>& people)
@@ -169,7 +107,7 @@ const std::vector<std::uint32_t>& PeopleLabeller::label(const OrganizedCloud& cl
   const std::vector<Crop> crops = crop(cloud, bodies);
   Planes known;
   for (std::size_t number = 0; number < bodies.size(); ++number)
-    if (!crops[number].empty())
+    if (!crops[number].pixels.isEmpty())
       choose(cloud, number + 1, bodies[number], crops[number],
              findSupports(bodies[number], crops[number].scene, settings_.floor_margin, known));
   connect(cloud);
@@ -188,28 +126,26 @@ std::vector<PeopleLabeller::Crop> PeopleLabeller::crop(const OrganizedCloud& clo
   for (std::size_t row = 0; row < cloud.height(); row += STRIDE)
     for (std::size_t column = 0; column < cloud.width(); column += STRIDE)
     {
-      const Eigen::Vector3f point = at(cloud, row, column);
+      const Eigen::Vector3f point = cloud.at(row, column);
       for (std::size_t number = 0; number < bodies.size(); ++number)
       {
         if (!around[number].contains(point))  // nor does it where the point is missing
           continue;
-        crops[number].around.push_back(point);
+        crops[number].around.push(0, point);
         if (bodies[number].box.contains(point))
-          crops[number].extend(row, column);
+          crops[number].pixels.extend(Eigen::Vector2i(column, row));
       }
     }
   for (std::size_t number = 0; number < bodies.size(); ++number)
   {
     Crop& crop = crops[number];
-    Scorer scorer(bodies[number], [&](std::uint32_t, const Eigen::Vector3f& point, float score) {
-      if (score > 1.0f)
-        crop.scene.push_back(point);
-    });
-    for (const Eigen::Vector3f& point : crop.around)
-      scorer.push(0, point);
-    scorer.flush();
-    if (!crop.empty())
-      crop.enlarge(2 * STRIDE, cloud.width(), cloud.height());
+    const std::vector<float> scores = scoresOf(crop.around, bodies[number]);
+    for (std::size_t i = 0; i < scores.size(); ++i)
+      if (scores[i] > 1.0f)
+        crop.scene.push_back(crop.around.at(i));
+    const Eigen::Vector2i margin = Eigen::Vector2i::Constant(2 * STRIDE), last(cloud.width() - 1, cloud.height() - 1);
+    if (!crop.pixels.isEmpty())
+      crop.pixels = { (crop.pixels.min() - margin).cwiseMax(0), (crop.pixels.max() + margin).cwiseMin(last) };
   }
   return crops;
 }
@@ -217,25 +153,28 @@ std::vector<PeopleLabeller::Crop> PeopleLabeller::crop(const OrganizedCloud& clo
 void PeopleLabeller::choose(const OrganizedCloud& cloud, std::uint32_t label, const Body& body,
                             const Crop& crop, const Planes& supports)
 {
-  Scorer scorer(body, [&](std::uint32_t index, const Eigen::Vector3f& point, float score) {
-    if (score >= 1.0f || (labels_[index] != 0 && scores_[index] <= score))
-      return;
-    for (const auto& plane : supports)
-      if (plane.absDistance(point) < settings_.floor_margin)
-        return;
+  Points points;
+  for (int row = crop.pixels.min().y(); row <= crop.pixels.max().y(); ++row)
+    for (int column = crop.pixels.min().x(); column <= crop.pixels.max().x(); ++column)
+    {
+      const Eigen::Vector3f point = cloud.at(row, column);
+      if (body.box.contains(point))
+        points.push(row * cloud.width() + column, point);
+    }
+  const std::vector<float> scores = scoresOf(points, body);
+  for (std::size_t number = 0; number < scores.size(); ++number)
+  {
+    const std::uint32_t index = points.indices[number];
+    const float score = scores[number];
+    const auto holds = [&](const auto& plane) { return plane.absDistance(points.at(number)) < settings_.floor_margin; };
+    if (score >= 1.0f || (labels_[index] != 0 && scores_[index] <= score) ||
+        std::any_of(supports.begin(), supports.end(), holds))
+      continue;
     if (labels_[index] == 0)
       candidates_.push_back(index);
     labels_[index] = label;
     scores_[index] = score;
-  });
-  for (std::size_t row = crop.first_row; row <= crop.last_row; ++row)
-    for (std::size_t column = crop.first_column; column <= crop.last_column; ++column)
-    {
-      const Eigen::Vector3f point = at(cloud, row, column);
-      if (body.box.contains(point))
-        scorer.push(row * cloud.width() + column, point);
-    }
-  scorer.flush();
+  }
 }
 
 std::uint32_t PeopleLabeller::root(std::uint32_t index)
@@ -253,12 +192,12 @@ void PeopleLabeller::connect(const OrganizedCloud& cloud)
   for (const std::uint32_t index : candidates_)
   {
     const std::uint32_t row = index / width, column = index % width;
-    const Eigen::Vector3f point = at(cloud, row, column);
+    const Eigen::Vector3f point = cloud.at(row, column);
     const float step = square(settings_.cluster_step) * point.squaredNorm();
     const auto join = [&](std::uint32_t other_row, std::uint32_t other_column) {
       const std::uint32_t other = other_row * width + other_column;
       if (labels_[other] == labels_[index] && parents_[other] != parents_[index] &&
-          (at(cloud, other_row, other_column) - point).squaredNorm() < step)
+          (cloud.at(other_row, other_column) - point).squaredNorm() < step)
         parents_[root(other)] = root(index);
     };
     for (std::uint32_t gap = 1; gap <= GAP; ++gap)
@@ -299,7 +238,7 @@ void PeopleLabeller::takeEdges(const OrganizedCloud& cloud)
   std::vector<std::pair<std::uint32_t, std::uint32_t>> taken;
   const auto inside = [&](int row, int column) { return row >= 0 && row < height && column >= 0 && column < width; };
   const auto is_mixed = [&](int row, int column) {
-    const Eigen::Vector3f point = at(cloud, row, column);
+    const Eigen::Vector3f point = cloud.at(row, column);
     if (!point.allFinite())
       return false;
     const float step = square(settings_.cluster_step) * point.squaredNorm();
@@ -307,7 +246,7 @@ void PeopleLabeller::takeEdges(const OrganizedCloud& cloud)
     for (int v = row - EDGE; v <= row + EDGE; ++v)
       for (int u = column - EDGE; u <= column + EDGE; ++u)
         if (inside(v, u) && labels_[v * width + u] == 0)
-          alike += (at(cloud, v, u) - point).squaredNorm() < step;
+          alike += (cloud.at(v, u) - point).squaredNorm() < step;
     return alike < MIXED;
   };
   for (const std::uint32_t index : candidates_)

@@ -50,7 +50,7 @@ class SignalsParams(Parameters):
             'use_floor, or another up, the frame of the people.')
     use_floor: bool = parameter(
         False, 'Without fixed_frame: upwards is the normal of the plane on ~floor (pcl_msgs/ModelCoefficients in the '
-               'frame of the people, as the nodelet floor publishes it).')
+               'frame of the people, as the node floor publishes it).')
     use_landmarks: bool = parameter(
         False, 'Read hands and faces: palms tell stop, faces tell where heads face. These are computed for it then.')
     use_cloud: bool = parameter(

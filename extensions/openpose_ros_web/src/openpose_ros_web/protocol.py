@@ -17,7 +17,7 @@ from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
-from skeleton_extract_3d.show.markers import INFERRED_WHITE, MarkerParams
+from skeleton_extract_3d.show.markers import DASH, INFERRED_OPACITY, INFERRED_WHITE, LANDMARK_WIDTH, MarkerParams
 
 VERSION = 1
 IMAGE, CLOUD = 1, 2
@@ -28,6 +28,7 @@ FASTEST_IMAGES = 15.0
 """Images are sent at most this often [Hz]."""
 # Markers as people.launch starts them.
 _LOOK = MarkerParams(joint_scale=0.06)
+_SIGMA_OPACITY = 0.25  # of the spheres of uncertainty
 _IMAGE_HEAD = struct.Struct('<BBHId')
 _CLOUD_HEAD = struct.Struct('<BBHId4f')
 # Positions beyond are cut [mm]: JavaScript's numbers are whole up to 2^53.
@@ -90,12 +91,12 @@ def hello(cameras: Sequence[str], cloud: bool, dimensions: int) -> Message:
     skeletons = {model.name: {'joints': model.joints, 'limbs': [(model.index[start], model.index[end])
                                                                 for start, end in model.drawn_limbs]}
                  for model in (*SKELETONS.values(), HAND_21, FACE_70)}
-    opacity = {name: float(getattr(_LOOK, f'{name}_colour').split()[3])
-               for name in ('joint', 'skeleton', 'joint_inferred', 'skeleton_inferred', 'sigma')}
+    opacity = {'joint': 1.0, 'skeleton': 1.0, 'joint_inferred': INFERRED_OPACITY,
+               'skeleton_inferred': INFERRED_OPACITY, 'sigma': _SIGMA_OPACITY}
     return {'type': 'hello', 'version': VERSION, 'dimensions': dimensions, 'cameras': list(cameras), 'cloud': cloud,
             'widths': WIDTHS, 'image_rate': FASTEST_IMAGES, 'skeletons': skeletons,
             'look': {'joint_diameter': _LOOK.joint_scale, 'limb_width': _LOOK.skeleton_scale,
-                     'dash_length': _LOOK.dash_length, 'landmark_width': _LOOK.hand_scale,
+                     'dash_length': DASH, 'landmark_width': LANDMARK_WIDTH,
                      'inferred_white': INFERRED_WHITE, 'opacity': opacity}}
 
 

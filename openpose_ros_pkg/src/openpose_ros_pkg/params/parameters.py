@@ -36,13 +36,13 @@ Settings = TypeVar('Settings')
 OLD_PARAMETERS = frozenset((
     'birth_joints', 'camera_info_topic', 'cloud_points', 'cloud_rate', 'correct_clocks', 'dash_length',
     'data_timeout', 'direct_joint_score', 'direct_person_score', 'facing_length', 'footprint_range', 'forget',
-    'guard_margin', 'guard_range', 'hand_scale', 'head_arrow', 'heatmap_upsample', 'hidden_min_score', 'hint',
-    'id_prefix', 'image_height', 'image_track_gate', 'image_width', 'joint_colour', 'joint_inferred_colour',
+    'guard_margin', 'hand_scale', 'head_arrow', 'heatmap_upsample', 'hidden_min_score', 'hint',
+    'id_prefix', 'image_height', 'image_track_gate', 'image_width', 'joint_inferred_colour',
     'keypoints_topic', 'label_scale', 'least_face_size', 'least_hand_size', 'limb_min_support',
-    'limb_sample_threshold', 'limb_samples', 'link_speed', 'max_peaks', 'max_peaks_per_joint', 'max_rate',
+    'limb_sample_threshold', 'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'max_rate',
     'measured_min_score', 'net_output_height', 'net_output_width', 'output_height', 'output_width', 'patience',
     'people_topic', 'person_min_joints', 'pointing_length', 'prefix', 'robot_padding', 'roi_margin', 'rviz_config',
-    'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_colour', 'skeleton_inferred_colour', 'spacing',
+    'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_inferred_colour', 'spacing',
     'start_delay', 'text_scale', 'tf_timeout', 'track_gate', 'trail_scale', 'walking_acceleration', 'walking_speed',
     'write_keypoint_format'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
@@ -71,9 +71,14 @@ def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
 class Parameters:
     """Base of all parameter classes: checks type, range and choices of every field.
 
+    Attributes:
+        retired: names that are gone: they are ignored, with a warning.
+
     Raises:
         ParameterError: a value has the wrong type or is not allowed.
     """
+
+    retired: ClassVar[Tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -110,7 +115,10 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
             _log.warning("parameter '%s' = %r is old: in the next release it is always %r", key, values[key],
                          defaults[key])
     known = [field.name for field in parameter_fields(kind)]
-    for key in sorted(set(values) - set(defaults) - OLD_PARAMETERS):
+    retired = {key for cls in parameter_classes(kind) for key in cls.retired} - set(known)
+    for key in sorted((retired - OLD_PARAMETERS) & set(values)):
+        _log.warning("parameter '%s' = %r is gone, and without effect", key, values[key])
+    for key in sorted(set(values) - set(defaults) - OLD_PARAMETERS - retired):
         near = difflib.get_close_matches(key, known, n=1)
         hint = f" (did you mean '{near[0]}'?)" if near else ''
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",

@@ -1,5 +1,5 @@
 """Organized point clouds, read in place."""
-from typing import Any, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -59,12 +59,7 @@ class OrganizedCloud(PointGrid):
         Raises:
             BadInputError: the cloud is empty or unorganized, has no coordinates, or its layout contradicts itself.
         """
-        check_buffer('cloud', data, (layout.width, layout.height), layout.point_step, layout.row_step)
-        missing = [axis for axis in 'xyz' if axis not in layout.fields]
-        if missing:
-            raise BadInputError(f"cloud has no field {', '.join(missing)}; its fields are: "
-                                f"{', '.join(layout.fields) or 'none'}")
-        return cls(*(_axis_view(data, layout, axis) for axis in 'xyz'))
+        return cls(*coordinate_views(data, layout))
 
     def turned(self, degrees: int) -> 'OrganizedCloud':
         """Return the cloud of a camera at the same place whose images are turned clockwise."""
@@ -87,6 +82,20 @@ class OrganizedCloud(PointGrid):
         points = np.stack([axis[rows, columns].astype(np.float64) for axis in self._axes], axis=-1)
         points[~(np.isfinite(points).all(axis=-1) & (points != 0).any(axis=-1))] = np.nan
         return points
+
+
+def coordinate_views(data: Any, layout: CloudLayout) -> List[np.ndarray]:
+    """Return x, y and z in the bytes of a cloud, (H, W) each [m].
+
+    Raises:
+        BadInputError: the cloud is empty, has no coordinates, or its layout contradicts itself.
+    """
+    check_buffer('cloud', data, (layout.width, layout.height), layout.point_step, layout.row_step)
+    missing = [axis for axis in 'xyz' if axis not in layout.fields]
+    if missing:
+        raise BadInputError(f"cloud has no field {', '.join(missing)}; its fields are: "
+                            f"{', '.join(layout.fields) or 'none'}")
+    return [_axis_view(data, layout, axis) for axis in 'xyz']
 
 
 def _axis_view(data: Any, layout: CloudLayout, name: str) -> np.ndarray:

@@ -33,7 +33,7 @@ from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
-from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
+from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud, coordinate_views
 from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, quaternions
 from skeleton_extract_3d.show.markers import MarkerSpec
@@ -55,11 +55,29 @@ def cloud_from_message(message: PointCloud2) -> OrganizedCloud:
     Raises:
         BadInputError: empty, unorganized, without x, y and z, truncated, or with contradicting steps.
     """
+    return OrganizedCloud.from_buffer(message.data, _layout_of(message))
+
+
+def sampled_points(message: PointCloud2, most: int) -> np.ndarray:
+    """Return about `most` points of a cloud, organized or not, evenly over its rows and columns, (N, 3) float64 [m].
+
+    Those that are missing are left out.
+
+    Raises:
+        BadInputError: empty, without x, y and z, truncated, or with contradicting steps.
+    """
+    excess = message.width * message.height / most
+    step = max(1, int(np.ceil(np.sqrt(excess) if message.height > 1 else excess)))
+    views = coordinate_views(message.data, _layout_of(message))
+    points = np.stack([axis[::step, ::step].ravel() for axis in views], axis=1).astype(np.float64)
+    return points[np.isfinite(points).all(axis=1) & points.any(axis=1)]
+
+
+def _layout_of(message: PointCloud2) -> CloudLayout:
     fields = {field.name: (field.offset, _DATATYPES.get(field.datatype, f'unknown type {field.datatype}'))
               for field in message.fields}
-    layout = CloudLayout(message.width, message.height, message.point_step, message.row_step, fields,
-                         bool(message.is_bigendian))
-    return OrganizedCloud.from_buffer(message.data, layout)
+    return CloudLayout(message.width, message.height, message.point_step, message.row_step, fields,
+                       bool(message.is_bigendian))
 
 
 def cloud_to_message(cloud: np.ndarray, header: Header) -> PointCloud2:
@@ -92,10 +110,12 @@ def depth_image_from_messages(image: Image, info: CameraInfo, rectified: bool = 
 
 
 def depth_to_message(depth: np.ndarray, header: Header) -> Image:
-    """Return the 16UC1 message of a (H, W) uint16 depth image [mm]."""
+    """Return the message of a (H, W) depth image: 16UC1 of uint16 [mm], 32FC1 of float32 [m]."""
     height, width = depth.shape
-    return Image(header=header, height=height, width=width, encoding='16UC1', is_bigendian=0, step=2 * width,
-                 data=np.ascontiguousarray(depth, '<u2').tobytes())
+    encoding, dtype = ('32FC1', '<f4') if depth.dtype == np.float32 else ('16UC1', '<u2')
+    data = np.ascontiguousarray(depth, dtype)
+    return Image(header=header, height=height, width=width, encoding=encoding, is_bigendian=0, step=data.strides[0],
+                 data=data.tobytes())
 
 
 def people_to_messages(people: People3D, header: Header) -> List[PersonDetection_3d]:
@@ -127,13 +147,12 @@ def people_from_array(message: PersonDetection_3dArray) -> People3D:
             no probability, or there are velocities or existences of some persons only.
     """
     skeleton = skeleton_of(message.pose_model)
-    values = np.array([[(part.x, part.y, part.z, part.confidence, part.sigma, part.status)
-                        for part in (getattr(person, joint) for joint in skeleton.joints)]
-                       for person in message.persons], np.float64).reshape(-1, len(skeleton.joints), 6)
+    xyz, confidence, status, sigma = _values_of([[getattr(person, joint) for joint in skeleton.joints]
+                                                 for person in message.persons], len(skeleton.joints))
     ids = np.array([person.person_ID for person in message.persons], np.int64)
     try:
-        return People3D(skeleton, values[..., :3], values[..., 3], values[..., 5], values[..., 4], ids,
-                        _velocities(message, skeleton), existence_of(message))
+        return People3D(skeleton, xyz, confidence, status, sigma, ids, _velocities(message, skeleton),
+                        existence_of(message))
     except ValueError as error:
         raise BadInputError(str(error)) from error
 
@@ -204,12 +223,18 @@ def _vector(x: float, y: float, z: float) -> Vector3:
     return vector
 
 
-def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Points3D:
-    """Return the points of messages, `number` of each hand or face."""
+def _values_of(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Tuple[np.ndarray, ...]:
+    """Return positions (N, number, 3), confidence, status and sigma (N, number) of body parts."""
     values = np.array([[(part.x, part.y, part.z, part.confidence, part.status, part.sigma) for part in row]
                        for row in parts], np.float64).reshape(-1, number, 6)
+    return (values[..., :3], *np.moveaxis(values[..., 3:], -1, 0))
+
+
+def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Points3D:
+    """Return the points of messages, `number` of each hand or face."""
+    xyz, confidence, status, sigma = _values_of(parts, number)
     try:
-        return Points3D(values[..., :3], values[..., 3], values[..., 4], values[..., 5])
+        return Points3D(xyz, confidence, status, sigma)
     except ValueError as error:
         raise BadInputError(str(error)) from error
 

@@ -45,9 +45,8 @@ from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.camera_inputs import input_topics, settle_camera
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.frames import FrameTransforms, PointsMessage, points_from_message
-from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
-from skeleton_extract_3d.ros.landmark_stage import LandmarkStage
-from skeleton_extract_3d.ros.people_publisher_3d import PeoplePublisher3D
+from skeleton_extract_3d.ros.input_echo import InputEcho
+from skeleton_extract_3d.ros.result_publisher import LandmarkStage, PeoplePublisher3D
 from skeleton_extract_3d.ros.service_detection import ServiceDetection
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.ros.transforms import Transforms
@@ -100,7 +99,7 @@ class Extractor:
     def __init__(self, settings: ExtractorSettings, networks: Networks, health: Health, timing: TimingReport,
                  demand: Demand) -> None:
         self._params, self._networks = settings.extractor, networks
-        self._most = settings.limits.max_image_megapixels
+        self._max_megapixels = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
         self._last_report, self._skipped = -float('inf'), 0  # skipped: pairs that a newer one replaced
         self._chain = PeopleChain(networks.detection, settings.estimator, networks.landmarks, networks.tracking)
@@ -116,8 +115,8 @@ class Extractor:
         in_image = LandmarkPublisher(NAMESPACE if self._params.publish_2d else None, networks.landmarks,
                                      settings.landmarks, networks.target_rate, health, demand)
         self._landmarks = LandmarkStage(NAMESPACE, self._chain, self._transforms, in_image, health, demand)
-        self._of_points: Dict[str, str] = {}
-        self._health.show(lambda: self._of_points)
+        self._point_values: Dict[str, str] = {}
+        self._health.show(lambda: self._point_values)
         self._health.show(lambda: {'frames skipped': str(self._skipped)})
         self._subscribe(settings.pairing, settings.transport)
 
@@ -165,18 +164,18 @@ class Extractor:
     def _compute(self, pair: _Pair) -> None:
         waited, clock = time.monotonic() - pair.received, Stopwatch()
         degrees = self._params.rotate_image
-        image, header = raw_image(pair.image, self._most, degrees), turned_header(pair.points.header, degrees)
+        image, header = raw_image(pair.image, self._max_megapixels, degrees), turned_header(pair.points.header, degrees)
         frame = self._frame(image, pair.points, header)
         clock.lap('prepare')
 
-        def located(looked: Frame) -> Frame:
+        def located(frame: Frame) -> Frame:
             clock.lap('detection')
-            looked = replace(looked, tracking_from_points=self._transforms.tracking_from_points(header),
-                             floor=self._floor.at(header) if self._floor else None)
+            frame = replace(frame, tracking_from_points=self._transforms.tracking_from_points(header),
+                            floor=self._floor.at(header) if self._floor else None)
             clock.lap('locate')
-            return looked
+            return frame
 
-        self._echo.submit(InputFrame(image, frame.image, pair.points, frame.grid, header))
+        self._echo.submit(frame, pair.points, header)
         result = self._chain.look(frame, locate=located)
         clock.lap('estimate')
         self._publish(result, header)
@@ -186,10 +185,10 @@ class Extractor:
 
     def _frame(self, image: Image, points: PointsMessage, header: Header) -> Frame:
         """Return the frame of a pair, whose points have a header; BadInputError: a message can not be used."""
-        bgr = convert_2d.image_to_bgr(image, self._most)
+        bgr = convert_2d.image_to_bgr(image, self._max_megapixels)
         if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
             raise BadInputError(f'no camera info yet on {self._camera_info.source}')
-        grid = points_from_message(points, self._camera_info.newest, self._params, self._most)
+        grid = points_from_message(points, self._camera_info.newest, self._params, self._max_megapixels)
         return Frame((self._networks.camera, header.frame_id), header.stamp.to_sec(), bgr, grid,
                      image_stamp=image.header.stamp.to_sec(), source=image)
 
@@ -237,7 +236,7 @@ class Extractor:
 
     def _report(self, result: Result) -> None:
         points = result.estimate.points
-        self._of_points = {'share of valid points': f'{points.valid:.3f}',
+        self._point_values = {'share of valid points': f'{points.valid:.3f}',
                            'median depth of the points [m]': f'{points.depth:.3g}'}
         for doubt in result.doubts:
             self._health.warn(doubt.event, doubt.text)

@@ -1,5 +1,5 @@
 """Points of messages, and the frames of reference in which people are tracked and published."""
-from typing import Callable, Optional, Tuple, Union
+from typing import Callable, Optional, Tuple, TypeVar, Union
 
 from genpy import Time
 from geometry_msgs.msg import TransformStamped
@@ -23,6 +23,7 @@ from skeleton_extract_3d.points.transform import (
 from skeleton_extract_3d.ros import convert
 
 PointsMessage = Union[PointCloud2, Image, CompressedImage]
+Found = TypeVar('Found', People3D, Landmarks3D)
 
 
 def points_from_message(message: PointsMessage, info: Optional[CameraInfo], params: ExtractorParams,
@@ -71,21 +72,13 @@ class FrameTransforms:
         """Return what takes the points of a message to `tracking_frame`; None: none is named; NoTransformError."""
         return self._transform_to(self._params.tracking_frame, header)
 
-    def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
-        """Return the people as they are published, and their header; raises NoTransformError."""
-        header, target_from_points = self._target(header)
-        return people if target_from_points is None else transform_people(people, *target_from_points), header
-
-    def landmarks_in_target_frame(self, landmarks: Landmarks3D, header: Header) -> Tuple[Landmarks3D, Header]:
-        """Return hands and faces as they are published; see `in_target_frame`."""
-        header, target_from_points = self._target(header)
-        return (landmarks if target_from_points is None else transform_landmarks(landmarks, *target_from_points),
-                header)
-
-    def _target(self, header: Header) -> Tuple[Header, Optional[Transform]]:
+    def in_target_frame(self, found: Found, header: Header) -> Tuple[Found, Header]:
+        """Return people, or hands and faces, as they are published, and their header; raises NoTransformError."""
         target_from_points = self._transform_to(self._params.target_frame, header)
-        frame_id = header.frame_id if target_from_points is None else self._params.target_frame
-        return Header(stamp=header.stamp, frame_id=frame_id), target_from_points
+        if target_from_points is None:
+            return found, Header(stamp=header.stamp, frame_id=header.frame_id)
+        transform = transform_people if isinstance(found, People3D) else transform_landmarks
+        return transform(found, *target_from_points), Header(stamp=header.stamp, frame_id=self._params.target_frame)
 
     def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
         """Return the transform to another frame at the stamp of a message; None: the same, or none is named."""

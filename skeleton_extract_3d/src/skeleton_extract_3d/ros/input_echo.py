@@ -1,5 +1,5 @@
 """Publish what results were computed from: the image, and the points as a cloud."""
-from typing import Any, NamedTuple, Tuple
+from typing import Any, Tuple
 
 import numpy as np
 from sensor_msgs.msg import Image, PointCloud2
@@ -8,21 +8,11 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.frames import PointsMessage
-
-
-class InputFrame(NamedTuple):
-    """What a result is computed from."""
-
-    image: Image  # raw
-    bgr: np.ndarray  # (H, W, 3) uint8, the same image
-    message: PointsMessage  # cloud or depth image, as it came
-    points: PointGrid  # those of the message, as they are used
-    header: Header  # of these
 
 
 class InputEcho:
@@ -39,31 +29,32 @@ class InputEcho:
         self._worker = NewestWinsWorker(
             self._publish, lambda error: health.warn('input not published', str(error)), 'input echo')
 
-    @property
-    def is_wanted(self) -> bool:
-        """Whether there is a subscriber."""
-        return any(each.get_num_connections() > 0 for each in (self._image_publisher, self._cloud_publisher))
+    def submit(self, frame: Frame, message: PointsMessage, header: Header) -> None:
+        """Publish a frame if there is a subscriber; its arrays may be read after this call.
 
-    def submit(self, frame: InputFrame) -> None:
-        """Publish a frame if there is a subscriber; its arrays may be read after this call."""
-        if self.is_wanted:
-            self._worker.submit(frame)
+        Args:
+            frame: its source is the raw image.
+            message: cloud or depth image, as it came.
+            header: of the points, as they are used.
+        """
+        if any(each.get_num_connections() > 0 for each in (self._image_publisher, self._cloud_publisher)):
+            self._worker.submit((frame, message, header))
 
-    def _publish(self, frame: InputFrame) -> None:
+    def _publish(self, submitted: Tuple[Frame, PointsMessage, Header]) -> None:
+        frame, message, header = submitted
         if self._image_publisher.get_num_connections() > 0:
-            self._image_publisher.publish(frame.image)
+            self._image_publisher.publish(frame.source)
         if self._cloud_publisher.get_num_connections() > 0:
-            self._cloud_publisher.publish(self._cloud(frame))
+            self._cloud_publisher.publish(self._cloud(frame, message, header))
 
-    def _cloud(self, frame: InputFrame) -> PointCloud2:
-        points = frame.points
+    def _cloud(self, frame: Frame, message: PointsMessage, header: Header) -> PointCloud2:
+        points = frame.grid
         if not isinstance(points, DepthImage):
-            camera = None if frame.header is frame.message.header else points.camera_model()
+            camera = None if header is message.header else points.camera_model()
             if camera is None:
-                return frame.message
+                return message
             points = DepthImage(points.patch(np.zeros(2, int), np.array([points.width, points.height]), 1), camera)
-        cloud = points.coloured_cloud(frame.bgr, self._rays_of(points.camera))
-        return convert.cloud_to_message(cloud, frame.header)
+        return convert.cloud_to_message(points.coloured_cloud(frame.image, self._rays_of(points.camera)), header)
 
     def _rays_of(self, camera: CameraModel) -> np.ndarray:
         """Return the rays of all pixels, (H, W, 3) float32, computed again only for another camera."""

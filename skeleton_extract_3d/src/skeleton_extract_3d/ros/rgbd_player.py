@@ -61,7 +61,7 @@ class RgbdPlayer:
         # wall time: a stand-in for hardware does not follow a simulated clock
         next_time = time.monotonic()
         for index in play_order(len(self._sequence), self._params.playback, math.ceil(_PAUSE / period)):
-            messages = self._readable(index)
+            messages = self._messages(index)
             time.sleep(max(0.0, next_time - time.monotonic()))
             next_time = max(next_time + period, time.monotonic())
             if rospy.is_shutdown():
@@ -78,31 +78,24 @@ class RgbdPlayer:
                 return
             time.sleep(0.01)
 
-    def _readable(self, index: Optional[int]) -> Optional[_Messages]:
-        """Return the messages of a frame; None: its files can not be read.
+    def _messages(self, index: Optional[int]) -> Optional[_Messages]:
+        """Return image, cloud, depth image and camera info of a frame; None: its files can not be read.
 
-        Raises:
-            BadInputError: those of no frame can.
+        The first _KEPT frames and a black one are kept. BadInputError: no frame can be read.
         """
+        if index in self._kept:
+            return self._kept[index]
+        camera, header = self._sequence.camera, Header(frame_id=self._frame_id)
+        size = (camera.height, camera.width)
         try:
-            messages = self._messages(index)
+            frame = (RgbdFrame(0.0, np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)) if index is None
+                     else self._sequence.frame(index))
         except BadInputError as error:
             self.playback.skip(error)
             self._unreadable.add(index)
             if len(self._unreadable) == len(self._sequence):
                 raise BadInputError('no frame of the sequence can be read') from error
             return None
-        self._unreadable.discard(index)
-        return messages
-
-    def _messages(self, index: Optional[int]) -> _Messages:
-        """Return image, cloud, depth image and camera info of a frame; the first _KEPT and a black one are kept."""
-        if index in self._kept:
-            return self._kept[index]
-        camera, header = self._sequence.camera, Header(frame_id=self._frame_id)
-        size = (camera.height, camera.width)
-        frame = (RgbdFrame(0.0, np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)) if index is None
-                 else self._sequence.frame(index))
         cloud = cloud_from_depth(frame.depth * 0.001, camera, frame.bgr, self._rays)
         messages = (bgr_to_image(frame.bgr, header), convert.cloud_to_message(cloud, header),
                     convert.depth_to_message(frame.depth, header), convert.camera_to_message(camera, header))

@@ -35,7 +35,7 @@ from skeleton_extract_3d.landmarks import Landmarks, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.transform import LEVEL, TURNED, transform_people
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, ShownMarkers, people_markers
 
 # Namespaces of people, in that of their camera.
 IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
@@ -77,7 +77,7 @@ class PeopleWriter:
                  markers: bool, upright: Optional[Upright] = None) -> None:
         self._bag, self._namespace, self._table = bag, namespace, table
         self._publish_tf = settings.extractor.publish_tf
-        self._markers = PeopleMarkers(settings.markers) if markers else None
+        self._markers, self._shown = settings.markers if markers else None, ShownMarkers()
         self._upright, self._signals = upright, SignalReader()
 
     def write(self, people: People3D, header: Header, time: genpy.Time) -> None:
@@ -93,8 +93,8 @@ class PeopleWriter:
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), time)
         if self._markers is not None:
-            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec(),
-                                               header.frame_id):
+            markers = people_markers(convert.people_from_array(array), self._markers)
+            for marker in self._shown.replaced(markers, header.stamp.to_sec(), self._markers.lifetime):
                 topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 

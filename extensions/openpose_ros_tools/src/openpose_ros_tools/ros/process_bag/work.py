@@ -244,7 +244,7 @@ class _Frames:
         self._results.write_estimate(frame, number, result.estimate)
         self._results.write_tf(frame, transforms.of_camera(frame.points_header))
         people, header = transforms.in_target_frame(result.people_3d, frame.points_header)
-        in_space, _ = transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
+        in_space, _ = transforms.in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)
         self._results.write_3d(frame, number, result.estimate, Published(people, landmarks, header))
 

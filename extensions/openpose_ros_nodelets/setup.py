@@ -1,0 +1,8 @@
+"""Python modules of the package, for catkin; not to be called directly."""
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import find_packages, setup
+
+setup(**generate_distutils_setup(
+    packages=find_packages('src'),
+    package_dir={'': 'src'},
+))

@@ -1,0 +1,1 @@
+"""Nodes of point clouds: the floor in them, and depth images of them."""
