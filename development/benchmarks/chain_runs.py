@@ -1,12 +1,12 @@
-"""The chain over RGB-D sequences with known joints, without ROS: the truth, counted networks, runs.
+"""The chain over RGB-D sequences with known joints, without ROS: truth, counted networks, runs.
 
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
 """
+import hashlib
 import itertools
 import json
 import time
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
@@ -107,17 +107,37 @@ class CountedNetwork:
         return self._network.infer_many(images)
 
 
-class CountedNetworks(Networks):
-    """Networks that count their work."""
+class CachedNetwork(CountedNetwork):
+    """A network that computes each input once, and counts those; `outputs`: what it computed."""
 
-    def __init__(self, params: BackendParams, model_folder: str) -> None:
+    def __init__(self, network: Backend) -> None:
+        super().__init__(network)
+        self.outputs: Dict[Any, Tuple[np.ndarray, ...]] = {}
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        keys = [(image.shape, hashlib.blake2b(image.tobytes(), digest_size=16).digest()) for image in images]
+        new = {key: image for key, image in zip(keys, images) if key not in self.outputs}
+        self.outputs.update(zip(new, super().infer_many(list(new.values())) if new else ()))
+        return [self.outputs[key] for key in keys]
+
+
+class CountedNetworks(Networks):
+    """Networks that count their work; with `cached` each input is computed once, and counts whenever it is given."""
+
+    def __init__(self, params: BackendParams, model_folder: str, cached: bool = False) -> None:
         super().__init__(params, model_folder)
+        self._cached = cached
         self._counted: Dict[str, CountedNetwork] = {}
+        self._caches: List[CachedNetwork] = []
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         recipe, networks = super().load(recipe)
-        self._counted = {**{name: self.counted(name, network) for name, network in networks.items()
-                            if name not in self._counted}, **self._counted}
+        for name, network in networks.items():
+            if name not in self._counted:
+                if self._cached:
+                    self._caches.append(CachedNetwork(network))
+                    network = self._caches[-1]
+                self._counted[name] = self.counted(name, network)
         return recipe, {name: self._counted[name] for name in networks}
 
     def counted(self, name: str, network: Backend) -> CountedNetwork:
@@ -127,6 +147,11 @@ class CountedNetworks(Networks):
     def done(self) -> float:
         """Return the work so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
         return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
+
+    def forget(self) -> None:
+        """Forget what was computed."""
+        for cache in self._caches:
+            cache.outputs.clear()
 
 
 class Budget:
@@ -173,14 +198,12 @@ class Run:
         frames: stamp [s], and people in space.
         work: of the networks for each image.
         times: of each frame in 2D and in 3D [s]; the search after a frame is part of the first.
-        warnings: number of frames that each warning of the points is about.
     """
 
     people: List[People2D] = field(default_factory=list)
     frames: Frames = field(default_factory=list)
     work: List[float] = field(default_factory=list)
     times: List[Tuple[float, float]] = field(default_factory=list)
-    warnings: Counter = field(default_factory=Counter)
 
 
 def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.ndarray] = None,
@@ -205,7 +228,6 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.nd
         run.work.append(work() - done)
         run.times.append((time.perf_counter() - began - estimating, estimating))
         run.frames.append((each.time, result.people_3d))
-        run.warnings.update(doubt.event for doubt in result.doubts)
     return run
 
 
@@ -215,12 +237,15 @@ class Finder:
     Args:
         budget: work of the networks per frame, see `Budget`; 0: each image is searched in full.
         rate: of the images [Hz].
+        networks: those of other finders; None: of its own.
     """
 
-    def __init__(self, settings: ChainSettings, budget: float = 0.0, rate: float = 0.0) -> None:
+    def __init__(self, settings: ChainSettings, budget: float = 0.0, rate: float = 0.0,
+                 networks: Optional[CountedNetworks] = None) -> None:
         self._settings, self._budget, self._rate = settings, budget, rate
         self._following = FollowingParams(following='always') if budget > 0 else NEVER_FOLLOWED
-        self._networks = CountedNetworks(settings.detector.backend, settings.detector.detector.model_folder)
+        self._networks = networks or CountedNetworks(settings.detector.backend,
+                                                     settings.detector.detector.model_folder)
         self._detector = Detector(settings.detector, self._networks, self._following)
 
     def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:

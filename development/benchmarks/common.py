@@ -28,14 +28,9 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def add_live(self, seconds: float, warm_up: float) -> None:
-        """Add the options of a table of running nodes, with the default times of a row [s]."""
-        self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')
-        self.add_argument('--warm-up', type=float, default=warm_up, help='before that [s] (default %(default)s)')
-        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
-
     def parse_live(self) -> argparse.Namespace:
-        """Return the arguments of the command line; those like NAME:=VALUE may stand anywhere, and come as `launch`."""
+        """Return the arguments; those like NAME:=VALUE, of the launch file, may stand anywhere and come as `launch`."""
+        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
         named = [text for text in sys.argv[1:] if ':=' in text]
         arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
         arguments.launch = named

@@ -21,7 +21,7 @@ from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
 
 from .counts import Counts, tags_of
-from .figures import Quantile, Ratio
+from .figures import Quantile, of_rows
 from .people import VISIBLE, pair
 
 # One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
@@ -115,9 +115,8 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
             capsules = capsules_of(people)
             if not len(capsules):
                 continue
-            told, (true, person) = estimator.at(now, links), true_distance(capsules, links)
-            rows.append(np.array([(now, true, told.bound, now - newest, seen[person], person in known)],
-                                 ROW))
+            bound, (true, person) = estimator.at(now, links).bound, true_distance(capsules, links)
+            rows.append(np.array([(now, true, bound, now - newest, seen[person], person in known)], ROW))
     return Counts(folder.resolve().name, tags_of(folder), {'scenes': 1.0}, {'separation': np.concatenate(rows)})
 
 
@@ -189,27 +188,21 @@ def slack(counts: Counts) -> np.ndarray:
     return np.asarray((rows['true'] - rows['bound'])[np.isfinite(rows['bound']) & rows['in_view']])
 
 
-def above_zero(counts: Counts) -> np.ndarray:
-    """Return where bounds are above 0, and the nearest person was found before, (N,) bool."""
-    return np.asarray(counts.rows['separation']['known'] & (counts.rows['separation']['bound'] > 0))
-
-
 def until_zero(counts: Counts) -> np.ndarray:
-    """Return the greatest ages of people at which a bound of each scene was above 0 [s]."""
+    """Return the greatest age of people at which a bound of a scene was above 0, (1,) [s]."""
     rows = counts.rows['separation']
-    above = rows['age'][rows['bound'] > 0]
-    return np.array([above.max(initial=0.0)])
+    return np.array([rows['age'][rows['bound'] > 0].max(initial=0.0)])
+
+
+def _broken(rows: np.ndarray) -> np.ndarray:
+    return rows['bound'] > rows['true']
 
 
 STATISTICS = {
-    'broken': Ratio('bounds above the true distance', lambda counts: float(
-        (counts.rows['separation']['bound'] > counts.rows['separation']['true']).sum()),
-        lambda counts: float(len(counts.rows['separation'])), digits=4),
-    'broken_known': Ratio('the same, of bounds above 0 where the nearest person was found before', lambda counts: float(
-        (above_zero(counts) & (counts.rows['separation']['bound'] > counts.rows['separation']['true'])).sum()),
-        lambda counts: float(above_zero(counts).sum()), digits=4),
+    'broken': of_rows('bounds above the true distance', 'separation', _broken, digits=4),
+    'broken_known': of_rows('the same, of bounds above 0 where the nearest person was found before', 'separation',
+                            _broken, lambda rows: rows['known'] & (rows['bound'] > 0), digits=4),
     'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
     'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
-    'zero': Ratio('bounds of 0', lambda counts: float((counts.rows['separation']['bound'] == 0).sum()),
-                  lambda counts: float(len(counts.rows['separation']))),
+    'zero': of_rows('bounds of 0', 'separation', lambda rows: rows['bound'] == 0),
     'until_zero': Quantile('greatest age of data with a bound above 0', until_zero, 1.0, 's', 2)}

@@ -75,7 +75,7 @@ class Difference(NamedTuple):
 
 def measure(options: Options) -> Section:
     """Compute the recording in each way, and compare the tables."""
-    from nodes import make_bag  # needs ROS, as nothing else here does
+    from live import make_bag  # needs ROS, as nothing else here does
     with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as name:
         folder = Path(name)
         bag, short = make_bag(DEMO, folder / 'cross.bag', cloud=False), folder / 'short.bag'

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
-from scoring import people, world
+from scoring import people
 from scoring.counts import Counts, blocks_of, by_bin, by_tag, by_value, load
-from scoring.csv_people import write_csv
 from scoring.figures import Quantile, Ratio, differences, few_scenes, figures
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
@@ -132,17 +131,6 @@ def test_frames_at_no_true_time_are_stray(scene):
     assert people.score_people(scene, [(seconds + 50, each) for seconds, each in found()]).sums['stray'] == 2 * FRAMES
 
 
-def test_a_csv_file_has_a_row_for_each_person_of_a_frame(tmp_path):
-    frames = found()
-    write_csv(tmp_path / 'people.csv', frames)
-    rows = np.genfromtxt(tmp_path / 'people.csv', delimiter=',', names=True, deletechars='')
-    xyz = np.stack([[rows[f'field.{joint}.{axis}'] for axis in 'xyz'] for joint in COCO_18.joints])
-    np.testing.assert_allclose(xyz.transpose(2, 0, 1), np.concatenate([each.xyz for _, each in frames]))
-    assert rows['field.person_ID'].tolist() == np.concatenate([each.ids for _, each in frames]).tolist()
-    stamps = [seconds for seconds, each in frames for _ in each.ids]
-    np.testing.assert_allclose(rows['field.header.stamp'] / 1e9, stamps)
-
-
 def test_counts_come_back_from_their_file(scene, tmp_path):
     counts = people.score_people(scene, found())
     counts.save(tmp_path / 'kept' / 'counts.npz')
@@ -239,13 +227,7 @@ def stage(tmp_path):
     (lambda number, person, xyz: [(person, xyz), (person + 10, xyz + np.array((0.3, 0, 0)))],
      {'persons_precision': 0.5, 'all_right': 0, 'persons_recall': 1})])
 def test_fused_people(stage, change, expected):
-    counts = world.score_world(stage, found(change))
-    result = figures([counts], world.STATISTICS, 0)
+    counts = people.score_world(stage, found(change))
+    result = figures([counts], people.WORLD_STATISTICS, 0)
     assert {name: result[name].value for name in expected} == pytest.approx(expected, abs=0.01)
     assert sorted(np.unique(counts.rows['joints']['cameras'])) == [0, 1]
-
-
-def test_of_two_fused_frames_the_nearest_counts(stage):
-    wrong = [(seconds + 0.03, each) for seconds, each in found(lambda number, person, xyz: [(person, xyz + 0.2)])]
-    result = figures([world.score_world(stage, [*wrong, *found()])], world.STATISTICS, 0)
-    assert result['visible_100'].value == result['persons_precision'].value == 1

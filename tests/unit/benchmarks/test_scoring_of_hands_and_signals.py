@@ -105,7 +105,7 @@ def signal_scene(tmp_path):
 
 def told(person, number):
     """Return the true labels, with a ray to the target."""
-    return {label: signals.Told('right', SHOULDER, TARGET - SHOULDER) if label == 'point' else signals.Told('right')
+    return {label: signals.Label('right', SHOULDER, TARGET - SHOULDER) if label == 'point' else signals.Label('right')
             for label in labels_at(person, number)}
 
 
@@ -137,7 +137,7 @@ def test_confused_labels(signal_scene):
 
 
 def test_a_label_that_is_always_told(signal_scene):
-    result = scored(signal_scene, lambda labels: {**labels, 'wave': signals.Told()})
+    result = scored(signal_scene, lambda labels: {**labels, 'wave': signals.Label()})
     assert result['f1_wave'] == pytest.approx(2 * 10 / (2 * 10 + 30))
 
 
@@ -170,7 +170,7 @@ def test_coverage_of_the_ray_and_of_that_of_the_true_style(signal_scene):
 
     def rays(labels):
         """Return the labels with rays that are off by 11, 3 and 9 deg, each with a sigma of 6 deg."""
-        middle, eye, shoulder = (signals.Told('right', SHOULDER, TARGET - SHOULDER + np.tan(np.radians(off)) * side,
+        middle, eye, shoulder = (signals.Label('right', SHOULDER, TARGET - SHOULDER + np.tan(np.radians(off)) * side,
                                               np.radians(6)) for off in (11, 3, 9))
         return {name: middle._replace(styles={'eye': eye, 'shoulder': shoulder}) if name == 'point' else each
                 for name, each in labels.items()}

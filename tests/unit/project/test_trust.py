@@ -27,9 +27,9 @@ SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
 # The only modules that read archives: members whose checksum, or that of their archive, is right, into memory.
 READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py': {'tarfile', 'zipfile'},
                  'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'},
-                 'development/benchmarks/cameras/multi_person_demo.py': {'zipfile'}}
-# Run the makers' own code with random weights, by hand, in an environment of their own: they load no file of weights.
-MAKERS = {f'development/benchmarks/networks/{name}.py': {'torch'} for name in ('makers_outputs', 'make_random')}
+                 'development/benchmarks/sections/real_cameras.py': {'zipfile'}}
+# Runs the makers' own code by hand, in an environment of its own: it loads no file of weights.
+MAKERS = {'development/benchmarks/makers_outputs.py': {'torch'}}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
 ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}

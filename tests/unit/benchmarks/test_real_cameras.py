@@ -1,7 +1,7 @@
 """The calibration of the recording of four real cameras is read as Qualisys means it."""
 import numpy as np
 
-from cameras import multi_person_demo
+from sections import real_cameras
 
 # A camera at (0, -3, 1) m that looks along y; r11 r12 r13 is its x axis, r21 r22 r23 is up, r31 r32 r33 backwards.
 FILE = '''<calibration><cameras><camera serial="cam01">
@@ -13,8 +13,8 @@ radialDistortion2="0" tangentalDistortion1="0" tangentalDistortion2="0"/></camer
 def test_a_point_of_the_room_is_where_the_camera_sees_it(tmp_path, monkeypatch):
     (tmp_path / 'calibration').mkdir()
     (tmp_path / 'calibration/Calib.qca.txt').write_text(FILE)
-    monkeypatch.setattr(multi_person_demo, 'fetch', lambda: tmp_path)
-    camera, = multi_person_demo.cameras()
+    monkeypatch.setattr(real_cameras, 'fetch', lambda: tmp_path)
+    camera, = real_cameras.cameras()
     rotation, origin = camera.pose
     # 0.3 m to the right of the axis, 0.5 m above it, 2 m away
     pixel = camera.model.project((np.array([[0.3, -1.0, 1.5]]) - origin) @ rotation)
@@ -25,19 +25,19 @@ def test_marked_things_are_at_their_pixels_by_poses_that_fit(tmp_path, monkeypat
     """A thing that two cameras see at the pixels of its place, and one that the first of them sees 20 px aside."""
     (tmp_path / 'calibration').mkdir()
     (tmp_path / 'calibration/Calib.qca.txt').write_text(FILE)
-    monkeypatch.setattr(multi_person_demo, 'fetch', lambda: tmp_path)
-    model = multi_person_demo.cameras()[0].model
+    monkeypatch.setattr(real_cameras, 'fetch', lambda: tmp_path)
+    model = real_cameras.cameras()[0].model
     turned = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # looks along x
     poses = {'a': (np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.array([0, -3.0, 1])),
              'b': (turned, np.array([-3.0, 0, 1]))}
     seen = {name: model.project((np.array([[0.2, 0.1, 1.3]]) - pose[1]) @ pose[0])[0] for name, pose in poses.items()}
     for beside, least, most in ((0.0, 0.0, 0.01), (20.0, 5.0, 20.0)):
-        monkeypatch.setattr(multi_person_demo, 'MARKED', ({**seen, 'a': seen['a'] + [0.0, beside]},))
-        errors = np.linalg.norm(multi_person_demo.marked_errors(poses, {'a': model, 'b': model}), axis=1)
+        monkeypatch.setattr(real_cameras, 'MARKED', ({**seen, 'a': seen['a'] + [0.0, beside]},))
+        errors = np.linalg.norm(real_cameras.marked_errors(poses, {'a': model, 'b': model}), axis=1)
         assert len(errors) == 2 and least <= errors.max() <= most
-        cameras = [multi_person_demo.Camera(name, model, pose, tmp_path) for name, pose in poses.items()]
-        adjusted = multi_person_demo.adjusted_poses(cameras)
-        rest = np.linalg.norm(multi_person_demo.marked_errors(adjusted, {'a': model, 'b': model}), axis=1)
+        cameras = [real_cameras.Camera(name, model, pose, tmp_path) for name, pose in poses.items()]
+        adjusted = real_cameras.adjusted_poses(cameras)
+        rest = np.linalg.norm(real_cameras.marked_errors(adjusted, {'a': model, 'b': model}), axis=1)
         assert rest.max() < 2
         # 1000 px are a focal length: 20 px are 1.1 degrees of one camera, or half of it of each
         turned = [np.degrees(np.arccos(np.clip((np.trace(adjusted[name][0] @ pose[0].T) - 1) / 2, -1, 1)))
