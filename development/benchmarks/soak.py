@@ -23,7 +23,7 @@ import time
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
 import numpy as np
 import pandas as pd
@@ -50,6 +50,7 @@ CAMERA_PAUSE = 3.0  # [s]
 LIMITS, LIMITS_SHORT, LONG = (1.01, 0.0, 0), (1.0, 256.0, 4), 30.0
 # Number of medians of the age that make a line; slope that is no growth, as a share of the median age over the run.
 AGE_PARTS, AGE_GROWTH = 60, 0.1
+COLUMNS = ('seq', 'stamp', 'received')  # of recorded messages
 WAITING = 2  # images that may wait for their points when the camera ends
 # People in the parts of the sequence, and the frames of each part.
 PEOPLE, PART = (2, 1, 0, 1, 5, 2), 20
@@ -121,23 +122,15 @@ class Sampler:
             self._processes.pop(node, None)
 
 
-class Result(NamedTuple):
-    """Header of a recorded message, and when it came: seq, [ns], [ns]."""
-
-    seq: int
-    stamp: int
-    received: int
-
-
-def recorded(folder: Path) -> Dict[str, List[Result]]:
-    """Return the messages of each topic in the bags of a folder, in the order of their arrival."""
-    results: Dict[str, List[Result]] = {}
+def recorded(folder: Path) -> Dict[str, pd.DataFrame]:
+    """Return seq, stamp and arrival [ns] of the messages of each topic in the bags of a folder, as they arrived."""
+    results: Dict[str, List[Tuple[int, int, int]]] = {}
     for path in sorted(folder.glob('*.bag')):
         with rosbag.Bag(str(path)) as bag:
             for topic, raw, received in bag.read_messages(raw=True):
                 seq, seconds, nanoseconds = struct.unpack_from('<III', raw[1])
-                results.setdefault(topic, []).append(Result(seq, seconds * 10**9 + nanoseconds, received.to_nsec()))
-    return results
+                results.setdefault(topic, []).append((seq, seconds * 10**9 + nanoseconds, received.to_nsec()))
+    return {topic: pd.DataFrame(rows, columns=COLUMNS) for topic, rows in results.items()}
 
 
 def frame_faults(kind: type = OpenposeRosError) -> List[str]:
@@ -146,12 +139,13 @@ def frame_faults(kind: type = OpenposeRosError) -> List[str]:
     return own + [event for each in kind.__subclasses__() for event in frame_faults(each)]
 
 
-def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], results: Sequence[Result]
+def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], answered_stamps: Set[int]
             ) -> Tuple[List[object], List[str]]:
     """Return the numbers of frames sent, received, answered and dropped, and the faults in them.
 
     Args:
         runs: file of the stamps of each run of the camera.
+        answered_stamps: of the recorded results [ns].
     """
     def count(key: str) -> int:
         return diagnostics.count(chain.extractor, key)
@@ -161,11 +155,11 @@ def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], result
                'frame failed')
     dropped = {reason: count(reason) for reason in reasons if count(reason)}
     received, answered, gone = count('images received') + dropped.get(lost, 0), count('frames'), sum(dropped.values())
-    with_result, unanswered, played = {result.stamp for result in results}, 0, [played_stamps(run) for run in runs]
+    unanswered, played = 0, [played_stamps(run) for run in runs]
     for stamps in played:  # from the first to the last answered one
-        places = [number for number, stamp in enumerate(stamps) if stamp in with_result]
+        places = [number for number, stamp in enumerate(stamps) if stamp in answered_stamps]
         unanswered += places[-1] - places[0] + 1 - len(places) if places else 0
-    invented = len(with_result.difference(*played))
+    invented = len(answered_stamps.difference(*played))
     faults = {f'{received} frames came, but {answered} were answered and {gone} dropped':
               not 0 <= received - answered - gone <= WAITING,
               f'{unanswered} frames have no result, but {gone} are counted as dropped': unanswered > gone,
@@ -189,17 +183,14 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
              if values[1] > most[name]])
 
 
-def age(results: Sequence[Result], begin: int, end: int) -> Tuple[List[str], List[str]]:
-    """Return median, 95 % and maximum of the latency of the results between two times [ns], and if it grows [s].
-
-    From the stamp to the recorder.
-    """
-    hours, stamps = np.array([(result.received - begin, result.stamp - begin) for result in results]).T / 3.6e12
-    ages, edges = pd.Series(3600 * (hours - stamps)), np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
+def age(results: pd.DataFrame, begin: int, end: int) -> Tuple[List[str], List[str]]:
+    """Return median, 95 % and maximum [s] of the age of results at the recorder, and if it grows from begin to end [ns]."""
+    ages, hours = (results.received - results.stamp) / 1e9, (results.received - begin) / 3.6e12
+    edges = np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
     parts = ages.groupby(pd.cut(hours, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()
-    hours = parts.index.astype(float).to_numpy()
-    low = float(theilslopes(parts, hours, 0.95)[2])
-    grows = low * (hours[-1] - hours[0]) > AGE_GROWTH * ages.median()
+    middles = parts.index.astype(float).to_numpy()
+    low = float(theilslopes(parts, middles, 0.95)[2])
+    grows = low * (middles[-1] - middles[0]) > AGE_GROWTH * ages.median()
     return ([f'{value:.3f}' for value in (ages.median(), ages.quantile(0.95), ages.max())],
             [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else [])
 
@@ -249,18 +240,18 @@ class Soak:
             self._session.stop(child)
 
     def _start_nodes(self) -> List[subprocess.Popen]:
-        start, arguments = self._session.start, ['mode:=fast', 'points_source:=depth_image']
-        return [
-            start('one', ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                          f'target_rate:={ONE.rate}', *arguments]),
-            start('two', ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d',
-                          'openpose_skeleton_extract.launch', f'image:={TWO.topics}/image_color',
-                          f'depth:={TWO.topics}/image_depth_rect', f'camera_info:={TWO.topics}/camera_info',
-                          'one_process:=false', f'target_rate:={TWO.rate}', *arguments]),
-            start('floor', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
-                            f'points:={ONE.results("input_pointcloud")}']),
-            start('record', ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',
-                             f'topics:={" ".join(RECORDED)}'])]
+        arguments = ['mode:=fast', 'points_source:=depth_image']
+        return [self._session.start(name, command) for name, command in {
+            'one': ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
+                    f'target_rate:={ONE.rate}', *arguments],
+            'two': ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch',
+                    f'image:={TWO.topics}/image_color', f'depth:={TWO.topics}/image_depth_rect',
+                    f'camera_info:={TWO.topics}/camera_info', 'one_process:=false', f'target_rate:={TWO.rate}',
+                    *arguments],
+            'floor': ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
+                      f'points:={ONE.results("input_pointcloud")}'],
+            'record': ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',
+                       f'topics:={" ".join(RECORDED)}']}.items()]
 
     def _start_camera(self, chain: Chain) -> None:
         stamps = self._folder / f'{chain.camera}_{len(self._runs[chain])}.txt'
@@ -311,8 +302,8 @@ class Soak:
         results, faults = recorded(self._folder / 'bags'), []
         frames = [['chain', 'sent', 'came', 'answered', 'dropped, counted', 'age: median', '95 %', 'worst [s]']]
         for chain in CHAINS:
-            own = results.get(chain.results('detected_poses_3d'), [])
-            numbers, wrong = account(self._diagnostics, chain, self._runs[chain], own)
+            own = results.get(chain.results('detected_poses_3d'), pd.DataFrame(columns=COLUMNS))
+            numbers, wrong = account(self._diagnostics, chain, self._runs[chain], set(own.stamp.tolist()))
             ages, older = age(own, self._began, self._ended)
             frames.append([chain.extractor, *numbers, *ages])
             faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
@@ -324,19 +315,13 @@ class Soak:
             nodes.append([node, *grown])
             faults += [f'{node}: {fault}' for fault in wrong]
         for topic, each in results.items():  # of publishers that never restart
-            if each[-1].seq - each[0].seq + 1 > len(each):
-                faults.append(f'{topic}: {each[-1].seq - each[0].seq + 1 - len(each)} messages are not in the bag')
+            missing = each.seq.iloc[-1] - each.seq.iloc[0] + 1 - len(each)
+            if missing > 0:
+                faults.append(f'{topic}: {missing} messages are not in the bag')
         faults += [f'{node}: ended {lives - 1} times' for node, lives in self._sampler.lives.items()
                    if node != KILLED and lives != 1]
         print(markdown(frames), markdown(nodes), sep='\n')
         return faults
-
-
-def parse_arguments() -> Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
-    return parser.parse_args()
 
 
 def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
@@ -347,4 +332,6 @@ def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
 
 
 if __name__ == '__main__':
-    sys.exit(run_live(measure, parse_arguments()))
+    parser = Parser(__doc__)
+    parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
+    sys.exit(run_live(measure, parser.parse_args()))

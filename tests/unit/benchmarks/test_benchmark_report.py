@@ -76,7 +76,7 @@ def test_a_scene_is_counted_once(tmp_path, monkeypatch):
     again = score_people(DEMO, counting.people_of(counts[0], times), slice(counting.QUICK_FRAMES))
     assert again.sums == counts[0].sums
     np.testing.assert_array_equal(again.rows['joints'], counts[0].rows['joints'])
-    monkeypatch.setattr(counting, '_run', lambda job: pytest.fail('counted again'))
+    monkeypatch.setattr(counting, '_run', lambda job, path: pytest.fail('counted again'))
     assert counting.count(options, {}, exact=True)[0].sums == counts[0].sums
     with pytest.raises(pytest.fail.Exception):
         counting.count(options, {'smoothing': False}, exact=True)
