@@ -17,7 +17,7 @@ from development import CONDA, LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, V
 from development.locks import FOCAL_REQUIREMENTS, REQUIREMENTS, TEST_REQUIREMENTS, lock_of
 from development.systems import needed_packages, this_system
 from development.terminal import die, output_of, say, step, succeeds
-from development.workspace import BUILD_STAMP, DEVEL, EXTENDED, environment_of, extend, underlays
+from development.workspace import BUILD_STAMP, DEVEL, environment_of, underlays
 
 BAD_IN_PATHS = r'[\s\'"\\;$:]'
 APT = ('env', 'DEBIAN_FRONTEND=noninteractive', 'apt-get', '--yes', '--no-install-recommends',
@@ -52,8 +52,7 @@ MODELS = ('mobilenet_thin', 'movenet_multipose')
 OPTIONAL_MODELS = {
     'movenet_thunder': 'People are found without it, less accurately',
     'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
-# The best network by name, and what its authors and those of the default network publish (docs/networks.md).
-BETTER_MODEL, BETTER_AP, MOBILENET_AP = 'rtmpose-m', 0.75, 0.28
+BETTER_MODEL = 'rtmpose-m'
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
@@ -65,12 +64,9 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
     parser.add_argument('--without-openvino', dest='openvino', action='store_const', const='without')
     parser.add_argument('--with-openvino', dest='openvino', action='store_const', const='with')
     parser.add_argument('--no-build', dest='build', action='store_false')
-    parser.add_argument('--extend', nargs='*', metavar='WORKSPACE')
     options = parser.parse_args(arguments)
     started = time.monotonic()
     _check_place()
-    if options.extend is not None:
-        extend(options.extend)
     _check_system()
     with _lock():
         say(f'Setting up {ROOT}' + ''.join(f', on {path}' for path in underlays()))
@@ -246,8 +242,7 @@ def _set_up_weights() -> None:
     else:
         _fetch_weights()
     if not weights('check', BETTER_MODEL, quiet=True):
-        say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (COCO AP of '
-            f'{BETTER_AP} as published, of mobilenet_thin {MOBILENET_AP})')
+        say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (docs/networks.md)')
 
 
 def _fetch_weights() -> None:
@@ -309,7 +304,7 @@ def _set_up_build() -> None:
 
 def _fingerprint() -> str:
     sums = hashlib.sha256(f'{ROOT} {output_of(PYTHON, "--version")}'.encode())
-    sums.update(f'{this_system().ros} {_read(EXTENDED)}'.encode())
+    sums.update(str(this_system().ros).encode())
     if CONDA is None:
         sums.update(output_of('dpkg-query', '--show', 'catkin', 'ros-noetic-catkin', 'ros-one-catkin').encode())
     files = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*')) if path.is_file()]
