@@ -25,7 +25,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
@@ -54,9 +54,20 @@ def read_truth(folder: Path, file: str = 'gt.json') -> Tuple[Dict[str, Any], Lis
     return truth, [truth['joints'].index(joint) for joint in COCO_18.joints]
 
 
-def camera_poses(folder: Path, sequence: RgbdSequence) -> np.ndarray:
+def true_people(folder: Path) -> Frames:
+    """Return the true people of each frame, in the frame of the camera, as if all joints were measured."""
+    (truth, order), frames = read_truth(folder), []
+    for frame in truth['frames']:
+        joints = np.array([person['xyz'] for person in frame['people']], np.float64).reshape(-1, len(order), 3)
+        shape = joints.shape[:2]
+        frames.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
+                                            np.full(shape, 0.02), [person['id'] for person in frame['people']])))
+    return frames
+
+
+def camera_poses(folder: Path, sequence: Optional[RgbdSequence] = None) -> np.ndarray:
     """Return T_world_camera of each frame, (F, 4, 4); in the world, z is up and the floor is z = 0."""
-    path = folder / 'meta.json'
+    path, sequence = folder / 'meta.json', sequence or open_sequence(folder)
     meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
     return np.array(meta.get('poses') or [meta['T_world_camera']] * len(sequence))
 

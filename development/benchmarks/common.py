@@ -42,14 +42,6 @@ def scenes_of(folder: Path) -> List[Path]:
     return sorted(path.parent for path in folder.glob('*/gt.json'))
 
 
-def new_path(text: str) -> Path:
-    """Return the path of an output, as `type` of an option; an existing file or filled folder is refused."""
-    path = Path(text)
-    if path.is_file() or (path.is_dir() and any(path.iterdir())):
-        raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
-    return path
-
-
 def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
     """Return the milliseconds that a call takes, and its result."""
     began = time.perf_counter()

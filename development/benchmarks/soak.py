@@ -184,7 +184,7 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
 
 
 def age(results: pd.DataFrame, begin: int, end: int) -> Tuple[List[str], List[str]]:
-    """Return median, 95 % and maximum [s] of the age of results at the recorder, and if it grows from begin to end [ns]."""
+    """Return median, 95 % and maximum of the age of results at the recorder [s], and if it grows; times in [ns]."""
     ages, hours = (results.received - results.stamp) / 1e9, (results.received - begin) / 3.6e12
     edges = np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
     parts = ages.groupby(pd.cut(hours, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()

@@ -7,11 +7,11 @@ those of the true joints.
 """
 import zlib
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, open_sequence, read_truth
+from chain_runs import Frames, camera_poses, open_sequence, read_truth, true_people
 from openpose_ros_bridges.capsules import Capsules, capsules_of
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
@@ -75,7 +75,10 @@ class _Truth(NamedTuple):
         rows = [(row, last.ids.tolist().index(name)) for row, name in enumerate(first.ids.tolist())
                 if name in last.ids]
         xyz = [(1 - share) * first.xyz[row].astype(float) + share * last.xyz[other] for row, other in rows]
-        return _people(xyz, [first.ids[row] for row, _ in rows]), self.seen[after - 1]
+        joints = np.array(xyz, np.float64).reshape(-1, len(COCO_18.joints), 3)
+        shape = joints.shape[:2]
+        return People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED), np.zeros(shape),
+                        [first.ids[row] for row, _ in rows]), self.seen[after - 1]
 
 
 class _Robot(NamedTuple):
@@ -130,22 +133,12 @@ def true_distance(capsules: Capsules, links: Links) -> Tuple[float, int]:
     return max(float((distances - links.radii[:, np.newaxis]).min()), 0.0), int(capsules.persons[row])
 
 
-def _people(xyz: Sequence[np.ndarray], ids: Sequence[int]) -> People3D:
-    joints = np.array(xyz, np.float64).reshape(-1, len(COCO_18.joints), 3)
-    shape = joints.shape[:2]
-    return People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED), np.zeros(shape), np.array(ids, int))
-
-
 def _truth(folder: Path) -> _Truth:
-    truth, order = read_truth(folder)
-    poses = camera_poses(folder, open_sequence(folder))
-    people, seen = [], []
-    for frame, pose in zip(truth['frames'], poses):
-        own = frame['people']
-        people.append(transform_people(_people([np.array(person['xyz'])[order] for person in own],
-                                               [person['id'] for person in own]), pose[:3, :3], pose[:3, 3]))
-        seen.append({person['id']: VISIBLE in person['vis'] for person in own})
-    return _Truth(np.array([frame['t'] for frame in truth['frames']]), people, seen)
+    people = [transform_people(each, pose[:3, :3], pose[:3, 3])
+              for (_, each), pose in zip(true_people(folder), camera_poses(folder))]
+    truth = read_truth(folder)[0]['frames']
+    return _Truth(np.array([frame['t'] for frame in truth]), people,
+                  [{person['id']: VISIBLE in person['vis'] for person in frame['people']} for frame in truth])
 
 
 def _in_world(people: People3D, poses: np.ndarray, times: np.ndarray, number: int) -> People3D:

@@ -7,7 +7,6 @@ the edge of the treadmill was rendered into the images.
 import hashlib
 import subprocess
 import tempfile
-import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
 from types import SimpleNamespace
@@ -27,6 +26,7 @@ from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
+from openpose_ros_tools.calibration.known_cameras import read_known_cameras
 from openpose_ros_tools.calibration.recording import CameraRecording
 from results import IMAGES, Options, Picture, Section, Table
 from scoring.figures import Figure
@@ -35,7 +35,7 @@ from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.chain_settings import create_chain
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
 
 WHEEL, SHA256 = 'pose2sim-0.10.49-py3-none-any.whl', '403e0dc4065898ba6a595e72a8970950310979253d60e24c2e00b16b36bf21e1'
@@ -71,12 +71,13 @@ rendered into the images, in cam03 about 35 px beside the place that the file as
 
 
 class Camera(NamedTuple):
-    """A camera as Qualisys calibrated it; z of the room is up."""
+    """A camera as Qualisys calibrated it, z of the room is up; and its people by frame."""
 
     name: str
     model: CameraModel
     pose: Transform
     video: Path
+    people: Sequence[People2D] = ()
 
     def frames(self, most: int) -> Iterator[np.ndarray]:
         """Yield the first images, (1920, 1088, 3) uint8 BGR."""
@@ -88,42 +89,30 @@ class Camera(NamedTuple):
             yield image
 
 
-class Seen(NamedTuple):
-    """A camera, and its people by frame."""
-
-    camera: Camera
-    people: List[People2D]
-
-
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
     seen, images = _found(cameras(), SHOWN // 2 if options.quick else 1000)
-    fused = _fused(seen)
+    fusion, fused = PeopleFusion(), []
+    for number, people in enumerate(zip(*(camera.people for camera in seen))):
+        stamp = BEGIN + number / RATE
+        fused.append(fusion.update([from_image(camera.name, stamp, one, camera.model, camera.pose)
+                                    for camera, one in zip(seen, people)], stamp))
     _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
     found: Dict[str, Figure] = {}
     tables = [_people(fused, found), _reprojection(seen, fused, found), *_calibrations(seen, found)]
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
 
-def _found(given: Sequence[Camera], most: int) -> Tuple[List[Seen], List[np.ndarray]]:
-    """Return the people of all images, and the image of each camera that is shown."""
+def _found(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List[np.ndarray]]:
+    """Return the cameras with the people of all images, and the image of each camera that is shown."""
     chain, seen, images = create_chain({}), [], []
     for camera in given:
         people = []
         for number, image in enumerate(camera.frames(most)):
             people.append(chain.update(Frame(camera.name, BEGIN + number / RATE, image)).people_2d)
             images += [image] if number == min(SHOWN, most - 1) else []
-        seen.append(Seen(camera, people))
+        seen.append(camera._replace(people=people))
     return seen, images
-
-
-def _fused(seen: Sequence[Seen]) -> List[People3D]:
-    fusion, fused = PeopleFusion(), []
-    for number, people in enumerate(zip(*(each.people for each in seen))):
-        stamp = BEGIN + number / RATE
-        fused.append(fusion.update([from_image(each.camera.name, stamp, one, each.camera.model, each.camera.pose)
-                                    for each, one in zip(seen, people)], stamp))
-    return fused
 
 
 def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
@@ -147,12 +136,12 @@ def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
     return Table(f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids', rows)
 
 
-def _reprojection(seen: Sequence[Seen], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
+def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
     """Return the table of the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
-    for camera, people in seen:
+    for camera in seen:
         errors: List[float] = []
-        for image, joints in zip(people, fused):
+        for image, joints in zip(camera.people, fused):
             for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
                 apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
                 errors += apart[np.isfinite(apart)].tolist()
@@ -163,11 +152,10 @@ def _reprojection(seen: Sequence[Seen], fused: Sequence[People3D], found: Dict[s
     return Table('Reprojection', rows)
 
 
-def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]:
+def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> List[Table]:
     """Return the tables of the poses by the people alone, and of the things that were marked."""
-    given = [each.camera for each in seen]
-    references = {'qualisys': {camera.name: camera.pose for camera in given}, 'adjusted': adjusted_poses(given)}
-    models = {camera.name: camera.model for camera in given}
+    references = {'qualisys': {camera.name: camera.pose for camera in seen}, 'adjusted': adjusted_poses(seen)}
+    models = {camera.name: camera.model for camera in seen}
     rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle to Qualisys [degrees]', 'to adjusted',
                                  'stated', 'position to Qualisys [mm]', 'to adjusted', 'stated']]
     marked: List[List[object]] = [['poses', 'median [px]', 'greatest [px]'],
@@ -181,11 +169,11 @@ def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]
             rows.append([name, f'refused: {error}', *[''] * 7])
             continue
         values = {reference: rig_errors(made.rig, [SimpleNamespace(pose=poses[camera.name], clock=0.0)
-                                                   for camera in given])[:, :2] * (1, 1e3)
+                                                   for camera in seen])[:, :2] * (1, 1e3)
                   for reference, poses in references.items()}
         values['stated'] = made.std[1:, :2] * (1, 1e3)
-        for number, camera in enumerate(given[1:]):
-            away = np.linalg.norm(camera.pose[1] - given[0].pose[1])
+        for number, camera in enumerate(seen[1:]):
+            away = np.linalg.norm(camera.pose[1] - seen[0].pose[1])
             rows.append([name, camera.name, f'{away:.1f}', *(f'{each[number, 0]:.1f}' for each in values.values()),
                          *(f'{each[number, 1]:.0f}' for each in values.values())])
         marked.append(_marked(name, {camera.name: camera.pose for camera in made.rig.cameras}, models))
@@ -197,14 +185,14 @@ def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]
             Table('Things that stand still, beside the pixels that were marked', marked)]
 
 
-def _recording(seen: Seen, step: int) -> CameraRecording:
+def _recording(camera: Camera, step: int) -> CameraRecording:
     """Return every so many frames of a camera for the calibration."""
-    frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(seen.people)][::step]
+    frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(camera.people)][::step]
     pixels = np.concatenate([_keypoints(people)[..., :2] for _, people in frames])
-    rays = seen.camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
+    rays = camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
     stamps = np.concatenate([np.full(len(people), stamp, np.int64) for stamp, people in frames])
-    return CameraRecording(seen.camera.name, seen.camera.name, stamps, np.concatenate([each.ids for _, each in frames]),
-                           rays, np.full(pixels.shape[:2], np.nan), False, float(seen.camera.model.matrix[0, 0]))
+    return CameraRecording(camera.name, camera.name, stamps, np.concatenate([each.ids for _, each in frames]), rays,
+                           np.full(pixels.shape[:2], np.nan), False, float(camera.model.matrix[0, 0]))
 
 
 def _keypoints(people: People2D) -> np.ndarray:
@@ -222,10 +210,10 @@ def _marked(title: str, poses: Dict[str, Transform], models: Dict[str, CameraMod
     return [title, f'{np.median(errors):.1f}', f'{errors.max():.1f}']
 
 
-def _draw(seen: Sequence[Seen], images: Sequence[np.ndarray], people: People3D) -> None:
+def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D) -> None:
     """Write the picture: images side by side, with fused joints."""
     shown = []
-    for (camera, _), image in zip(seen, images):
+    for camera, image in zip(seen, images):
         pixels = _pixels(camera, people)
         score = np.isfinite(pixels).all(axis=2, keepdims=True).astype(np.float64)
         drawn = draw_people(image, People2D(COCO_18, np.concatenate([pixels, score], axis=2), np.ones(len(people)),
@@ -258,24 +246,12 @@ def fetch() -> Path:
 
 
 def cameras() -> List[Camera]:
-    """Return the cameras; errors as `fetch`.
-
-    In the file of Qualisys focal lengths and centres are in 1/64 px, positions in mm, and rotations by columns, of
-    cameras whose y is up and z backwards.
-    """
-    folder, found = fetch(), []
-    for camera in ET.parse(str(folder / 'calibration/Calib.qca.txt')).getroot().iter('camera'):
-        values = {key: float(value) for name in ('intrinsic', 'transform') for part in camera.iter(name)
-                  for key, value in part.attrib.items()}
-        fx, fy, cx, cy = (values[f'{key}{axis}'] / 64.0 for key in ('focalLength', 'centerPoint') for axis in 'UV')
-        lens_errors = [values[key] for key in ('radialDistortion1', 'radialDistortion2', 'tangentalDistortion1',
-                                               'tangentalDistortion2')]
-        name = camera.attrib['serial']
-        columns = np.array([[values[f'r{row}{column}'] for column in (1, 2, 3)] for row in (1, 2, 3)])
-        found.append(Camera(name, CameraModel(1088, 1920, [fx, 0, cx, 0, fy, cy, 0, 0, 1], 'plumb_bob', lens_errors),
-                            (columns.T @ np.diag([1.0, -1.0, -1.0]), np.array([values[axis] for axis in 'xyz']) / 1e3),
-                            folder / f'videos/{name}.mp4'))
-    return found
+    """Return the cameras; errors as `fetch`."""
+    folder = fetch()
+    found = read_known_cameras([folder / 'calibration/Calib.qca.txt'])
+    return [Camera(each.name, calibrated_camera(each.calibration), (
+        each.rotation.T, -found.unit * each.rotation.T @ each.translation), folder / f'videos/{each.name}.mp4')
+            for each in found.cameras]
 
 
 def marked_errors(poses: Dict[str, Transform], models: Dict[str, CameraModel]) -> np.ndarray:

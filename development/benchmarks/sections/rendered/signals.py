@@ -6,7 +6,7 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, open_sequence, read_truth
+from chain_runs import Frames, camera_poses, true_people
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import PersonSignals, Ray
@@ -15,7 +15,6 @@ from results.counting import count, people_of
 from scoring.counts import Counts, blocks_of
 from scoring.figures import Ratio, few_scenes, figures
 from scoring.signals import LABELS, MARGIN, STATISTICS, Label, Person, score_signals
-from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
 
 POINTING = ('f1', 'arm', 'point_given', 'point_10', 'point_15', 'point_20', 'point_median',
@@ -44,7 +43,7 @@ def measure(options: Options) -> Section:
         folders = scenes_with(options, 'signals', has_labels)
         for folder, each in zip(folders, count(replace(options, scenes=folders, quick=False), {'mode': 'balanced'})):
             people = found_in(folder, each)
-            labels = labels_of(people, signals_of(people, poses_of(folder)))
+            labels = labels_of(people, signals_of(people, camera_poses(folder)))
             counts.append(score_signals(folder, labels))
             blocks += [score_signals(folder, labels, part=block) for block in blocks_of(folder)]
     except NeedsDataError:
@@ -67,25 +66,10 @@ def has_labels(folder: Path) -> bool:
     return 'targets' in json.loads((folder / 'gt.json').read_text())
 
 
-def poses_of(folder: Path) -> np.ndarray:
-    return camera_poses(folder, open_sequence(folder))
-
-
 def found_in(folder: Path, counts: Counts) -> Frames:
     """Return the people that were found in a scene."""
     truth = json.loads((folder / 'gt.json').read_text())['frames'][:int(counts.sums['frames'])]
     return people_of(counts, [frame['t'] for frame in truth])
-
-
-def true_people(folder: Path) -> Frames:
-    """Return the true people of a scene."""
-    (truth, order), frames = read_truth(folder), []
-    for frame in truth['frames']:
-        joints = np.array([person['xyz'] for person in frame['people']]).reshape(-1, len(COCO_18.joints), 3)
-        shape = joints.shape[:2]
-        frames.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
-                                            np.full(shape, 0.02), [person['id'] for person in frame['people']])))
-    return frames
 
 
 def signals_of(frames: Frames, poses: np.ndarray) -> Signals:
@@ -134,7 +118,7 @@ def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
 
 def false_gestures(folder: Path, counts: Counts) -> Counts:
     """Return the seconds of a scene, and the number of gestures that its true joints do not make."""
-    people, poses = found_in(folder, counts), poses_of(folder)
+    people, poses = found_in(folder, counts), camera_poses(folder)
     true = intervals(signals_of(true_people(folder), poses))
     false = sum(not any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
                 for start, end, _, name, _ in intervals(signals_of(people, poses)))
