@@ -102,7 +102,7 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
     poses, truth = camera_poses(folder, sequence), _truth(folder)
     params = params or SeparationParams(guard=delivery.guard, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
-    arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times.tolist())
+    arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times[:len(found)].tolist())
                 if delivery.comes(number, time - truth.times[0], number / len(truth.times))]
     rows = [np.zeros(0, ROW)]
     for robot in _robots(truth, folder.name):
