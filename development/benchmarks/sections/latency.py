@@ -6,9 +6,9 @@ from typing import Any, List
 import numpy as np
 
 import live
+from common import on_a_master
 from results import Options, Section, Table
 from results.plots import curves
-from results.separate import on_a_master
 from scoring.figures import Figure
 
 RATES, PEOPLE, SECONDS = (15.0, 30.0), (1, 2, 5, 8), 15.0

@@ -9,9 +9,9 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from chain_runs import Frames, name_of, open_sequence
+from common import on_a_master
 from live import PEOPLE_3D, TOPICS, make_bag, played_stamps, start_camera, worth_reading
 from results import Options, Section, Table
-from results.separate import on_a_master
 from scoring.counts import Counts
 from scoring.figures import Figure, figures
 from scoring.people import SHORT_TABLE, STATISTICS, score_people

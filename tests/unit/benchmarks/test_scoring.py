@@ -66,7 +66,8 @@ def with_wrong_ankles(number, person, xyz):
         'persons_recall': 1, 'persons_precision': 1, 'visible_100': 1, 'hidden_150': 1, 'idf1': 1, 'within_1_sigma': 1,
         'visible_median': 0, 'switches': 0, 'lies': 0, 'jitter': 0, 'hidden_measured': 1}),
     (lambda number, person, xyz: [(person, xyz + 0.16 * AWAY)], MEASURED, {
-        'visible_median': 160, 'visible_90': 160, 'visible_100': 0, 'within_2_sigma': 0, 'lies': 1, 'persons_recall': 1}),
+        'visible_median': 160, 'visible_90': 160, 'visible_100': 0, 'within_2_sigma': 0, 'lies': 1,
+        'persons_recall': 1}),
     (lambda number, person, xyz: [(person, xyz + 0.16 * AWAY)], INFERRED, {'lies': 0, 'visible_inferred': 1}),
     # ids swapped half way; people reported twice; one who is missing; all beyond the gate
     (lambda number, person, xyz: [(person if number < FRAMES // 2 else 3 - person, xyz)], MEASURED, {
@@ -78,7 +79,8 @@ def with_wrong_ankles(number, person, xyz):
     (lambda number, person, xyz: [(person, xyz + 0.7 * AWAY)], MEASURED, {'persons_recall': 0}),
     (with_wrong_ankles, MEASURED, {'persons_recall': 1}),
     # to and fro by 1 cm: the second difference is 4 cm
-    (lambda number, person, xyz: [(person, xyz + 0.01 * (-1) ** number * AWAY)], MEASURED, {'jitter': 0.04 * RATE ** 2})])
+    (lambda number, person, xyz: [(person, xyz + 0.01 * (-1) ** number * AWAY)], MEASURED, {
+        'jitter': 0.04 * RATE ** 2})])
 def test_the_truth_changed_in_one_way(scene, change, status, expected):
     counts = people.score_people(scene, found(change, status))
     result = figures([counts], people.STATISTICS, resamples=10)

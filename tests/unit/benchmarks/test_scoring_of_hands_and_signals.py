@@ -110,8 +110,9 @@ def true_labels(person, number):
 
 
 def scored(scene, change=lambda labels: labels, late=0, margin=0.0, away=0.0):
-    frames = [(number / RATE, [signals.Person(neck_of(person) + away, change(true_labels(person, max(number - late, 0))))
-                               for person in (1, 2)]) for number in range(FRAMES)]
+    frames = [(number / RATE, [
+        signals.Person(neck_of(person) + away, change(true_labels(person, max(number - late, 0))))
+        for person in (1, 2)]) for number in range(FRAMES)]
     counts = signals.score_signals(scene, frames, margin)
     return {name: figure.value for name, figure in figures([counts], signals.STATISTICS, 0).items()}
 
