@@ -14,6 +14,7 @@ shares and likelihoods (0..1, without a unit) are at most 1. Words in tuples, su
     ./run bench ablation openpose_ros_pkg.detect.existence.EXISTENCE --scenes SEQUENCE ... --virtual
 """
 import argparse
+import ast
 import contextlib
 import gc
 import importlib
@@ -24,7 +25,6 @@ from types import FunctionType
 from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-import yaml
 
 import virtual
 from chain_runs import CountedNetworks, Finder, open_sequence
@@ -62,7 +62,7 @@ def variants_of(parser: argparse.ArgumentParser, text: str) -> List[Variant]:
         return [Variant(text, setting_values(parser, [text]))]
     root, record, path = record_of(name)
     if equals:
-        return [Variant(text, {}, record, changed(record, path, yaml.safe_load(value)))]
+        return [Variant(text, {}, record, changed(record, path, ast.literal_eval(value)))]
     found = []
     for each, before, unit in constants_of(record):
         at_most = 1.0 if isinstance(before, float) and 0 < before <= 1 and unit in ('', 'share') else np.inf
@@ -94,7 +94,7 @@ def constants_of(record: Any, path: Sequence[str] = (), unit: str = '') -> List[
 def changed(record: Any, path: Sequence[str], value: Any) -> Any:
     """Return a record with another constant; a number for an array fills it."""
     if not path:
-        return np.full_like(record, value) if isinstance(record, np.ndarray) else value
+        return np.full_like(record, value) if isinstance(record, np.ndarray) else type(record)(value)
     return replace(record, **{path[0]: changed(getattr(record, path[0]), path[1:], value)})
 
 
