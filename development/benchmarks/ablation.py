@@ -27,7 +27,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 import virtual
-from chain_runs import CountedNetworks, Finder, open_sequence
+from chain_runs import CountedNetworks, Finder
 from common import Parser, markdown
 from openpose_ros_pkg.command_line import run_command, setting_values
 from openpose_ros_pkg.errors import BadInputError
@@ -148,9 +148,7 @@ def count(folder: Path, variant: Variant, networks: CountedNetworks, arguments: 
             moments = virtual.passes(virtual.moments_of(folder), RATE, 1)
             played = virtual.play(chains.new(SLOW, 1.0), chains.machine, moments)
             return Counts(folder.name, {}, dict(virtual.counted(moments, played)), {})
-        sequence = open_sequence(folder)
-        finder = Finder(settings, arguments.budget, sequence.fps or 1.0, networks)
-        return score_people(folder, finder.run(sequence).frames)
+        return score_people(folder, Finder(settings, arguments.budget, networks).run(folder).frames)
 
 
 def count_all(variants: Sequence[Variant], arguments: argparse.Namespace) -> List[List[Counts]]:

@@ -97,11 +97,6 @@ def apart_in_image(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
     return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
-def known_people(people: Sequence[People2D]) -> KnownPeople:
-    """Return a detection that knows the people of each frame; `source` of a frame is its number."""
-    return KnownPeople(COCO_18, lambda frame: people[frame.source])
-
-
 class CountedNetwork:
     """A network that counts its passes, and their pixels [px]."""
 
@@ -217,52 +212,47 @@ class Run:
     times: List[Tuple[float, float]] = field(default_factory=list)
 
 
-def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.ndarray] = None,
-              work: Callable[[], float] = lambda: 0.0, limit: Optional[int] = None, budget: Optional[Budget] = None
-              ) -> Run:
-    """Find the people in each image and in space.
-
-    Args:
-        floors: (F, 4) the floor in each frame; None: it is not known.
-        work: returns the work of the networks so far.
-        limit: number of frames; None: all.
-        budget: of the search after each frame; None: each image is searched in full before.
-    """
-    run = Run()
-    for number, each in enumerate(itertools.islice(sequence, limit)):
-        done, began = work(), time.perf_counter()
-        frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
-                      floor=None if floors is None else floors[number], source=number)
-        result = chain.update(frame) if budget is None else budget.result(chain, frame)
-        estimating = sum(result.timing.values())
-        run.people.append(result.people_2d)
-        run.work.append(work() - done)
-        run.times.append((time.perf_counter() - began - estimating, estimating))
-        run.frames.append((each.time, result.people_3d))
-    return run
-
-
 class Finder:
     """Finds the people of sequences with the same networks, and counts their work.
 
     Args:
-        budget: work of the networks per frame, see `Budget`; 0: each image is searched in full.
-        rate: of the images [Hz].
+        budget: work of the networks per frame, see `Budget`; 0: each image is searched in full before its people count.
         networks: those of other finders; None: of its own.
+        exact: give the true pixels in place of networks.
     """
 
-    def __init__(self, settings: ChainSettings, budget: float = 0.0, rate: float = 0.0,
-                 networks: Optional[CountedNetworks] = None) -> None:
-        self._settings, self._budget, self._rate = settings, budget, rate
+    def __init__(self, settings: ChainSettings, budget: float = 0.0, networks: Optional[CountedNetworks] = None,
+                 exact: bool = False) -> None:
+        self._settings, self._work_per_frame = settings, budget
         self._following = FollowingParams(following='always') if budget > 0 else NEVER_FOLLOWED
         self._networks = networks or CountedNetworks(settings.detector.backend,
                                                      settings.detector.detector.model_folder)
-        self._detector = Detector(settings.detector, self._networks, self._following)
+        self._detector = None if exact else Detector(settings.detector, self._networks, self._following)
 
-    def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
-        """Return what a chain that has seen nothing before finds; see `run_chain`."""
-        work = self._networks.done
-        budget = Budget(self._budget, self._rate, work) if self._budget > 0 else None
-        detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
+    def run(self, folder: Path, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
+        """Return what a chain that has seen nothing before finds in each image and in space.
+
+        Args:
+            floors: (F, 4) the floor in each frame; None: it is not known.
+            limit: number of frames; None: all.
+        """
+        sequence, work = open_sequence(folder), self._networks.done
+        budget = Budget(self._work_per_frame, sequence.fps or 1.0, work) if self._work_per_frame > 0 else None
+        if self._detector is None:
+            people = exact_people(folder)
+            detection: Any = KnownPeople(COCO_18, lambda frame: people[frame.source])
+        else:
+            detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
         chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking)
-        return run_chain(sequence, chain, floors, work, limit, budget)
+        run = Run()
+        for number, each in enumerate(itertools.islice(sequence, limit)):
+            done, began = work(), time.perf_counter()
+            frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
+                          floor=None if floors is None else floors[number], source=number)
+            result = chain.update(frame) if budget is None else budget.result(chain, frame)
+            estimating = sum(result.timing.values())
+            run.people.append(result.people_2d)
+            run.work.append(work() - done)
+            run.times.append((time.perf_counter() - began - estimating, estimating))
+            run.frames.append((each.time, result.people_3d))
+        return run

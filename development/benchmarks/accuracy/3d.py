@@ -25,7 +25,6 @@ from openpose_ros_pkg.command_line import add_settings, run_command, setting_val
 from openpose_ros_pkg.params.parameters import build
 from scoring.people import score_people
 from scoring.tables import table_of_scenes
-from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 
 # In the image: maximum median distance of the joints of a person from the true ones, in half diagonals; visible joints
@@ -54,18 +53,10 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
 
 def run_all(arguments: Any, settings: ChainSettings) -> List[chain_runs.Run]:
     """Return what the chain finds in each sequence."""
-    runs, finder = [], None
-    for folder in arguments.sequences:
-        sequence = chain_runs.open_sequence(folder)
-        # z of the world by the coordinates of the camera
-        floors = chain_runs.camera_poses(folder, sequence)[:, 2] if arguments.floor else None
-        if arguments.exact_2d:
-            chain = PeopleChain(chain_runs.known_people(chain_runs.exact_people(folder)), settings.estimator)
-            runs.append(chain_runs.run_chain(sequence, chain, floors))
-        else:
-            finder = finder or chain_runs.Finder(settings, arguments.budget, sequence.fps or 1.0)
-            runs.append(finder.run(sequence, floors))
-    return runs
+    finder = chain_runs.Finder(settings, arguments.budget, exact=arguments.exact_2d)
+    # z of the world by the coordinates of the camera
+    return [finder.run(folder, chain_runs.camera_poses(folder)[:, 2] if arguments.floor else None)
+            for folder in arguments.sequences]
 
 
 def main() -> int:

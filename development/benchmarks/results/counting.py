@@ -18,7 +18,6 @@ from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
 from scoring.counts import SAME_TIME, Counts, load
 from scoring.people import score_people
-from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import People3D
 
@@ -87,18 +86,12 @@ def _code_digest() -> str:
 
 
 @lru_cache(maxsize=1)
-def _finder(settings: str, budget: float, rate: float) -> chain_runs.Finder:
-    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), budget, rate)
+def _finder(settings: str, exact: bool, budget: float) -> chain_runs.Finder:
+    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), budget, exact=exact)
 
 
 def _run(job: Job, path: Path) -> None:
-    sequence = chain_runs.open_sequence(job.folder)
-    if job.exact:
-        detection = chain_runs.known_people(chain_runs.exact_people(job.folder))
-        chain = PeopleChain(detection, build(ChainSettings, json.loads(job.settings)).estimator)
-        run = chain_runs.run_chain(sequence, chain, limit=job.limit)
-    else:
-        run = _finder(job.settings, job.budget, sequence.fps or 1.0).run(sequence, limit=job.limit)
+    run = _finder(job.settings, job.exact, job.budget).run(job.folder, limit=job.limit)
     counts = score_people(job.folder, run.frames, slice(job.limit))
     rows = [np.zeros(0, PERSON)]
     for seconds, people in run.frames:

@@ -59,14 +59,9 @@ def measure(options: Options) -> Section:
 
 def timed(options: Options, row: Dict[str, Any], frames: int) -> List[Any]:
     """Return the times of frames in 2D and 3D [s]."""
-    times: List[Any] = []
-    finder = None
-    for folder in options.scenes[:SCENES]:
-        sequence = chain_runs.open_sequence(folder)
-        finder = finder or chain_runs.Finder(build(ChainSettings, {**row['settings'], **options.settings}),
-                                             row.get('budget', 0.0), sequence.fps or 1.0)
-        times += finder.run(sequence, limit=WARM_UP + frames // SCENES).times[WARM_UP:]
-    return times
+    finder = chain_runs.Finder(build(ChainSettings, {**row['settings'], **options.settings}), row.get('budget', 0.0))
+    return [times for folder in options.scenes[:SCENES]
+            for times in finder.run(folder, limit=WARM_UP + frames // SCENES).times[WARM_UP:]]
 
 
 def walkers(count: int, seconds: float) -> List[Person]:

@@ -86,10 +86,10 @@ def measure(options: Options) -> Section:
 
 def record(stage: Path) -> List[Recorded]:
     """Run the chain on each camera of a stage."""
-    settings, recorded = build(ChainSettings, {'mode': 'balanced'}), []
+    finder, recorded = Finder(build(ChainSettings, {'mode': 'balanced'})), []
     for folder in sorted(stage.glob('cam*')):
-        sequence = open_sequence(folder)
-        run, pose = Finder(settings, rate=sequence.fps).run(sequence), camera_poses(folder, sequence)[0]
+        sequence, run = open_sequence(folder), finder.run(folder)
+        pose = camera_poses(folder, sequence)[0]
         frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
         recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
     return recorded
