@@ -145,19 +145,6 @@ def worth_reading(log: Path) -> Iterable[str]:
             if any(word in line for word in ('networks may take', 'WARN', 'ERROR')))
 
 
-def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> Watched:
-    """Run the nodes before a camera; `points` is one of POINTS."""
-    children = [start_camera(session, bag, rate)]
-    if points == 'cloud_to_depth':
-        children.append(session.start('cloud_to_depth', [
-            'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true', 'manager:=/camera']))
-    seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                                 f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
-    for child in reversed(children):
-        session.stop(child)
-    return seen
-
-
 def figures_of(seen: Watched, unit: float) -> Dict[str, object]:
     """Return the cells of the nodes in a row; `unit` is T [ms]."""
     means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
@@ -181,7 +168,14 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
         for people in arguments.people}
     for points, rate, (people, sequence) in itertools.product(arguments.points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
-        seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
+        children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
+        if points == 'cloud_to_depth':
+            children.append(session.start('cloud_to_depth', [
+                'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true', 'manager:=/camera']))
+        seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
+                                     f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
+        for child in reversed(children):
+            session.stop(child)
         after = unit.milliseconds()
         row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
                **figures_of(seen, (before + after) / 2)}

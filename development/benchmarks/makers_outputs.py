@@ -16,7 +16,7 @@ import sys
 import types
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from typing import Any, ClassVar, Dict, List
+from typing import Any, Dict
 
 import numpy as np
 import torch
@@ -30,35 +30,31 @@ import makers_tensors
 Arrays = Dict[str, np.ndarray]
 
 
-class _NoOperations(types.ModuleType):
-    """Stands in for mmcv.ops, which only mmcv's build for the machine has; these networks use none of it."""
-
-    __path__: ClassVar[List[str]] = []
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith('__'):
-            raise AttributeError(name)
-        return type(name, (torch.nn.Module,), {})
-
-
-class _OperationsFinder:
-    """Finds all modules of mmcv.ops."""
+class _NoOperations:
+    """Finds all modules of mmcv.ops, which only mmcv's build for the machine has; these networks use none of it."""
 
     @staticmethod
     def find_spec(name: str, *_: object) -> Any:
         is_operation = name.split('.')[:2] in (['mmcv', 'ops'], ['mmcv', '_ext'])
-        return ModuleSpec(name, _OperationsFinder) if is_operation else None
+        return ModuleSpec(name, _NoOperations) if is_operation else None
 
     @staticmethod
-    def create_module(spec: ModuleSpec) -> types.ModuleType:
-        return _NoOperations(spec.name)
+    def create_module(spec: ModuleSpec) -> Any:
+        module: Any = types.ModuleType(spec.name)
+        module.__path__ = []
+        return module
 
     @staticmethod
-    def exec_module(_module: types.ModuleType) -> None:
-        """Nothing is in it."""
+    def exec_module(module: Any) -> None:
+        """Let every name be a kind of layer."""
+        def layer(name: str) -> type:
+            if name.startswith('__'):
+                raise AttributeError(name)
+            return type(name, (torch.nn.Module,), {})
+        module.__getattr__ = layer
 
 
-sys.meta_path.insert(0, _OperationsFinder)  # type: ignore[arg-type]
+sys.meta_path.insert(0, _NoOperations)  # type: ignore[arg-type]
 
 
 def simcc() -> Arrays:

@@ -3,7 +3,7 @@
 
 Scenes: those of --scenes FOLDER; else development/benchmark_data/rendered/report where at least 40 are there; else the
 small ones that are part of this repository. Sections of other data need --data NAME=FOLDER and are left as they are
-without it. Scenes that were counted with the same code and settings are not counted again, unless --again.
+without it. Scenes that were counted with the same code and settings are read from build/report.
 
 Sections of time (speed, latency, live: `timed`) should run alone, on a machine that does nothing else; `untimed` are
 all others.
@@ -62,7 +62,6 @@ def main() -> int:
     parser.add_argument('--scenes', type=Path, help='folder of scene folders')
     parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
     parser.add_argument('--quick', action='store_true', help='a few frames; only pictures are written, to logs/report')
-    parser.add_argument('--again', action='store_true', help='count again what was counted before')
     add_settings(parser, 'of the chain, for trials')
     arguments = parser.parse_args()
     groups = {'timed': TIMED, 'untimed': [name for name in SECTIONS if name not in TIMED]}
@@ -75,8 +74,7 @@ def main() -> int:
     rendered = scenes_of(RENDERED)
     scenes = scenes_of(arguments.scenes) if arguments.scenes else (
         rendered if len(rendered) >= ENOUGH else scenes_of(SCENES))
-    options = results.Options(scenes, arguments.quick, arguments.again,
-                              {name: Path(path) for name, path in data.items()},
+    options = results.Options(scenes, arguments.quick, {name: Path(path) for name, path in data.items()},
                               setting_values(parser, arguments.settings))
     if not options.scenes:
         parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')

@@ -170,17 +170,16 @@ def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], answer
 def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, float]],
            limits: Tuple[float, float, int]) -> Tuple[List[str], List[str]]:
     """Return memory [MB], threads and files of a node in two windows [s], and what grew by more than the limits."""
-    parts = [np.array([sample for sample in samples if begin <= sample[0] <= end]) for begin, end in windows]
-    if not all(map(len, parts)):
+    table = pd.DataFrame(samples, columns=('time', 'memory', 'threads', 'files')).set_index('time')
+    parts = [table.loc[begin:end] for begin, end in windows]
+    if any(part.empty for part in parts):
         return ['-'] * 3, ['no samples']
-    found = {'memory': [float(np.median(part[:, 1])) for part in parts],
-             'threads': [int(part[:, 2].min()) for part in parts],  # the least, as subscribers come and go
-             'files': [int(part[:, 3].min()) for part in parts]}
-    most = {name: values[0] + limits[2] for name, values in found.items()}
-    most['memory'] = limits[0] * found['memory'][0] + limits[1]
-    return ([f'{first:.0f} - {last:.0f}' for first, last in found.values()],
-            [f'{name} grew from {values[0]:.1f} to {values[1]:.1f}' for name, values in found.items()
-             if values[1] > most[name]])
+    # the least threads and files, as subscribers come and go
+    first, last = (part.agg({'memory': 'median', 'threads': 'min', 'files': 'min'}) for part in parts)
+    most = first + limits[2]
+    most['memory'] = limits[0] * first['memory'] + limits[1]
+    return ([f'{first[name]:.0f} - {last[name]:.0f}' for name in table],
+            [f'{name} grew from {first[name]:.1f} to {last[name]:.1f}' for name in table if last[name] > most[name]])
 
 
 def age(results: pd.DataFrame, begin: int, end: int) -> Tuple[List[str], List[str]]:

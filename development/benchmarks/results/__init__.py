@@ -46,14 +46,12 @@ class Options:
     Attributes:
         scenes: folders of rendered scenes.
         quick: a few frames of everything, to see that it works.
-        again: also what was counted before is measured again.
         data: folders of other data sets by name.
         settings: parameters of the chain, for trials.
     """
 
     scenes: Sequence[Path] = ()
     quick: bool = False
-    again: bool = False
     data: Dict[str, Path] = field(default_factory=dict)
     settings: Dict[str, Any] = field(default_factory=dict)
 

