@@ -16,7 +16,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED
 
 from .counts import SAME_TIME, WHOLE, Counts, tags_of
 from .figures import Quantile, Ratio, of_rows, of_sums, values_of
-from .people import OUTSIDE, VISIBLE
+from .people import OUTSIDE, is_hidden, is_visible
 
 LEAST_POINTS = 5
 # Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
@@ -116,14 +116,6 @@ def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
     return rows
 
 
-def _visible(points: np.ndarray) -> np.ndarray:
-    return points['label'] == VISIBLE
-
-
-def _hidden(points: np.ndarray) -> np.ndarray:
-    return (points['label'] != VISIBLE) & (points['label'] != OUTSIDE)
-
-
 def _within_2_sigma(name: str, status: int) -> Ratio:
     return of_rows(f'errors of {name} points within 2 sigma', 'points',
                    lambda points: points['error'] / points['sigma'] <= 2, lambda points: (
@@ -134,17 +126,17 @@ STATISTICS = {
     'recall': of_sums('hands found, of the true ones', 'paired', 'true'),
     'precision': of_sums('hands that are real, of those found', 'paired', 'found'),
     'side': of_sums('of these with the right side', 'sides', 'paired'),
-    'visible_20': of_rows('visible points within 20 mm', 'points', lambda points: points['error'] <= 0.02, _visible),
-    'visible_10': of_rows('visible points within 10 mm', 'points', lambda points: points['error'] <= 0.01, _visible),
-    'visible_median': Quantile('median error of visible points', values_of('points', 'error', _visible), 0.5, 'mm', 1,
+    'visible_20': of_rows('visible points within 20 mm', 'points', lambda points: points['error'] <= 0.02, is_visible),
+    'visible_10': of_rows('visible points within 10 mm', 'points', lambda points: points['error'] <= 0.01, is_visible),
+    'visible_median': Quantile('median error of visible points', values_of('points', 'error', is_visible), 0.5, 'mm', 1,
                                1e3),
-    'hidden_20': of_rows('hidden points within 20 mm', 'points', lambda points: points['error'] <= 0.02, _hidden),
+    'hidden_20': of_rows('hidden points within 20 mm', 'points', lambda points: points['error'] <= 0.02, is_hidden),
     'image_01': of_rows('visible points within 0.1 hand sizes in the image', 'points',
-                        lambda points: points['apart'] <= 0.1, _visible),
+                        lambda points: points['apart'] <= 0.1, is_visible),
     'image_02': of_rows('visible points within 0.2 hand sizes in the image', 'points',
-                        lambda points: points['apart'] <= 0.2, _visible),
-    'image_median': Quantile('median error of visible points in the image', values_of('points', 'apart', _visible), 0.5,
-                             'hand sizes', 3),
+                        lambda points: points['apart'] <= 0.2, is_visible),
+    'image_median': Quantile('median error of visible points in the image',
+                             values_of('points', 'apart', is_visible), 0.5, 'hand sizes', 3),
     'measured_within_2_sigma': _within_2_sigma('MEASURED', MEASURED),
     'inferred_within_2_sigma': _within_2_sigma('INFERRED', INFERRED),
     'head_median': Quantile('median angle of the directions of faces', lambda counts: counts.rows['faces']['angle'],
