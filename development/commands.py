@@ -67,19 +67,16 @@ def model(arguments: Sequence[str]) -> NoReturn:
 
 
 def bench(arguments: Sequence[str]) -> NoReturn:
-    folder = ROOT / 'development/benchmarks'
-    programs = {path.relative_to(folder).with_suffix('').parts: path for path in sorted(folder.rglob('*.py'))
-                if path.read_text().startswith('#!')}
-    programs[('accuracy',)] = programs['accuracy', '3d']
-    programs[('render',)] = ROOT / 'development/benchmark_data/render.py'
-    words = next((words for words in programs if words == tuple(arguments[:len(words)])), None)
-    if words is None:
-        die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(map(' '.join, programs)))
-    if words == ('render',):  # it has an environment of its own, and needs no workspace
-        os.execv(PYTHON, [PYTHON, str(programs[words]), *arguments[1:]])
-    # what they share is found from every folder
-    os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), str(ROOT / 'tests/support')])
-    enter_workspace([PYTHON, str(programs[words]), *arguments[len(words):]])
+    folder, name, rest = ROOT / 'development/benchmarks', ' '.join(arguments[:1]), arguments[1:]
+    if name == 'render':  # it has an environment of its own, and needs no workspace
+        os.execv(PYTHON, [PYTHON, str(ROOT / 'development/benchmark_data/render.py'), *rest])
+    if name == 'accuracy':
+        part, rest = (rest[0], rest[1:]) if rest[:1] in (['2d'], ['3d']) else ('3d', rest)
+        name = f'accuracy/{part}'
+    if name not in BENCHMARKS:
+        die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(BENCHMARKS).replace('/', ' ') + ', render')
+    os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), str(ROOT / 'tests/support')])  # what they share
+    enter_workspace([PYTHON, str(folder / f'{name}.py'), *rest])
 
 
 def test(arguments: Sequence[str]) -> NoReturn:
@@ -93,6 +90,7 @@ def test(arguments: Sequence[str]) -> NoReturn:
     sys.exit(run_groups(groups))
 
 
+BENCHMARKS = ('accuracy/2d', 'accuracy/3d', 'ablation', 'live', 'report', 'soak', 'virtual')
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,
     'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks}

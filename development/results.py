@@ -22,7 +22,7 @@ ORDER = ('accuracy', 'errors', 'sigma', 'speed', 'modes', 'latency', 'live', 'im
 # A figure in a page: <!-- figure: SECTION.NAME FORM -->0.96<!-- end -->, FORM one of FORMS or nothing.
 FIGURE = re.compile(r'<!-- figure: (?P<name>[a-z0-9_]+\.[a-z0-9_]+)(?: (?P<form>[a-z]+))? -->'
                     r'(?P<shown>[^<]*)<!-- end -->')
-FORMS = ('number', 'percent', 'interval')
+FORMS = ('number', 'percent')
 
 Sections = Dict[str, Dict[str, Any]]
 
@@ -73,21 +73,17 @@ def with_figures(text: str, sections: Sections) -> str:
 
 
 def _shown(found: 're.Match[str]', sections: Sections) -> str:
+    """Return the text of a figure: with its unit, or in one of FORMS."""
     section, _, name = found['name'].partition('.')
     figure = sections.get(section, {}).get('figures', {}).get(name)
-    return found['shown'] if figure is None else figure_text(figure, found['form'] or '')
-
-
-def figure_text(figure: Dict[str, Any], form: str = '') -> str:
-    """Return a figure as pages show it: with its unit, or in one of FORMS."""
+    if figure is None:
+        return found['shown']
     if figure['value'] is None:
         return '-'
-    if form == 'percent':
+    if found['form'] == 'percent':
         return f"{100 * figure['value']:.0f} %"
-    value, unit = f"{figure['value']:.{figure['digits']}f}", f" {figure['unit']}" if figure['unit'] else ''
-    if form == 'interval' and figure['low'] is not None:
-        return f"{value} [{figure['low']:.{figure['digits']}f}, {figure['high']:.{figure['digits']}f}]{unit}"
-    return value if form == 'number' else value + unit
+    value = f"{figure['value']:.{figure['digits']}f}"
+    return f"{value} {figure['unit']}" if figure['unit'] and found['form'] != 'number' else value
 
 
 def write_results() -> None:

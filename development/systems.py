@@ -71,8 +71,8 @@ def with_ros(system: System, prefixes: Sequence[Path]) -> System:
     system = replace(system, differs=differs, ros=prefix, distribution=distribution)
     lacking = [key for key in sorted(dependencies() | set(TOOLS)) if key in ROS and system.packages_of(key)]
     if lacking and not distribution:
-        raise ValueError(f'the ROS in {prefix} lacks {", ".join(lacking)}; add them, or take it out of the terminal '
-                         'and of --extend: then the ROS of the system is used')
+        raise ValueError(f'the ROS in {prefix} lacks {", ".join(lacking)}; add them, or take it out of the terminal: '
+                         'then the ROS of the system is used')
     return system
 
 

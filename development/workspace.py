@@ -1,4 +1,4 @@
-"""Commands in the built workspace, and the other workspaces that it extends."""
+"""Commands in the built workspace, and the other workspaces whose packages it uses."""
 import os
 from pathlib import Path
 from typing import Dict, List, NoReturn, Optional, Sequence
@@ -8,34 +8,13 @@ from development.terminal import die, output_of
 
 BUILD_STAMP = ROOT / 'build/.built_by_run'
 DEVEL = ROOT / 'devel'
-EXTENDED = ROOT / '.extended_workspaces'  # of ./run setup --extend, one a line
-
-
-def extend(folders: Sequence[str]) -> None:
-    """Remember the workspaces of ./run setup --extend: devel or install spaces, or the folders that hold them."""
-    spaces = []
-    for folder in map(os.path.abspath, folders):
-        candidates = [Path(folder), Path(folder) / 'devel', Path(folder) / 'install']
-        space = next((path for path in candidates if is_workspace(path)), None)
-        if space is None:
-            die(f'{folder} has no setup.bash of catkin, and no devel/ or install/ with one')
-        spaces.append(space)
-    EXTENDED.write_text(''.join(f'{space}\n' for space in spaces))
 
 
 def underlays() -> List[Path]:
-    """Return the other workspaces whose packages are used, topmost first: those of --extend, then the sourced ones."""
-    remembered = [Path(line) for line in EXTENDED.read_text().splitlines()] if EXTENDED.exists() else []
-    for path in remembered:
-        if not is_workspace(path):
-            die(f'{path}, of ./run setup --extend, is not there; to forget it: ./run setup --extend')
+    """Return the other workspaces whose packages are used: those that are sourced where ./run starts, topmost first."""
     sourced = [Path(path) for path in os.environ.get('SOURCED_WORKSPACES', '').split(os.pathsep) if path]
-    sourced = [path for path in sourced if is_workspace(path) and path.resolve() != DEVEL.resolve()]
-    return [*dict.fromkeys([*remembered, *sourced])]
-
-
-def is_workspace(path: Path) -> bool:
-    return (path / '.catkin').is_file() and (path / 'setup.bash').is_file()
+    return [path for path in sourced if (path / '.catkin').is_file() and (path / 'setup.bash').is_file()
+            and path.resolve() != DEVEL.resolve()]
 
 
 def environment_of(workspaces: Sequence[Path]) -> Dict[str, str]:

@@ -1,12 +1,12 @@
-"""The chain over RGB-D sequences with known joints, without ROS: the truth, counted networks, runs.
+"""The chain over RGB-D sequences with known joints, without ROS: truth, counted networks, runs.
 
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
 """
+import hashlib
 import itertools
 import json
 import time
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
@@ -25,7 +25,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
@@ -54,9 +54,20 @@ def read_truth(folder: Path, file: str = 'gt.json') -> Tuple[Dict[str, Any], Lis
     return truth, [truth['joints'].index(joint) for joint in COCO_18.joints]
 
 
-def camera_poses(folder: Path, sequence: RgbdSequence) -> np.ndarray:
+def true_people(folder: Path) -> Frames:
+    """Return the true people of each frame, in the frame of the camera, as if all joints were measured."""
+    (truth, order), frames = read_truth(folder), []
+    for frame in truth['frames']:
+        joints = np.array([person['xyz'] for person in frame['people']], np.float64).reshape(-1, len(order), 3)
+        shape = joints.shape[:2]
+        frames.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
+                                            np.full(shape, 0.02), [person['id'] for person in frame['people']])))
+    return frames
+
+
+def camera_poses(folder: Path, sequence: Optional[RgbdSequence] = None) -> np.ndarray:
     """Return T_world_camera of each frame, (F, 4, 4); in the world, z is up and the floor is z = 0."""
-    path = folder / 'meta.json'
+    path, sequence = folder / 'meta.json', sequence or open_sequence(folder)
     meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
     return np.array(meta.get('poses') or [meta['T_world_camera']] * len(sequence))
 
@@ -86,11 +97,6 @@ def apart_in_image(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
     return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
-def known_people(people: Sequence[People2D]) -> KnownPeople:
-    """Return a detection that knows the people of each frame; `source` of a frame is its number."""
-    return KnownPeople(COCO_18, lambda frame: people[frame.source])
-
-
 class CountedNetwork:
     """A network that counts its passes, and their pixels [px]."""
 
@@ -107,17 +113,37 @@ class CountedNetwork:
         return self._network.infer_many(images)
 
 
-class CountedNetworks(Networks):
-    """Networks that count their work."""
+class CachedNetwork(CountedNetwork):
+    """A network that computes each input once, and counts those; `outputs`: what it computed."""
 
-    def __init__(self, params: BackendParams, model_folder: str) -> None:
+    def __init__(self, network: Backend) -> None:
+        super().__init__(network)
+        self.outputs: Dict[Any, Tuple[np.ndarray, ...]] = {}
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        keys = [(image.shape, hashlib.blake2b(image.tobytes(), digest_size=16).digest()) for image in images]
+        new = {key: image for key, image in zip(keys, images) if key not in self.outputs}
+        self.outputs.update(zip(new, super().infer_many(list(new.values())) if new else ()))
+        return [self.outputs[key] for key in keys]
+
+
+class CountedNetworks(Networks):
+    """Networks that count their work; with `cached` each input is computed once, and counts whenever it is given."""
+
+    def __init__(self, params: BackendParams, model_folder: str, cached: bool = False) -> None:
         super().__init__(params, model_folder)
+        self._cached = cached
         self._counted: Dict[str, CountedNetwork] = {}
+        self._caches: List[CachedNetwork] = []
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         recipe, networks = super().load(recipe)
-        self._counted = {**{name: self.counted(name, network) for name, network in networks.items()
-                            if name not in self._counted}, **self._counted}
+        for name, network in networks.items():
+            if name not in self._counted:
+                if self._cached:
+                    self._caches.append(CachedNetwork(network))
+                    network = self._caches[-1]
+                self._counted[name] = self.counted(name, network)
         return recipe, {name: self._counted[name] for name in networks}
 
     def counted(self, name: str, network: Backend) -> CountedNetwork:
@@ -127,6 +153,11 @@ class CountedNetworks(Networks):
     def done(self) -> float:
         """Return the work so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
         return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
+
+    def forget(self) -> None:
+        """Forget what was computed."""
+        for cache in self._caches:
+            cache.outputs.clear()
 
 
 class Budget:
@@ -173,60 +204,55 @@ class Run:
         frames: stamp [s], and people in space.
         work: of the networks for each image.
         times: of each frame in 2D and in 3D [s]; the search after a frame is part of the first.
-        warnings: number of frames that each warning of the points is about.
     """
 
     people: List[People2D] = field(default_factory=list)
     frames: Frames = field(default_factory=list)
     work: List[float] = field(default_factory=list)
     times: List[Tuple[float, float]] = field(default_factory=list)
-    warnings: Counter = field(default_factory=Counter)
-
-
-def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.ndarray] = None,
-              work: Callable[[], float] = lambda: 0.0, limit: Optional[int] = None, budget: Optional[Budget] = None
-              ) -> Run:
-    """Find the people in each image and in space.
-
-    Args:
-        floors: (F, 4) the floor in each frame; None: it is not known.
-        work: returns the work of the networks so far.
-        limit: number of frames; None: all.
-        budget: of the search after each frame; None: each image is searched in full before.
-    """
-    run = Run()
-    for number, each in enumerate(itertools.islice(sequence, limit)):
-        done, began = work(), time.perf_counter()
-        frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
-                      floor=None if floors is None else floors[number], source=number)
-        result = chain.update(frame) if budget is None else budget.result(chain, frame)
-        estimating = sum(result.timing.values())
-        run.people.append(result.people_2d)
-        run.work.append(work() - done)
-        run.times.append((time.perf_counter() - began - estimating, estimating))
-        run.frames.append((each.time, result.people_3d))
-        run.warnings.update(doubt.event for doubt in result.doubts)
-    return run
 
 
 class Finder:
     """Finds the people of sequences with the same networks, and counts their work.
 
     Args:
-        budget: work of the networks per frame, see `Budget`; 0: each image is searched in full.
-        rate: of the images [Hz].
+        budget: work of the networks per frame, see `Budget`; 0: each image is searched in full before its people count.
+        networks: those of other finders; None: of its own.
+        exact: give the true pixels in place of networks.
     """
 
-    def __init__(self, settings: ChainSettings, budget: float = 0.0, rate: float = 0.0) -> None:
-        self._settings, self._budget, self._rate = settings, budget, rate
+    def __init__(self, settings: ChainSettings, budget: float = 0.0, networks: Optional[CountedNetworks] = None,
+                 exact: bool = False) -> None:
+        self._settings, self._work_per_frame = settings, budget
         self._following = FollowingParams(following='always') if budget > 0 else NEVER_FOLLOWED
-        self._networks = CountedNetworks(settings.detector.backend, settings.detector.detector.model_folder)
-        self._detector = Detector(settings.detector, self._networks, self._following)
+        self._networks = networks or CountedNetworks(settings.detector.backend,
+                                                     settings.detector.detector.model_folder)
+        self._detector = None if exact else Detector(settings.detector, self._networks, self._following)
 
-    def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
-        """Return what a chain that has seen nothing before finds; see `run_chain`."""
-        work = self._networks.done
-        budget = Budget(self._budget, self._rate, work) if self._budget > 0 else None
-        detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
+    def run(self, folder: Path, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
+        """Return what a chain that has seen nothing before finds in each image and in space.
+
+        Args:
+            floors: (F, 4) the floor in each frame; None: it is not known.
+            limit: number of frames; None: all.
+        """
+        sequence, work = open_sequence(folder), self._networks.done
+        budget = Budget(self._work_per_frame, sequence.fps or 1.0, work) if self._work_per_frame > 0 else None
+        if self._detector is None:
+            people = exact_people(folder)
+            detection: Any = KnownPeople(COCO_18, lambda frame: people[frame.source])
+        else:
+            detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
         chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking)
-        return run_chain(sequence, chain, floors, work, limit, budget)
+        run = Run()
+        for number, each in enumerate(itertools.islice(sequence, limit)):
+            done, began = work(), time.perf_counter()
+            frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
+                          floor=None if floors is None else floors[number], source=number)
+            result = chain.update(frame) if budget is None else budget.result(chain, frame)
+            estimating = sum(result.timing.values())
+            run.people.append(result.people_2d)
+            run.work.append(work() - done)
+            run.times.append((time.perf_counter() - began - estimating, estimating))
+            run.frames.append((each.time, result.people_3d))
+        return run

@@ -1,8 +1,10 @@
 """What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
 import argparse
+import multiprocessing
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
 
@@ -28,14 +30,9 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def add_live(self, seconds: float, warm_up: float) -> None:
-        """Add the options of a table of running nodes, with the default times of a row [s]."""
-        self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')
-        self.add_argument('--warm-up', type=float, default=warm_up, help='before that [s] (default %(default)s)')
-        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
-
     def parse_live(self) -> argparse.Namespace:
-        """Return the arguments of the command line; those like NAME:=VALUE may stand anywhere, and come as `launch`."""
+        """Return the arguments; those like NAME:=VALUE, of the launch file, may stand anywhere and come as `launch`."""
+        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
         named = [text for text in sys.argv[1:] if ':=' in text]
         arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
         arguments.launch = named
@@ -45,14 +42,6 @@ class Parser(argparse.ArgumentParser):
 def scenes_of(folder: Path) -> List[Path]:
     """Return the scenes with known joints in a folder."""
     return sorted(path.parent for path in folder.glob('*/gt.json'))
-
-
-def new_path(text: str) -> Path:
-    """Return the path of an output, as `type` of an option; an existing file or filled folder is refused."""
-    path = Path(text)
-    if path.is_file() or (path.is_dir() and any(path.iterdir())):
-        raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
-    return path
 
 
 def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
@@ -76,18 +65,31 @@ def run_live(measure: Callable[['Session', Path, argparse.Namespace], Sequence[s
     Args:
         measure: takes the session, its folder and the arguments, prints the figures, and returns what has failed.
     """
-    from session import Session  # most benchmarks need no ROS
-
     def work() -> int:
-        with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
-            try:
-                with Session(Path(folder)) as session:
-                    faults = measure(session, Path(folder), arguments)
-            except OpenposeRosError:
-                print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
-                      file=sys.stderr)
-                raise
+        faults = in_session(measure, arguments)
         print(*faults, sep='\n')
         return SOME_FAILED if faults else DONE
 
     return run_command('bench', work)
+
+
+def in_session(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what `work(session, folder, *arguments)` returns, with a folder that goes; a failure prints its logs."""
+    from session import Session  # most benchmarks need no ROS
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            with Session(Path(folder)) as session:
+                return work(session, Path(folder), *arguments)
+        except OpenposeRosError:
+            print(*(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n', file=sys.stderr)
+            raise
+
+
+def on_a_master(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what `in_session` returns, in a process of its own, as a process has one ROS node at most.
+
+    Args:
+        work: a function of a module.
+    """
+    with ProcessPoolExecutor(1, multiprocessing.get_context('spawn')) as pool:
+        return pool.submit(in_session, work, *arguments).result()

@@ -1,5 +1,4 @@
 """RGB-D sequences with a chosen number of people: the two of the shipped one, cut out and pasted."""
-import json
 import shutil
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
@@ -13,40 +12,31 @@ from skeleton_extract_3d.points.rgbd_sequence import RgbdFrame, RgbdSequence
 
 # Depth before the empty scene, and from the mean depth of the joints, of the pixels of a person [m].
 _BEFORE, _AT_JOINTS = 0.1, 0.5
-# A copy: person, delay [frames], shift to the right and away over the floor [m].
-Copy = Tuple[int, int, float, float]
-_COPIES: Tuple[Copy, ...] = ((1, 12, -0.5, 0.4), (0, 20, 1.3, 0.9), (1, 25, 0.8, 1.4), (0, 6, -0.7, 1.2),
-                            (1, 34, -1.4, 1.8), (0, 30, 0.3, 1.6))
-FIRST_COPY = 3  # after the ids of the two
+# Copies: person, delay [frames], shift to the right and away over the floor [m].
+_COPIES: Tuple[Tuple[int, int, float, float], ...] = (
+    (1, 12, -0.5, 0.4), (0, 20, 1.3, 0.9), (1, 25, 0.8, 1.4), (0, 6, -0.7, 1.2), (1, 34, -1.4, 1.8), (0, 30, 0.3, 1.6))
 
 
 class CutOut(NamedTuple):
-    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask, the true joints."""
+    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask."""
 
     bgr: np.ndarray
     depth: np.ndarray
     mask: np.ndarray
-    truth: Dict[str, Any]
 
 
-def make_crowd(folder: Path, people: int) -> Path:
-    """Write a sequence of 40 frames with a number of people, 1 to 8, if it is not there; return its folder.
+def make_crowd(folder: Path, parts: Sequence[int], frames: int = 40) -> Path:
+    """Write a sequence of parts with 0 to 8 people, of so many frames each, if it is not there; return its folder.
 
     One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
     walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
     """
-    if people == 2:
-        return DEMO
     if not folder.is_dir():
-        write_crowd(folder, [(min(people, 2), _COPIES[:max(people - 2, 0)])] * 40)
+        _write_crowd(folder, [people for people in parts for _ in range(frames)])
     return folder
 
 
-def write_crowd(folder: Path, casts: Sequence[Tuple[int, Sequence[Copy]]]) -> None:
-    """Write a sequence with its truth; each frame has so many of the two shipped people, and these copies of them.
-
-    Copies have ids from FIRST_COPY on, in the order in which they come.
-    """
+def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
     sequence = open_sequence(DEMO)
     shipped = list(sequence)
     for name in ('rgb', 'depth'):
@@ -55,38 +45,31 @@ def write_crowd(folder: Path, casts: Sequence[Tuple[int, Sequence[Copy]]]) -> No
         shutil.copy(str(DEMO / name), str(folder / name))
     depths = np.array([frame.depth for frame in shipped])
     farthest, (rows, columns) = depths.argmax(axis=0), np.indices(depths.shape[1:])
-    room = CutOut(np.array([frame.bgr for frame in shipped])[farthest, rows, columns],
-                  depths.max(axis=0) / np.float32(1000), np.ones(farthest.shape, bool), {})
-    truth = read_truth(DEMO)[0]
-    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(shipped, truth['frames'])]
+    room = np.array([frame.bgr for frame in shipped])[farthest, rows, columns]
+    room_depth = depths.max(axis=0) / np.float32(1000)
+    cut = [_cut_out(frame, room_depth, true['people']) for frame, true in zip(shipped, read_truth(DEMO)[0]['frames'])]
     forth_and_back = cut + cut[-2:0:-1]
-    ids: Dict[Copy, int] = {}
-    frames = []
-    for number, (count, copies) in enumerate(casts):
-        people = forth_and_back[number % len(forth_and_back)][2 - count:]
-        for copy in copies:
-            row, late, *shift = copy
-            person = _moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence)
-            people.append(person._replace(truth={**person.truth, 'id': ids.setdefault(copy, FIRST_COPY + len(ids))}))
-        bgr, depth = room.bgr.copy(), room.depth.copy()
+    for number, count in enumerate(counts):
+        people = forth_and_back[number % len(forth_and_back)][2 - min(count, 2):]
+        for row, late, *shift in _COPIES[:max(count - 2, 0)]:
+            people.append(_moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence))
+        bgr, depth = room.copy(), room_depth.copy()
         for person in people:
             nearer = person.mask & ((depth == 0) | (person.depth < depth))
             bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
-        frames.append({'i': number, 't': number / sequence.fps, 'people': [person.truth for person in people]})
         cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
         cv2.imwrite(str(folder / 'depth' / f'{number:05d}.png'), np.rint(1000 * depth).astype(np.uint16))
-    (folder / 'gt.json').write_text(json.dumps({**truth, 'frames': frames}))
 
 
-def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
+def _cut_out(frame: RgbdFrame, room_depth: np.ndarray, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
     """Return the true people of a frame, in the order of their ids."""
     depth, cut = frame.depth / np.float32(1000), []
     for person in sorted(people, key=lambda person: person['id']):
         middle = np.array(person['xyz'], np.float32)[:, 2].mean()
-        own = (depth > 0) & (depth < room.depth - _BEFORE) & (np.abs(depth - middle) < _AT_JOINTS)
+        own = (depth > 0) & (depth < room_depth - _BEFORE) & (np.abs(depth - middle) < _AT_JOINTS)
         # the contour has no depth: it gets that of the body
         mask = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)) > 0
-        cut.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask, person))
+        cut.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask))
     return cut
 
 
@@ -97,9 +80,7 @@ def _moved(person: CutOut, shift: Sequence[float], sequence: RgbdSequence) -> Cu
     scale = middle / (middle + step[2])
     focal, centre = camera.matrix[[0, 1], [0, 1]], camera.matrix[:2, 2]
     matrix = np.column_stack([scale * np.eye(2), centre - scale * centre + focal * step[:2] / (middle + step[2])])
-    depth, mask = (cv2.warpAffine(image, matrix, (camera.width, camera.height), flags=cv2.INTER_NEAREST)
-                   for image in (person.depth, person.mask.astype(np.uint8)))
-    truth = {**person.truth, 'xyz': (np.array(person.truth['xyz']) + step).tolist(),
-             'uv': (np.array(person.truth['uv']) @ matrix[:, :2].T + matrix[:, 2]).tolist()}
-    return CutOut(cv2.warpAffine(person.bgr, matrix, (camera.width, camera.height)), depth + np.float32(step[2]),
-                  mask > 0, truth)
+    bgr, depth, mask = (cv2.warpAffine(image, matrix, (camera.width, camera.height), flags=flags) for image, flags in (
+        (person.bgr, cv2.INTER_LINEAR), (person.depth, cv2.INTER_NEAREST),
+        (person.mask.astype(np.uint8), cv2.INTER_NEAREST)))
+    return CutOut(bgr, depth + np.float32(step[2]), mask > 0)

@@ -1,114 +1,186 @@
 #!/usr/bin/python3
 """Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
 
-Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, and the results of the nodes are
-counted for a while: the 3D chain with its visualization, or for 2d the service node in stream mode. The sequences
-are made of the shipped one, or given by --folder. In 3D `target_rate` is the camera's rate unless it is given. Latency:
-from the camera's stamp to the arrival of the message in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on
-two threads, before and after the nodes run; latencies in T are by the mean of both. Start: to the first result. The
-stages of `age` add up to the latency. --points cloud_to_depth: a node makes depth images of clouds. --virtual: the
-chain alone, in virtual time, see virtual.py.
+Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, and the results of the 3D chain
+with its visualization are counted for a while. The sequences are made of the shipped one, or given by --folder.
+`target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message in
+a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after the nodes run; latencies
+in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency. --points
+cloud_to_depth: a node makes depth images of clouds.
 
-    ./run bench live 3d                                       # all rates, numbers of people and points
-    ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
-    ./run bench live 2d --people 1 2 5 8 --rates 30 target_rate:=30
-    ./run bench live --virtual SEQUENCE ... --rates 15 30 --slow 1 2 4
+    ./run bench live                                          # all rates, numbers of people and points
+    ./run bench live --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
 """
 import argparse
+import contextlib
+import io
 import itertools
+import subprocess
 import sys
+import time
+import xmlrpc.client
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
+import psutil
+import rosnode
 import rospy
-from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
+from openpose_ros_msgs.msg import PersonDetection_3dArray, Timing
 
-import nodes
-import virtual
-from common import Parser, markdown, run_command, run_live
+from common import DEMO, Parser, markdown, run_live
 from crowd import make_crowd
+from openpose_ros_tools.ros import images_to_bag
 from results.machine import Unit
-from session import ResultWatch, Session
+from session import ResultWatch, Session, wait_for
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
-PEOPLE_2D = '/openpose_ros/detected_poses'
-SERVICE = '/openpose_ros_service_node'
-EXTRACTOR = '/skeleton_extract_3d_node'
+NAMESPACE = '/kinect2/qhd'
+# What the driver publishes, by the points that the chain reads.
+TOPICS = {'depth_image': 'image_color camera_info image_depth_rect', 'point_cloud': 'image_color points'}
+PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
+TIMING = '/skeleton_extract_3d_node/timing'
+START_TIMEOUT = 240.0
 TOTALS = ('total', 'age')  # sums of stages
-STAGES_2D = ('wait', 'decode_message', 'detection', 'publish')
-MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
+MADE_DEPTH = f'{NAMESPACE}/depth_registered'
 # Points for the chain: arguments of people.launch.
 POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
                              f'camera_info:={MADE_DEPTH}/camera_info']}
 
 
-def parse_arguments() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument('chain', choices=('2d', '3d'))
-    parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
-    parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
-    parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
-    parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
-    parser.add_live(seconds=15.0, warm_up=5.0)
-    return parser.parse_live()
+def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
+    """Write a sequence folder into a bag for the driver; return the bag."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        status = images_to_bag.main([str(sequence), '-o', str(bag), '--overwrite', *(['--cloud'] if cloud else [])])
+    if status:
+        raise OSError(f'{sequence} could not be written into {bag}')
+    return bag
 
 
-def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> nodes.Watched:
-    """Run the nodes before a camera; `points` is one of POINTS, '-' in 2D."""
-    children = [nodes.start_camera(session, bag, rate)]
-    if points == 'cloud_to_depth':
-        children.append(session.start('cloud_to_depth', [
-            'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true']))
-    if points == '-':
-        seen = nodes.watch_nodes(session, [
-            'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
-            f'_image_topic:={nodes.NAMESPACE}/image_color',
-            *(f'_{text}' for text in ['target_rate:=0', *arguments.launch])],
-            ResultWatch(PEOPLE_2D, PersonDetectionArray), arguments, f'{SERVICE}/timing')
-    else:
-        seen = nodes.watch_nodes(session, [
-            'roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false', f'target_rate:={rate}',
-            *POINTS[points], *arguments.launch], ResultWatch(nodes.PEOPLE_3D, PersonDetection_3dArray), arguments,
-            f'{EXTRACTOR}/timing')
-    for child in reversed(children):
-        session.stop(child)
-    return seen
+def start_camera(session: Session, bag: Path, rate: float, stamps: Optional[Path] = None,
+                 names: Tuple[str, str] = ('camera', NAMESPACE), **parameters: object) -> 'subprocess.Popen[bytes]':
+    """Start the driver; return its process. See bag_camera.cpp for the parameters.
+
+    Args:
+        stamps: file for `played_stamps`; None: beside the bag.
+        names: of the node, and namespace of the topics.
+    """
+    node, namespace = names
+    topics = {*TOPICS['depth_image'].split(), *TOPICS['point_cloud'].split()}
+    return session.start(node, ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'__name:={node}', f'_bag:={bag}',
+                                f'_rate:={rate}', *(f'_{key}:={value}' for key, value in parameters.items()),
+                                *(f'{NAMESPACE}/{topic}:={namespace}/{topic}' for topic in topics)],
+                         stamps or bag.with_suffix('.txt'))
 
 
-def figures_of(seen: nodes.Watched, stages: Sequence[str], unit: float) -> Dict[str, object]:
-    """Return the cells of the nodes in a row; `stages` add up to the latency, `unit` is T [ms]."""
+def played_stamps(stamps: Path) -> List[int]:
+    """Return the stamps of the frames that a driver has published to a subscriber until now [ns]."""
+    lines = stamps.read_text().splitlines(keepends=True)
+    return [int(line) for line in lines if line.endswith('\n') and line.strip().isdigit()]  # others are the log's
+
+
+def node_process(name: str) -> psutil.Process:
+    """Return the process of a node; OSError: it does not answer."""
+    node = xmlrpc.client.ServerProxy(rospy.get_master().lookupNode(name)[2])
+    return psutil.Process(node.getPid(rospy.get_name())[2])
+
+
+class Watched(NamedTuple):
+    """Results of nodes in some seconds.
+
+    Attributes:
+        start: from their start to the first result [s].
+        arrivals, latencies, people: time [s], delay [s] and people of each result.
+        processor, memory: of each node [% of a core], [MB].
+        stages: mean of each stage [ms].
+    """
+
+    start: float
+    seconds: float
+    arrivals: np.ndarray
+    latencies: np.ndarray
+    people: np.ndarray
+    processor: Dict[str, float]
+    memory: Dict[str, float]
+    stages: Dict[str, float]
+
+
+def watch_nodes(session: Session, command: List[str], options: argparse.Namespace) -> Watched:
+    """Start nodes, and watch their results for a while after they have warmed up; end them."""
+    watch, began = ResultWatch(PEOPLE_3D, PersonDetection_3dArray), time.monotonic()
+    nodes = session.start('nodes', command)
+    wait_for(lambda: watch.arrivals, START_TIMEOUT, 'first results', nodes)
+    start = time.monotonic() - began
+    time.sleep(options.warm_up)
+    processes = {name: node_process(name) for name in rosnode.get_node_names()
+                 if name not in ('/rosout', rospy.get_name())}
+    for process in processes.values():
+        process.cpu_percent()  # begins to count
+    first, begin = len(watch.arrivals), time.monotonic()
+    time.sleep(options.seconds)
+    last, seconds = len(watch.arrivals), time.monotonic() - begin
+    processor = {node: process.cpu_percent() for node, process in processes.items()}
+    memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
+    stages = rospy.wait_for_message(TIMING, Timing, START_TIMEOUT)
+    watch.stop()
+    session.stop(nodes)
+    series = (np.array(getattr(watch, name)[first:last]) for name in ('arrivals', 'latencies', 'people'))
+    return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages})
+
+
+def by_node(values: Mapping[str, float]) -> str:
+    """Return a figure of each node as text."""
+    return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
+
+
+def median_and_95(seconds: Sequence[float]) -> str:
+    """Return median and 95th percentile of times [s] in ms, as text."""
+    return ' / '.join(f'{1e3 * value:.0f}' for value in np.percentile(seconds, (50, 95))) if len(seconds) else '-'
+
+
+def worth_reading(log: Path) -> Iterable[str]:
+    """Return the lines of a log of nodes that say how their figures came about."""
+    return (line for line in log.read_text(errors='replace').splitlines()
+            if any(word in line for word in ('networks may take', 'WARN', 'ERROR')))
+
+
+def figures_of(seen: Watched, unit: float) -> Dict[str, object]:
+    """Return the cells of the nodes in a row; `unit` is T [ms]."""
     means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
     return {'results [Hz]': round(len(seen.arrivals) / seen.seconds, 1),
-            'latency median / 95 % [ms]': nodes.median_and_95(seen.latencies),
+            'latency median / 95 % [ms]': median_and_95(seen.latencies),
             'in T': ' / '.join(f'{value:.2f}' for value in 1e3 * np.percentile(seen.latencies, (50, 95)) / unit),
-            'sum of the stages': round(sum(means.get(name, 0.0) for name in stages)),
+            'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
             'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
             'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(seen.people))),
-            'processor [% of a core]': nodes.by_node(seen.processor), 'memory [MB]': nodes.by_node(seen.memory),
+            'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory),
             'start [s]': round(seen.start, 1)}
 
 
 def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
-                ) -> List[Tuple[Dict[str, object], nodes.Watched]]:
+                ) -> List[Tuple[Dict[str, object], Watched]]:
     """Measure all rows and print each; return their cells and what was seen."""
     rospy.init_node('live', disable_signals=True)
     unit, measured = Unit(), []
-    stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
     sequences = {path.name: path for path in arguments.folder or ()} or {
-        people: make_crowd(folder / f'crowd_{people}', people) for people in arguments.people}
-    for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
+        people: DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
+        for people in arguments.people}
+    for points, rate, (people, sequence) in itertools.product(arguments.points, arguments.rates, sequences.items()):
         before = unit.milliseconds()
-        seen = measure_row(session, nodes.make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
+        children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
+        if points == 'cloud_to_depth':
+            children.append(session.start('cloud_to_depth', [
+                'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true', 'manager:=/camera']))
+        seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
+                                     f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
+        for child in reversed(children):
+            session.stop(child)
         after = unit.milliseconds()
         row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
-               **figures_of(seen, stages, (before + after) / 2)}
+               **figures_of(seen, (before + after) / 2)}
         measured.append((row, seen))
-        log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
-        print(' | '.join(map(str, row.values())),
-              *(line for line in log if 'networks may take' in line or 'WARN' in line), sep='\n', flush=True)
+        print(' | '.join(map(str, row.values())), *worth_reading(folder / 'nodes.log'), sep='\n', flush=True)
     return measured
 
 
@@ -119,8 +191,17 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Li
     return []
 
 
+def parse_arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
+    parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
+    parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
+    parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
+    parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
+    parser.add_argument('--warm-up', type=float, default=5.0, help='before that [s] (default %(default)s)')
+    return parser.parse_live()
+
+
 if __name__ == '__main__':
-    if '--virtual' in sys.argv:
-        sys.argv.remove('--virtual')
-        sys.exit(run_command('bench', virtual.main))
     sys.exit(run_live(measure, parse_arguments()))

@@ -3,7 +3,7 @@
 
 Scenes: those of --scenes FOLDER; else development/benchmark_data/rendered/report where at least 40 are there; else the
 small ones that are part of this repository. Sections of other data need --data NAME=FOLDER and are left as they are
-without it. Scenes that were counted with the same code and settings are not counted again, unless --again.
+without it. Scenes that were counted with the same code and settings are read from build/report.
 
 Sections of time (speed, latency, live: `timed`) should run alone, on a machine that does nothing else; `untimed` are
 all others.
@@ -12,12 +12,11 @@ all others.
     ./run bench report untimed --data mvor=FOLDER && ./run bench report timed
     ./run bench report accuracy errors --scenes FOLDER
 """
-import argparse
 import importlib
 import sys
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
+from typing import Any
 
 import results
 from common import ROOT, SCENES, Parser, scenes_of
@@ -28,26 +27,12 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from results import machine
 
 RENDERED, ENOUGH = ROOT / 'development/benchmark_data/rendered/report', 40
+_FOLDER = Path(__file__).parent
 # Modules of sections/ by name, in the order of the page.
-SECTIONS = {path.stem: '.'.join(path.relative_to(Path(__file__).parent).with_suffix('').parts)
-            for path in sorted((Path(__file__).parent / 'sections').rglob('*.py'), key=lambda path: (
-                ORDER.index(path.stem) if path.stem in ORDER else len(ORDER)))}
+SECTIONS = {path.stem: '.'.join(path.relative_to(_FOLDER).with_suffix('').parts)
+            for path in sorted((_FOLDER / 'sections').rglob('*.py'), key=lambda path: ORDER.index(path.stem))}
 # Those of time, which other processes would disturb.
 TIMED = ('speed', 'latency', 'live')
-
-
-def default_scenes() -> List[Path]:
-    """Return the rendered scenes where there are enough of them, else those of the repository."""
-    rendered = scenes_of(RENDERED)
-    return rendered if len(rendered) >= ENOUGH else scenes_of(SCENES)
-
-
-def data_sets(parser: argparse.ArgumentParser, texts: Sequence[str]) -> Dict[str, Path]:
-    """Return the folders of --data by name."""
-    pairs = [text.partition('=') for text in texts]
-    if not all(name and path for name, _, path in pairs):
-        parser.error('--data needs NAME=FOLDER')
-    return {name: Path(path) for name, _, path in pairs}
 
 
 def measure(name: str, options: results.Options, unit: machine.Unit) -> bool:
@@ -77,15 +62,19 @@ def main() -> int:
     parser.add_argument('--scenes', type=Path, help='folder of scene folders')
     parser.add_argument('--data', metavar='NAME=FOLDER', action='append', default=[], help='another data set')
     parser.add_argument('--quick', action='store_true', help='a few frames; only pictures are written, to logs/report')
-    parser.add_argument('--again', action='store_true', help='count again what was counted before')
     add_settings(parser, 'of the chain, for trials')
     arguments = parser.parse_args()
     groups = {'timed': TIMED, 'untimed': [name for name in SECTIONS if name not in TIMED]}
     wanted = [name for each in arguments.sections or groups for name in groups.get(each, [each])]
     for name in set(wanted) - {*SECTIONS}:
         parser.error(f'there is no section {name}; one of: {", ".join(SECTIONS)}')
-    options = results.Options(scenes_of(arguments.scenes) if arguments.scenes else default_scenes(), arguments.quick,
-                              arguments.again, data_sets(parser, arguments.data),
+    data = dict(text.partition('=')[::2] for text in arguments.data)
+    if not all(map(all, data.items())):
+        parser.error('--data needs NAME=FOLDER')
+    rendered = scenes_of(RENDERED)
+    scenes = scenes_of(arguments.scenes) if arguments.scenes else (
+        rendered if len(rendered) >= ENOUGH else scenes_of(SCENES))
+    options = results.Options(scenes, arguments.quick, {name: Path(path) for name, path in data.items()},
                               setting_values(parser, arguments.settings))
     if not options.scenes:
         parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')

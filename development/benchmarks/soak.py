@@ -12,9 +12,8 @@ hour that of the middle one, as buffers and pools still grow. The exit status is
 or the age of the results grow, if frames that came are neither answered nor counted as dropped, or if a published
 result is missing in the bags. docs/reliability.md has the limits.
 
-    ./run bench soak --minutes 60 --json soak.json
+    ./run bench soak --minutes 60
 """
-import json
 import os
 import signal
 import struct
@@ -24,7 +23,7 @@ import time
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
 import numpy as np
 import pandas as pd
@@ -35,9 +34,9 @@ from dynamic_reconfigure.client import Client
 from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
-from common import Parser, markdown, new_path, run_live
+from common import Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
+from live import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
@@ -51,6 +50,7 @@ CAMERA_PAUSE = 3.0  # [s]
 LIMITS, LIMITS_SHORT, LONG = (1.01, 0.0, 0), (1.0, 256.0, 4), 30.0
 # Number of medians of the age that make a line; slope that is no growth, as a share of the median age over the run.
 AGE_PARTS, AGE_GROWTH = 60, 0.1
+COLUMNS = ('seq', 'stamp', 'received')  # of recorded messages
 WAITING = 2  # images that may wait for their points when the camera ends
 # People in the parts of the sequence, and the frames of each part.
 PEOPLE, PART = (2, 1, 0, 1, 5, 2), 20
@@ -59,9 +59,6 @@ PARAMETERS = ({'person_min_score': 0.4, 'tracking': False}, {'smoothing': False,
 EVERYTHING = [f'/{RESULTS}/{topic}' for topic in (
     'detected_poses_image', 'detected_poses_image/compressed', 'input_rgb', 'input_pointcloud', 'camera_info',
     'visualization_markers', 'visualization_skeleton')] + ['/floor/plane']
-
-
-Figures = Dict[str, Any]
 
 
 class Chain(NamedTuple):
@@ -125,23 +122,15 @@ class Sampler:
             self._processes.pop(node, None)
 
 
-class Result(NamedTuple):
-    """Header of a recorded message, and when it came: seq, [ns], [ns]."""
-
-    seq: int
-    stamp: int
-    received: int
-
-
-def recorded(folder: Path) -> Dict[str, List[Result]]:
-    """Return the messages of each topic in the bags of a folder, in the order of their arrival."""
-    results: Dict[str, List[Result]] = {}
+def recorded(folder: Path) -> Dict[str, pd.DataFrame]:
+    """Return seq, stamp and arrival [ns] of the messages of each topic in the bags of a folder, as they arrived."""
+    results: Dict[str, List[Tuple[int, int, int]]] = {}
     for path in sorted(folder.glob('*.bag')):
         with rosbag.Bag(str(path)) as bag:
             for topic, raw, received in bag.read_messages(raw=True):
                 seq, seconds, nanoseconds = struct.unpack_from('<III', raw[1])
-                results.setdefault(topic, []).append(Result(seq, seconds * 10**9 + nanoseconds, received.to_nsec()))
-    return results
+                results.setdefault(topic, []).append((seq, seconds * 10**9 + nanoseconds, received.to_nsec()))
+    return {topic: pd.DataFrame(rows, columns=COLUMNS) for topic, rows in results.items()}
 
 
 def frame_faults(kind: type = OpenposeRosError) -> List[str]:
@@ -150,12 +139,13 @@ def frame_faults(kind: type = OpenposeRosError) -> List[str]:
     return own + [event for each in kind.__subclasses__() for event in frame_faults(each)]
 
 
-def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], results: Sequence[Result]
-            ) -> Tuple[Figures, List[str]]:
+def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], answered_stamps: Set[int]
+            ) -> Tuple[List[object], List[str]]:
     """Return the numbers of frames sent, received, answered and dropped, and the faults in them.
 
     Args:
         runs: file of the stamps of each run of the camera.
+        answered_stamps: of the recorded results [ns].
     """
     def count(key: str) -> int:
         return diagnostics.count(chain.extractor, key)
@@ -165,45 +155,43 @@ def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], result
                'frame failed')
     dropped = {reason: count(reason) for reason in reasons if count(reason)}
     received, answered, gone = count('images received') + dropped.get(lost, 0), count('frames'), sum(dropped.values())
-    with_result, unanswered, played = {result.stamp for result in results}, 0, [played_stamps(run) for run in runs]
+    unanswered, played = 0, [played_stamps(run) for run in runs]
     for stamps in played:  # from the first to the last answered one
-        known = [number for number, stamp in enumerate(stamps) if stamp in with_result]
-        unanswered += known[-1] - known[0] + 1 - len(known) if known else 0
-    invented = len(with_result.difference(*played))
+        places = [number for number, stamp in enumerate(stamps) if stamp in answered_stamps]
+        unanswered += places[-1] - places[0] + 1 - len(places) if places else 0
+    invented = len(answered_stamps.difference(*played))
     faults = {f'{received} frames came, but {answered} were answered and {gone} dropped':
               not 0 <= received - answered - gone <= WAITING,
               f'{unanswered} frames have no result, but {gone} are counted as dropped': unanswered > gone,
               f'{invented} results have stamps of no frame': invented > 0}
-    figures = {'sent': sum(map(len, played)), 'came': received, 'answered': answered, 'dropped, counted': dropped}
-    return figures, [text for text, is_true in faults.items() if is_true]
+    return [sum(map(len, played)), received, answered, dropped], [text for text, is_true in faults.items() if is_true]
 
 
 def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, float]],
-           limits: Tuple[float, float, int]) -> Tuple[Figures, List[str]]:
+           limits: Tuple[float, float, int]) -> Tuple[List[str], List[str]]:
     """Return memory [MB], threads and files of a node in two windows [s], and what grew by more than the limits."""
-    parts = [np.array([sample for sample in samples if begin <= sample[0] <= end]) for begin, end in windows]
-    if not all(map(len, parts)):
-        return {}, ['no samples']
-    found = {'memory': [float(np.median(part[:, 1])) for part in parts],
-             'threads': [int(part[:, 2].min()) for part in parts],  # the least, as subscribers come and go
-             'files': [int(part[:, 3].min()) for part in parts]}
-    most = {name: values[0] + limits[2] for name, values in found.items()}
-    most['memory'] = limits[0] * found['memory'][0] + limits[1]
-    return found, [f'{name} grew from {values[0]:.1f} to {values[1]:.1f}' for name, values in found.items()
-                   if values[1] > most[name]]
+    table = pd.DataFrame(samples, columns=('time', 'memory', 'threads', 'files')).set_index('time')
+    parts = [table.loc[begin:end] for begin, end in windows]
+    if any(part.empty for part in parts):
+        return ['-'] * 3, ['no samples']
+    # the least threads and files, as subscribers come and go
+    first, last = (part.agg({'memory': 'median', 'threads': 'min', 'files': 'min'}) for part in parts)
+    most = first + limits[2]
+    most['memory'] = limits[0] * first['memory'] + limits[1]
+    return ([f'{first[name]:.0f} - {last[name]:.0f}' for name in table],
+            [f'{name} grew from {first[name]:.1f} to {last[name]:.1f}' for name in table if last[name] > most[name]])
 
 
-def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[str]]:
-    """Return the latency of the results between two times [ns], from the stamp to the recorder, and if it grows."""
-    hours, stamps = np.array([(result.received - begin, result.stamp - begin) for result in results]).T / 3.6e12
-    ages, edges = pd.Series(3600 * (hours - stamps)), np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
+def age(results: pd.DataFrame, begin: int, end: int) -> Tuple[List[str], List[str]]:
+    """Return median, 95 % and maximum of the age of results at the recorder [s], and if it grows; times in [ns]."""
+    ages, hours = (results.received - results.stamp) / 1e9, (results.received - begin) / 3.6e12
+    edges = np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
     parts = ages.groupby(pd.cut(hours, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()
-    hours = parts.index.astype(float).to_numpy()
-    slope, _, low, high = (float(value) for value in theilslopes(parts, hours, 0.95))
-    figures = {'median': ages.median(), 'percentile_95': ages.quantile(0.95), 'worst': ages.max(),
-               'slope, s/h': (slope, low, high)}
-    grows = low * (hours[-1] - hours[0]) > AGE_GROWTH * figures['median']
-    return figures, [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
+    middles = parts.index.astype(float).to_numpy()
+    low = float(theilslopes(parts, middles, 0.95)[2])
+    grows = low * (middles[-1] - middles[0]) > AGE_GROWTH * ages.median()
+    return ([f'{value:.3f}' for value in (ages.median(), ages.quantile(0.95), ages.max())],
+            [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else [])
 
 
 class Soak:
@@ -251,18 +239,18 @@ class Soak:
             self._session.stop(child)
 
     def _start_nodes(self) -> List[subprocess.Popen]:
-        start, arguments = self._session.start, ['mode:=fast', 'points_source:=depth_image']
-        return [
-            start('one', ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                          f'target_rate:={ONE.rate}', *arguments]),
-            start('two', ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d',
-                          'openpose_skeleton_extract.launch', f'image:={TWO.topics}/image_color',
-                          f'depth:={TWO.topics}/image_depth_rect', f'camera_info:={TWO.topics}/camera_info',
-                          'one_process:=false', f'target_rate:={TWO.rate}', *arguments]),
-            start('floor', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
-                            f'points:={ONE.results("input_pointcloud")}']),
-            start('record', ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',
-                             f'topics:={" ".join(RECORDED)}'])]
+        arguments = ['mode:=fast', 'points_source:=depth_image']
+        return [self._session.start(name, command) for name, command in {
+            'one': ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
+                    f'target_rate:={ONE.rate}', *arguments],
+            'two': ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch',
+                    f'image:={TWO.topics}/image_color', f'depth:={TWO.topics}/image_depth_rect',
+                    f'camera_info:={TWO.topics}/camera_info', 'one_process:=false', f'target_rate:={TWO.rate}',
+                    *arguments],
+            'floor': ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
+                      f'points:={ONE.results("input_pointcloud")}'],
+            'record': ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',
+                       f'topics:={" ".join(RECORDED)}']}.items()]
 
     def _start_camera(self, chain: Chain) -> None:
         stamps = self._folder / f'{chain.camera}_{len(self._runs[chain])}.txt'
@@ -308,50 +296,41 @@ class Soak:
         time.sleep(3.0)
         return before == counts()
 
-    def figures(self) -> Figures:
-        """Return what was measured, and `faults`; print the table of the frames."""
-        results, samples, faults = recorded(self._folder / 'bags'), self._sampler.samples, []
-        frames, ages, grown = {}, {}, {}
+    def report(self) -> List[str]:
+        """Print what was measured; return the faults."""
+        results, faults = recorded(self._folder / 'bags'), []
+        frames = [['chain', 'sent', 'came', 'answered', 'dropped, counted', 'age: median', '95 %', 'worst [s]']]
         for chain in CHAINS:
-            own = results.get(chain.results('detected_poses_3d'), [])
-            frames[chain.extractor], wrong = account(self._diagnostics, chain, self._runs[chain], own)
-            ages[chain.extractor], older = age(own, self._began, self._ended)
+            own = results.get(chain.results('detected_poses_3d'), pd.DataFrame(columns=COLUMNS))
+            numbers, wrong = account(self._diagnostics, chain, self._runs[chain], set(own.stamp.tolist()))
+            ages, older = age(own, self._began, self._ended)
+            frames.append([chain.extractor, *numbers, *ages])
             faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
         cycle, is_long = self._seconds / self._cycles, self._seconds >= 60 * LONG
         windows = [(end - 0.2 * cycle, end) for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
+        nodes = [['node', 'memory [MB]', 'threads', 'files']]
         for node in (*ONE.nodes, *TWO.nodes):
-            grown[node], wrong = growth(samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
+            grown, wrong = growth(self._sampler.samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
+            nodes.append([node, *grown])
             faults += [f'{node}: {fault}' for fault in wrong]
         for topic, each in results.items():  # of publishers that never restart
-            if each[-1].seq - each[0].seq + 1 > len(each):
-                faults.append(f'{topic}: {each[-1].seq - each[0].seq + 1 - len(each)} messages are not in the bag')
+            missing = each.seq.iloc[-1] - each.seq.iloc[0] + 1 - len(each)
+            if missing > 0:
+                faults.append(f'{topic}: {missing} messages are not in the bag')
         faults += [f'{node}: ended {lives - 1} times' for node, lives in self._sampler.lives.items()
                    if node != KILLED and lives != 1]
-        print(markdown([('chain', *next(iter(frames.values())), 'age: median', '95 %', 'worst [s]'),
-                        *((name, *each.values(), *(f'{seconds:.3f}' for seconds in [*ages[name].values()][:3]))
-                          for name, each in frames.items())]))
-        return {'minutes': self._seconds / 60, 'cycles': self._cycles, 'faults': faults, 'frames': frames,
-                'age_s': ages, 'growth': grown, 'recorded': {topic: len(each) for topic, each in results.items()},
-                'samples': {node: each[::len(each) // 60 + 1] for node, each in samples.items()}}
-
-
-def parse_arguments() -> Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
-    parser.add_argument('--json', type=new_path, help='write the figures here')
-    return parser.parse_args()
+        print(markdown(frames), markdown(nodes), sep='\n')
+        return faults
 
 
 def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
-    """Run the chains, print and write what was measured; return what has failed."""
+    """Run the chains; return what has failed."""
     soak = Soak(session, folder, arguments.minutes)
     soak.run()
-    figures = soak.figures()
-    if arguments.json:
-        arguments.json.write_text(json.dumps(figures, indent=1))
-    return figures['faults']
+    return soak.report()
 
 
 if __name__ == '__main__':
-    sys.exit(run_live(measure, parse_arguments()))
+    parser = Parser(__doc__)
+    parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
+    sys.exit(run_live(measure, parser.parse_args()))

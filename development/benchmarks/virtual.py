@@ -10,34 +10,27 @@ the reports, those of no person. switches: another id without a second out of pl
 returned: people after such a second, and how many of them had their id. unreported: longest time in plain view without
 a report; frames that were left out count.
 
-    ./run bench live --virtual SEQUENCE ... --rates 15 30 --slow 1 2 4 --loads 1 4   # the same as ./run bench virtual
-    ./run bench live --virtual SEQUENCE --passes 2          # played, 1.5 s of black images, played once more
-    ./run bench live --virtual SEQUENCE --passes 2 --black 20 --light .45 .6 .7   # back after 20 s, in other light
-    ./run bench live --virtual --stills FOLDER --rates 0.5 1 1.5   # pictures of COCO, each in three frames of a stream
+    ./run bench virtual SEQUENCE ... --rates 15 30 --slow 1 2 4 --loads 1 4
+    ./run bench virtual SEQUENCE --passes 2          # played, 1.5 s of black images, played once more
+    ./run bench virtual SEQUENCE --passes 2 --black 20 --light .45 .6 .7   # back after 20 s, in other light
 """
 import itertools
-import json
 import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
-import cv2
 import numpy as np
 
-from chain_runs import BEGIN, VISIBLE, WORK, CountedNetwork, apart_in_image, camera_poses, open_sequence, read_truth
+from chain_runs import BEGIN, VISIBLE, WORK, CountedNetwork, CountedNetworks, camera_poses, open_sequence, read_truth
 from common import DEMO, Parser, markdown
-from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detection import NextPart
-from openpose_ros_pkg.detect.detector import Detector, Networks
+from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import People2D, keypoints_in
-from openpose_ros_pkg.skeletons import COCO_17
 from openpose_ros_pkg.stream.frame_loop import FrameQueue, Taken
 from scoring.people import Found, pair
 from skeleton_extract_3d.chain import PeopleChain, Result
@@ -50,7 +43,6 @@ T, START, BESIDES, SINGLE_CROP = 0.05, 0.002, 0.008, 1.5
 PERIOD, BUSY = 3.0, 1.4  # the other program computes in the first part of each period [s]
 # Visible joints of a person in plain view; time out of it after which another id is no switch [s].
 PLAIN, AWAY = 6, 1.0
-REPEATS, ANNOTATED, SAME = 3, 5, 0.5  # frames of a picture; key points of people who count; greatest distance
 
 
 class Machine:
@@ -80,31 +72,26 @@ class VirtualNetwork(CountedNetwork):
         return super().infer_many(images)
 
 
-class VirtualNetworks(Networks):
+class VirtualNetworks(CountedNetworks):
     """Networks of a machine."""
 
     machine = Machine()
 
-    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        recipe, networks = super().load(recipe)
-        return recipe, {name: VirtualNetwork(name, self.kept(network), self.machine)
-                        for name, network in networks.items()}
-
-    def kept(self, network: Backend) -> Backend:
-        return network
+    def counted(self, name: str, network: Backend) -> CountedNetwork:
+        return VirtualNetwork(name, network, self.machine)
 
 
 class Chains:
     """Makes chains that follow people, with the same networks."""
 
-    def __init__(self, settings: ChainSettings, networks: Type[VirtualNetworks] = VirtualNetworks) -> None:
+    def __init__(self, settings: ChainSettings, networks: Optional[CountedNetworks] = None) -> None:
         # with target_rate, the networks would be chosen by the pace of the real machine
         detector = replace(settings.detector.detector, target_rate=0.0)
         self._settings = replace(settings, following=replace(settings.following, following='always'),
                                  detector=replace(settings.detector, detector=detector))
-        self.networks = networks(settings.detector.backend, detector.model_folder)
-        self.machine = self.networks.machine
-        self._detector = Detector(self._settings.detector, self.networks, self._settings.following)
+        networks = networks or VirtualNetworks(settings.detector.backend, detector.model_folder)
+        self.machine = VirtualNetworks.machine
+        self._detector = Detector(self._settings.detector, networks, self._settings.following)
 
     def new(self, slow: float, load: float) -> PeopleChain:
         """Return a chain on a machine whose clock begins at 0."""
@@ -272,7 +259,7 @@ def row_of(name: Sequence[object], sums: Counter, latencies: Sequence[float]) ->
             ' / '.join(f'{value:.2f}' for value in np.percentile(latencies, (50, 95)))]
 
 
-def measure_sequences(chains: Chains, arguments: Any) -> None:
+def measure(chains: Chains, arguments: Any) -> None:
     """Print a table: a row for each run, and one for all."""
     rows, total, every = [], Counter(), []
     for folder in arguments.sequences:
@@ -290,38 +277,6 @@ def measure_sequences(chains: Chains, arguments: Any) -> None:
     print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
 
 
-def measure_stills(chains: Chains, arguments: Any) -> None:
-    """Print how many annotated people are found in the last frame of each picture, by streams and by requests."""
-    file, people = json.loads((arguments.stills / 'person_keypoints.json').read_text()), {}
-    for one in file['annotations']:
-        if one.get('num_keypoints', 0) >= ANNOTATED and not one.get('iscrowd'):
-            people.setdefault(one['image_id'], []).append(np.array(one['keypoints'], np.float64).reshape(-1, 3))
-    names = {one['id']: one['file_name'] for one in file['images']}
-    chosen = sorted(people, key=lambda one: -len(people[one]))[:arguments.pictures]
-    images = [cv2.imread(str(arguments.stills / 'images' / names[one])) for one in chosen]
-    print(f'{len(chosen)} pictures, {sum(len(people[one]) for one in chosen)} people')
-    for slow, load, rate in itertools.product(arguments.slow, arguments.loads, (*arguments.rates, None)):
-        chain = chains.new(slow, load)
-        if rate is None:
-            results = [chain.update(Frame(number, 0.0, image)) for number, image in enumerate(images)]
-        else:
-            played = [Moment(Frame(number, BEGIN + (REPEATS * number + repeat) / rate, image))
-                      for number, image in enumerate(images) for repeat in range(REPEATS)]
-            answers = play(chain, chains.machine, played)
-            results = list({answer.number // REPEATS: answer.result for answer in answers}.values())
-        found = [count_found(people[one], result.people_2d) for one, result in zip(chosen, results)]
-        reported = sum(len(result.people_2d) for result in results)
-        print('requests' if rate is None else f'{rate:g} Hz', f'slow {slow:g}, load {load:g}: found {sum(found)}, '
-              f'reported {reported}; found by picture: {found}')
-
-
-def count_found(true: Sequence[np.ndarray], people: People2D) -> int:
-    """Return how many of annotated people, (K, 3) each, were found."""
-    xy = keypoints_in(people.keypoints, people.skeleton, COCO_17)[..., :2]
-    apart = np.array([[apart_in_image(one, person[:, :2], person[:, 2]) for one in xy] for person in true])
-    return len(match(apart, apart < SAME)) if apart.size else 0
-
-
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
@@ -335,12 +290,9 @@ def main() -> int:
     parser.add_argument('--light', type=float, nargs=3, default=(1.0, 1.0, 1.0),
                         help='factors, at most 1, on blue, green and red after the first pass')
     parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
-    parser.add_argument('--stills', type=Path, help='folder with person_keypoints.json and images/')
-    parser.add_argument('--pictures', type=int, default=8, help='those of the stills with most people')
     add_settings(parser, 'of the chain')
     arguments = parser.parse_args()
-    chains = Chains(build(ChainSettings, setting_values(parser, arguments.settings)))
-    (measure_stills if arguments.stills else measure_sequences)(chains, arguments)
+    measure(Chains(build(ChainSettings, setting_values(parser, arguments.settings))), arguments)
     return 0
 
 

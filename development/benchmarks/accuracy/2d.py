@@ -6,8 +6,6 @@ of people at a similarity of 0.5, and milliseconds per image. Images without peo
 wrong. pycocotools is needed: `pip install pycocotools`.
 
     ./run bench accuracy 2d --images FOLDER --annotations person_keypoints.json --set mode=fast
-    ./run bench accuracy 2d --images FOLDER --annotations FILE --time-against pose_model=mobilenet_thin
-    ./run bench accuracy 2d --images FOLDER --annotations FILE --recipe 1     # of those for target_rate
 """
 import contextlib
 import copy
@@ -15,17 +13,16 @@ import io
 import json
 import sys
 from pathlib import Path
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Tuple
 
 import cv2
 import numpy as np
 
 from common import Parser, elapsed
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import Detector, Networks, create_detector
+from openpose_ros_pkg.detect.detector import Detector, create_detector
 from openpose_ros_pkg.detect.network_detection import people_in
-from openpose_ros_pkg.detect.recipes import FASTER, DetectorSettings, Recipe
-from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
@@ -33,31 +30,18 @@ from openpose_ros_pkg.skeletons import COCO_17
 PERSON = 1
 
 
-class NetworksOf(Networks):
-    """Loads the networks of one recipe, whatever the parameters say."""
-
-    def __init__(self, settings: DetectorSettings, recipe: Recipe) -> None:
-        super().__init__(settings.backend, settings.detector.model_folder)
-        self._recipe = recipe
-
-    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        return super().load(self._recipe)
-
-
-def detect_all(detectors: Sequence[Detector], images: List[Dict[str, Any]], folder: Path
-               ) -> Tuple[List[dict], np.ndarray]:
-    """Return COCO results of the first detector, and the milliseconds of all on each image in turn, (images, D)."""
+def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path) -> Tuple[List[dict], List[float]]:
+    """Return COCO results, and the milliseconds of each image."""
     results, times = [], []
     for entry in images:
         image = cv2.imread(str(folder / entry['file_name']), cv2.IMREAD_COLOR)
         if image is None:
             raise SystemExit(f"{folder / entry['file_name']} is missing or not an image")
-        for each in detectors:
-            people_in(image, each)  # compiles the networks for images of this shape
-        found = [elapsed(lambda each=each, image=image: people_in(image, each)) for each in detectors]
-        results.extend(coco_results(found[0][1], entry['id']))
-        times.append([milliseconds for milliseconds, _ in found])
-    return results, np.array(times)
+        people_in(image, detector)  # compiles the networks for images of this shape
+        milliseconds, people = elapsed(lambda image=image: people_in(image, detector))
+        results += coco_results(people, entry['id'])
+        times.append(milliseconds)
+    return results, times
 
 
 def coco_results(people: People2D, image_id: int) -> List[dict]:
@@ -117,25 +101,14 @@ def main() -> int:
     parser.add_argument('--images', type=Path, required=True, help='folder of the images')
     parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
     add_settings(parser, 'of the detector, its backend or its decoder')
-    parser.add_argument('--time-against', metavar='KEY=VALUE', action='append', default=[],
-                        help='a parameter of another detector, which is timed on each image in turn')
-    parser.add_argument('--recipe', type=int, choices=range(len(FASTER)), metavar=f'0..{len(FASTER) - 1}',
-                        help='one of the recipes for target_rate, from the slowest to the fastest')
     parser.add_argument('--limit', type=int, help='number of images (default: all; fewer are timed, but not scored)')
     args = parser.parse_args()
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
-    settings = build(DetectorSettings, setting_values(parser, args.settings))
-    detectors = [create_detector(settings) if args.recipe is None else
-                 Detector(settings, NetworksOf(settings, FASTER[args.recipe]))]
-    if args.time_against:
-        detectors.append(create_detector(build(DetectorSettings, setting_values(parser, args.time_against))))
-    results, times = detect_all(detectors, images, args.images)
-    report = [f'{len(images)} images, {len(results)} people found, {detectors[0].description}',
-              f'computed: {detectors[0].recipe.description}',
-              f'ms per image: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']
-    if args.time_against:
-        report.append(f'time against {detectors[1].recipe.description}: median of the ratios '
-                      f'{np.median(times[:, 0] / times[:, 1]):.2f}')
+    detector = create_detector(build(DetectorSettings, setting_values(parser, args.settings)))
+    results, times = detect_all(detector, images, args.images)
+    report = [f'{len(images)} images, {len(results)} people found, {detector.description}',
+              f'computed: {detector.recipe.description}',
+              f'ms per image: median {np.median(times):.1f}, 90 % below {np.percentile(times, 90):.1f}']
     if results and args.limit is None:
         run = evaluated(args.annotations, results)
         report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'

@@ -2,44 +2,34 @@
 """Measure the 3D chain, without ROS, on RGB-D sequences with known joints (see chain_runs.py).
 
 Prints the figures of each sequence, and of all with their 95 % intervals by bootstrap over sequences (scoring/).
-Without sequences: the small ones of this repository. --out writes the joints as the CSV that `rostopic echo -p` makes
-of the per-person 3D message. --lag: the delays with and without smoothing against the truth. Each frame
-is searched in full before its people count, as process_bag does; with --budget, people count before the search, as in
-the nodes, and the networks may do that much work per frame, in units of one pass of mobilenet_thin over 656 x 368
-pixels; work counts pixels, not time.
+Without sequences: the small ones of this repository. Each frame is searched in full before its people count, as
+process_bag does; with --budget, people count before the search, as in the nodes, and the networks may do that much work
+per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels; work counts pixels, not time.
 
     ./run bench accuracy                                     # the same as accuracy 3d
-    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --set mode=balanced --lag
-    ./run bench accuracy 3d SEQUENCE --exact-2d --out FOLDER
+    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --set mode=balanced
+    ./run bench accuracy 3d SEQUENCE --exact-2d
     ./run bench accuracy 3d SEQUENCE --set lifting=mean3x3 --set tracking=false   # the original
 """
 import sys
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, List, Sequence, Tuple
+from typing import Any, List, Sequence
 
 import numpy as np
 import pandas as pd
 
 import chain_runs
-from common import SCENES, Parser, new_path, scenes_of
+from common import SCENES, Parser, scenes_of
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_tools.alignment.people import pair_people
-from scoring.csv_people import write_csv
 from scoring.people import score_people
 from scoring.tables import table_of_scenes
-from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
-from skeleton_extract_3d.people import MEASURED
 
-# Maximum median distance of the joints of a person from the true ones [m]; frames of a path that tells a lag.
-SAME_PERSON, LAG_FRAMES = 0.3, 20
-# In the image: that distance in half diagonals; visible joints of a person that counts; a joint is near [px].
+# In the image: maximum median distance of the joints of a person from the true ones, in half diagonals; visible joints
+# of a person that counts; a joint is near [px].
 SAME_IN_IMAGE, LEAST_VISIBLE, NEAR = 0.5, 4, 20
-
-Paths = List[Tuple[np.ndarray, np.ndarray]]
 
 
 def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
@@ -61,71 +51,12 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     return f'{text}\nwork per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}'
 
 
-def report_warnings(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
-    """Return in how many frames the points of a sequence were doubted, as text."""
-    lines = [f'{folder}: {event} in {number} of {len(run.frames)} frames'
-             for folder, run in zip(folders, runs) for event, number in run.warnings.items()]
-    return '\n'.join(lines) or 'no warning of points'
-
-
-def measured_paths(folder: Path, frames: chain_runs.Frames) -> Paths:
-    """Return the measured and true positions of each visible joint in consecutive frames, (F, 3) [m]."""
-    truth, order = chain_runs.read_truth(folder)
-    rows: List[Tuple[float, ...]] = []
-    for number, ((_, found), frame) in enumerate(zip(frames, truth['frames'])):
-        people = [(person['id'], np.array(person['xyz'])[order], np.array(person['vis'])[order] == chain_runs.VISIBLE)
-                  for person in frame['people']]
-        for row, other in pair_people(found.xyz, np.array([xyz for _, xyz, _ in people]), SAME_PERSON):
-            person, xyz, visible = people[other]
-            rows += [(person, joint, number, *found.xyz[row, joint], *xyz[joint])
-                     for joint in np.flatnonzero(visible & (found.status[row] == MEASURED))]
-    runs = [run for _, path in pd.DataFrame(rows).groupby([0, 1])
-            for _, run in path.groupby((path[2].diff() > 1).cumsum())]
-    return [(run[[3, 4, 5]].to_numpy(), run[[6, 7, 8]].to_numpy()) for run in runs if len(run) >= LAG_FRAMES]
-
-
-def lag(paths: Paths) -> float:
-    """Return the delay of the measured paths with the least squared error [frames].
-
-    The mean difference of each path does not count.
-    """
-    delays = np.arange(-2, 3.001, 0.05)
-    errors = np.zeros(len(delays))
-    for measured, true in paths:
-        number = np.arange(len(true))
-        for i, delay in enumerate(delays):
-            then = np.stack([np.interp(number[3:-3] - delay, number, axis) for axis in true.T], axis=1)
-            off = measured[3:-3] - then
-            errors[i] += ((off - off.mean(axis=0)) ** 2).sum()
-    return float(delays[errors.argmin()])
-
-
 def run_all(arguments: Any, settings: ChainSettings) -> List[chain_runs.Run]:
     """Return what the chain finds in each sequence."""
-    runs, finder = [], None
-    for folder in arguments.sequences:
-        sequence = chain_runs.open_sequence(folder)
-        # z of the world by the coordinates of the camera
-        floors = chain_runs.camera_poses(folder, sequence)[:, 2] if arguments.floor else None
-        if arguments.exact_2d:
-            chain = PeopleChain(chain_runs.known_people(chain_runs.exact_people(folder)), settings.estimator)
-            runs.append(chain_runs.run_chain(sequence, chain, floors))
-        else:
-            finder = finder or chain_runs.Finder(settings, arguments.budget, sequence.fps or 1.0)
-            runs.append(finder.run(sequence, floors))
-    return runs
-
-
-def report_lag(folders: Sequence[Path], runs: Sequence[chain_runs.Run], settings: ChainSettings) -> str:
-    """Return the delays with smoothing and of single frames, as text."""
-    raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
-    paths, raw_paths = [], []
-    for folder, run in zip(folders, runs):
-        chain = PeopleChain(chain_runs.known_people(run.people), raw)
-        again = chain_runs.run_chain(chain_runs.open_sequence(folder), chain)
-        paths += measured_paths(folder, run.frames)
-        raw_paths += measured_paths(folder, again.frames)
-    return f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}'
+    finder = chain_runs.Finder(settings, arguments.budget, exact=arguments.exact_2d)
+    # z of the world by the coordinates of the camera
+    return [finder.run(folder, chain_runs.camera_poses(folder)[:, 2] if arguments.floor else None)
+            for folder in arguments.sequences]
 
 
 def main() -> int:
@@ -136,23 +67,14 @@ def main() -> int:
     add_settings(parser, 'of the chain')
     parser.add_argument('--budget', type=float, default=0.0, help='search after each frame, with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
-    parser.add_argument('--lag', action='store_true', help='print the delay of the smoothed joints')
-    parser.add_argument('--out', type=new_path, help='folder for CSV files')
     arguments = parser.parse_args()
     arguments.sequences = arguments.sequences or scenes_of(SCENES)
     folders, settings = arguments.sequences, build(ChainSettings, setting_values(parser, arguments.settings))
     runs = run_all(arguments, settings)
-    if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        for folder, run in zip(folders, runs):
-            write_csv(arguments.out / f'{chain_runs.name_of(folder)}.csv', run.frames)
     detecting, estimating = 1e3 * np.median([times for run in runs for times in run.times], axis=0)
     print(f'median ms per frame: 2D {detecting:.1f}, 3D {estimating:.2f}')
-    print(report_warnings(folders, runs))
     if not arguments.exact_2d:
         print(report_2d(folders, runs))
-    if arguments.lag:
-        print(report_lag(folders, runs, settings))
     print(table_of_scenes([score_people(folder, run.frames) for folder, run in zip(folders, runs)]))
     return 0
 

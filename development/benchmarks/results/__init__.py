@@ -25,6 +25,12 @@ class Table(NamedTuple):
     title: str
     rows: Sequence[Sequence[Any]]
 
+    @property
+    def cells(self) -> List[List[str]]:
+        """The rows as text."""
+        return [[cell.interval if isinstance(cell, Figure) else '-' if cell is None else str(cell) for cell in row]
+                for row in self.rows]
+
 
 class Picture(NamedTuple):
     """An image file in docs/images, named results_*, and the text below it."""
@@ -40,14 +46,12 @@ class Options:
     Attributes:
         scenes: folders of rendered scenes.
         quick: a few frames of everything, to see that it works.
-        again: also what was counted before is measured again.
         data: folders of other data sets by name.
         settings: parameters of the chain, for trials.
     """
 
     scenes: Sequence[Path] = ()
     quick: bool = False
-    again: bool = False
     data: Dict[str, Path] = field(default_factory=dict)
     settings: Dict[str, Any] = field(default_factory=dict)
 
@@ -59,12 +63,7 @@ class Options:
 
 
 def scenes_with(options: Options, name: str, wanted: Callable[[Path], bool], truth: str = 'gt.json') -> List[Path]:
-    """Return the scenes with certain truth: in the folder --data NAME=FOLDER, else beside those of the report.
-
-    Args:
-        name: of the data set.
-        wanted: says whether a folder has what is needed.
-        truth: file that a scene has.
+    """Return the scenes with a file `truth` that are `wanted`: in --data NAME=FOLDER, else beside those of the report.
 
     Raises:
         NeedsDataError: there is none.
@@ -92,17 +91,11 @@ class Section:
     pictures: Sequence[Picture] = ()
 
     def __str__(self) -> str:
-        return '\n'.join([self.text, *(f'\n{table.title}\n\n{markdown(cells(table.rows))}' for table in self.tables)])
+        return '\n'.join([self.text, *(f'\n{table.title}\n\n{markdown(table.cells)}' for table in self.tables)])
 
 
-def cells(rows: Sequence[Sequence[Any]]) -> List[List[str]]:
-    """Return the rows of a table as text; a figure with its interval."""
-    return [[cell.interval if isinstance(cell, Figure) else '-' if cell is None else str(cell) for cell in row]
-            for row in rows]
-
-
-def write(name: str, title: str, section: Section, made: Dict[str, Any]) -> Path:
-    """Write a section as JSON; return the file.
+def write(name: str, title: str, section: Section, made: Dict[str, Any]) -> None:
+    """Write a section as JSON, its figures with one digit more than is shown.
 
     Args:
         made: commit, processor, T and date.
@@ -113,22 +106,11 @@ def write(name: str, title: str, section: Section, made: Dict[str, Any]) -> Path
     for each in (name, *section.figures):
         if not NAME.fullmatch(each):
             raise ValueError(f'{each}: a name has small letters, digits and _')
-    path = FOLDER / f'{name}.json'
-    path.parent.mkdir(exist_ok=True)
+    FOLDER.mkdir(exist_ok=True)
     content = {**asdict(section), 'title': title, 'made': made,
-               'figures': {key: rounded(figure) for key, figure in section.figures.items()},
-               'tables': [{'title': table.title, 'rows': cells(table.rows)} for table in section.tables],
+               'figures': {key: {part: round(value, figure.digits + 1) if isinstance(value, float) else value
+                                 for part, value in figure._asdict().items()}
+                           for key, figure in section.figures.items()},
+               'tables': [{'title': table.title, 'rows': table.cells} for table in section.tables],
                'pictures': [picture._asdict() for picture in section.pictures]}
-    path.write_text(json.dumps(content, indent=1, ensure_ascii=False) + '\n')
-    return path
-
-
-def rounded(figure: Figure) -> Dict[str, Any]:
-    """Return a figure for JSON, with one digit more than is shown."""
-    return {key: round(value, figure.digits + 1) if isinstance(value, float) else value
-            for key, value in figure._asdict().items()}
-
-
-def read() -> Dict[str, Dict[str, Any]]:
-    """Return what there is of each section, by name."""
-    return {path.stem: json.loads(path.read_text()) for path in sorted(FOLDER.glob('*.json'))}
+    (FOLDER / f'{name}.json').write_text(json.dumps(content, indent=1, ensure_ascii=False) + '\n')

@@ -18,7 +18,6 @@ from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
 from scoring.counts import SAME_TIME, Counts, load
 from scoring.people import score_people
-from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import People3D
 
@@ -27,28 +26,27 @@ KEPT = ROOT / 'build/report'
 QUICK_FRAMES, QUICK_SCENES = 8, 2
 # Files that decide what is found and how it is counted.
 _SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'development/benchmarks/scoring')
-
-
 # One row for each person that was found in a frame, at its time [s].
 PERSON = np.dtype([('time', 'f8'), ('xyz', 'f4', (18, 3)), ('confidence', 'f4', 18), ('status', 'u1', 18),
                    ('sigma', 'f4', 18), ('ids', 'i8'), ('velocity', 'f4', (18, 3))])
 
 
 class Job(NamedTuple):
-    """A scene for the chain.
-
-    Attributes:
-        settings: parameters of the chain, as JSON.
-        exact: the true pixels are given instead of those that networks find.
-        budget: work of the networks per frame, see `chain_runs.Budget`; 0: each image is searched in full.
-    """
+    """A scene for the chain: parameters as JSON; the others as for `count`; `limit`: number of frames, None: all."""
 
     folder: Path
     settings: str
     exact: bool
     budget: float
     limit: Optional[int]
-    path: Path
+
+    @property
+    def path(self) -> Path:
+        """The file of its counts."""
+        truth = (self.folder / 'gt.json').stat()
+        key = hashlib.sha256(repr((_code_digest(), str(self.folder.resolve()), truth.st_size, truth.st_mtime_ns,
+                                    self[1:])).encode()).hexdigest()
+        return KEPT / f'{self.folder.name}_{key[:16]}.npz'
 
 
 def count(options: Options, settings: Dict[str, Any], exact: bool = False, budget: float = 0.0, every: int = 1
@@ -58,35 +56,27 @@ def count(options: Options, settings: Dict[str, Any], exact: bool = False, budge
     Args:
         settings: parameters of the chain.
         exact: give the true pixels instead of those that networks find.
-        budget: see `Job`.
+        budget: work of the networks per frame, see `chain_runs.Budget`; 0: each image is searched in full.
         every: take every so many-th scene, for slow settings.
     """
     values = json.dumps({**settings, **options.settings}, sort_keys=True)
-    limit = QUICK_FRAMES if options.quick else None
     folders = list(options.scenes)[:QUICK_SCENES] if options.quick else list(options.scenes)[::every]
-    jobs = [_job(folder, values, exact, budget, limit) for folder in folders]
-    missing = [job for job in jobs if options.again or not job.path.is_file()]
+    jobs = [Job(folder, values, exact, budget, QUICK_FRAMES if options.quick else None) for folder in folders]
+    missing = [(job, job.path) for job in jobs if not job.path.is_file()]
     cores = min(len(os.sched_getaffinity(0)), len(missing))
     if cores > 1:
         # a process with the networks of one thread each: decoding and lifting of one scene fill the waits of another
         with ProcessPoolExecutor(cores, multiprocessing.get_context('spawn')) as pool:
-            for number, _ in enumerate(pool.map(_run, missing), 1):
+            for number, _ in enumerate(pool.map(_run, *zip(*missing)), 1):
                 print(f'{number} of {len(missing)} scenes', flush=True)
     else:
-        for job in missing:
-            _run(job)
+        for job, path in missing:
+            _run(job, path)
     return [load(job.path) for job in jobs]
 
 
-def _job(folder: Path, settings: str, exact: bool, budget: float, limit: Optional[int]) -> Job:
-    truth = (folder / 'gt.json').stat()
-    key = hashlib.sha256(repr((code_digest(), str(folder.resolve()), truth.st_size, truth.st_mtime_ns, settings, exact,
-                                budget, limit)).encode()).hexdigest()
-    return Job(folder, settings, exact, budget, limit, KEPT / f'{folder.name}_{key[:16]}.npz')
-
-
 @lru_cache(maxsize=1)
-def code_digest() -> str:
+def _code_digest() -> str:
     """Return a digest of the sources that decide what is counted."""
     digest = hashlib.sha256()
     for path in sorted(path for folder in _SOURCES for path in (ROOT / folder).rglob('*')
@@ -96,30 +86,20 @@ def code_digest() -> str:
 
 
 @lru_cache(maxsize=1)
-def _finder(settings: str, budget: float, rate: float) -> chain_runs.Finder:
-    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), budget, rate)
+def _finder(settings: str, exact: bool, budget: float) -> chain_runs.Finder:
+    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), budget, exact=exact)
 
 
-def _run(job: Job) -> None:
-    sequence = chain_runs.open_sequence(job.folder)
-    if job.exact:
-        detection = chain_runs.known_people(chain_runs.exact_people(job.folder))
-        chain = PeopleChain(detection, build(ChainSettings, json.loads(job.settings)).estimator)
-        run = chain_runs.run_chain(sequence, chain, limit=job.limit)
-    else:
-        run = _finder(job.settings, job.budget, sequence.fps or 1.0).run(sequence, limit=job.limit)
+def _run(job: Job, path: Path) -> None:
+    run = _finder(job.settings, job.exact, job.budget).run(job.folder, limit=job.limit)
     counts = score_people(job.folder, run.frames, slice(job.limit))
-    replace(counts, rows={**counts.rows, 'people': _rows_of(run.frames)}).save(job.path)
-
-
-def _rows_of(frames: chain_runs.Frames) -> np.ndarray:
     rows = [np.zeros(0, PERSON)]
-    for seconds, people in frames:
+    for seconds, people in run.frames:
         rows.append(np.zeros(len(people), PERSON))
         rows[-1]['time'] = seconds
         for name in PERSON.names[1:]:
             rows[-1][name] = getattr(people, name)
-    return np.concatenate(rows)
+    replace(counts, rows={**counts.rows, 'people': np.concatenate(rows)}).save(path)
 
 
 def people_of(counts: Counts, times: Sequence[float]) -> chain_runs.Frames:

@@ -5,7 +5,7 @@ ones and gives the figure; the others, drawn with replacement by a fixed seed, g
 1979). Figures of two runs on the same scenes share the draws, so the interval of their difference is paired.
 """
 from dataclasses import dataclass
-from typing import Callable, Dict, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -16,6 +16,12 @@ RESAMPLES, SEED, LEVEL = 2000, 0, 0.95
 FEW = 5
 # Quantiles of resamples are taken among this many values at most, equally many rows between them.
 _RANKS = 2000
+# Which rows of a table count: takes the table, a structured array (N,), and returns a mask (N,).
+Rows = Callable[[np.ndarray], np.ndarray]
+
+
+def every(rows: np.ndarray) -> np.ndarray:
+    return np.ones(len(rows), bool)
 
 
 class Figure(NamedTuple):
@@ -118,6 +124,34 @@ class Average:
 
     def size(self, counts: Sequence[Counts]) -> int:
         return sum(part.size(counts) for part in self.parts)
+
+
+def of_sums(text: str, top: str, bottom: str = '', **options: Any) -> Ratio:
+    """Return the ratio of two sums of counts by their names, or the first one."""
+    return Ratio(text, lambda counts: counts.sums[top], (lambda counts: counts.sums[bottom]) if bottom else None,
+                 **options)
+
+
+def of_rows(text: str, table: str, wanted: Rows, among: Rows = every, **options: Any) -> Ratio:
+    """Return the share of the rows of a table that are `wanted`, of those `among` which it counts."""
+    def rows(counts: Counts) -> np.ndarray:
+        return counts.rows[table][among(counts.rows[table])]
+    return Ratio(text, lambda counts: float(wanted(rows(counts)).sum()), lambda counts: float(len(rows(counts))),
+                 **options)
+
+
+def values_of(table: str, column: str, among: Rows = every) -> Callable[[Counts], np.ndarray]:
+    """Return what gives the finite values of a column, of some rows of a table."""
+    def values(counts: Counts) -> np.ndarray:
+        found = counts.rows[table][among(counts.rows[table])][column]
+        return np.asarray(found[np.isfinite(found)])
+    return values
+
+
+def mean_of(text: str, values: Callable[[Counts], np.ndarray], unit: str, digits: int, factor: float = 1.0) -> Ratio:
+    """Return the mean of the values of all scenes."""
+    return Ratio(text, lambda counts: float(values(counts).sum()), lambda counts: float(len(values(counts))), unit,
+                 digits, factor)
 
 
 def draws(scenes: int, resamples: int = RESAMPLES) -> np.ndarray:

@@ -7,7 +7,7 @@ the mouth to the eyes.
 """
 import json
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -15,8 +15,8 @@ from scipy.optimize import linear_sum_assignment
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
 from .counts import SAME_TIME, WHOLE, Counts, tags_of
-from .figures import Quantile, Ratio
-from .people import OUTSIDE, VISIBLE
+from .figures import Quantile, Ratio, of_rows, of_sums, values_of
+from .people import OUTSIDE, is_hidden, is_visible
 
 LEAST_POINTS = 5
 # Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
@@ -116,50 +116,30 @@ def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
     return rows
 
 
-def _points(visible: bool) -> Callable[[Counts], np.ndarray]:
-    return lambda counts: counts.rows['points'][(counts.rows['points']['label'] == VISIBLE) if visible else (
-        (counts.rows['points']['label'] != VISIBLE) & (counts.rows['points']['label'] != OUTSIDE))]
-
-
-def _share(text: str, visible: bool, column: str, most: float) -> Ratio:
-    rows = _points(visible)
-    return Ratio(text, lambda counts: float((rows(counts)[column] <= most).sum()),
-                 lambda counts: float(len(rows(counts))))
-
-
-def _median(text: str, column: str, unit: str, digits: int, factor: float) -> Quantile:
-    rows = _points(True)
-    return Quantile(text, lambda counts: rows(counts)[column][np.isfinite(rows(counts)[column])], 0.5, unit, digits,
-                    factor)
-
-
 def _within_2_sigma(name: str, status: int) -> Ratio:
-    def ratios(counts: Counts) -> np.ndarray:
-        rows = counts.rows['points'][counts.rows['points']['status'] == status]
-        return (rows['error'] / rows['sigma'])[np.isfinite(rows['error']) & np.isfinite(rows['sigma'])]
-    return Ratio(f'errors of {name} points within 2 sigma', lambda counts: float((ratios(counts) <= 2).sum()),
-                 lambda counts: float(len(ratios(counts))))
+    return of_rows(f'errors of {name} points within 2 sigma', 'points',
+                   lambda points: points['error'] / points['sigma'] <= 2, lambda points: (
+                       points['status'] == status) & np.isfinite(points['error']) & np.isfinite(points['sigma']))
 
 
 STATISTICS = {
-    'recall': Ratio('hands found, of the true ones', lambda counts: counts.sums['paired'],
-                    lambda counts: counts.sums['true']),
-    'precision': Ratio('hands that are real, of those found', lambda counts: counts.sums['paired'],
-                       lambda counts: counts.sums['found']),
-    'side': Ratio('of these with the right side', lambda counts: counts.sums['sides'],
-                  lambda counts: counts.sums['paired']),
-    'visible_20': _share('visible points within 20 mm', True, 'error', 0.02),
-    'visible_10': _share('visible points within 10 mm', True, 'error', 0.01),
-    'visible_median': _median('median error of visible points', 'error', 'mm', 1, 1e3),
-    'hidden_20': _share('hidden points within 20 mm', False, 'error', 0.02),
-    'image_01': _share('visible points within 0.1 hand sizes in the image', True, 'apart', 0.1),
-    'image_02': _share('visible points within 0.2 hand sizes in the image', True, 'apart', 0.2),
-    'image_median': _median('median error of visible points in the image', 'apart', 'hand sizes', 3, 1.0),
+    'recall': of_sums('hands found, of the true ones', 'paired', 'true'),
+    'precision': of_sums('hands that are real, of those found', 'paired', 'found'),
+    'side': of_sums('of these with the right side', 'sides', 'paired'),
+    'visible_20': of_rows('visible points within 20 mm', 'points', lambda points: points['error'] <= 0.02, is_visible),
+    'visible_10': of_rows('visible points within 10 mm', 'points', lambda points: points['error'] <= 0.01, is_visible),
+    'visible_median': Quantile('median error of visible points', values_of('points', 'error', is_visible), 0.5, 'mm', 1,
+                               1e3),
+    'hidden_20': of_rows('hidden points within 20 mm', 'points', lambda points: points['error'] <= 0.02, is_hidden),
+    'image_01': of_rows('visible points within 0.1 hand sizes in the image', 'points',
+                        lambda points: points['apart'] <= 0.1, is_visible),
+    'image_02': of_rows('visible points within 0.2 hand sizes in the image', 'points',
+                        lambda points: points['apart'] <= 0.2, is_visible),
+    'image_median': Quantile('median error of visible points in the image',
+                             values_of('points', 'apart', is_visible), 0.5, 'hand sizes', 3),
     'measured_within_2_sigma': _within_2_sigma('MEASURED', MEASURED),
     'inferred_within_2_sigma': _within_2_sigma('INFERRED', INFERRED),
     'head_median': Quantile('median angle of the directions of faces', lambda counts: counts.rows['faces']['angle'],
                             0.5, 'deg', 1),
-    **{f'head_within_{most}_sigma': Ratio(
-        f'directions of faces within {most} sigma', lambda counts, most=most: float(
-            (counts.rows['faces']['sigmas'] <= most).sum()), lambda counts: float(len(counts.rows['faces'])))
-       for most in (1, 2)}}
+    **{f'head_within_{most}_sigma': of_rows(f'directions of faces within {most} sigma', 'faces',
+                                            lambda faces, most=most: faces['sigmas'] <= most) for most in (1, 2)}}

@@ -1,13 +1,14 @@
-"""People in the frame of a camera against the true joints of a scene.
+"""People in the frame of a camera, or fused in the world, against the true joints of a scene.
 
 People of a frame are paired with true ones by the median distance of the joints that are visible in truth, of all
 joints where fewer than three are, at most `GATE` apart. Labels of true joints: 2 visible; hidden by 1 the own body, 3
 another person, 4 furniture; 0 outside the image, which does not count. A share counts all joints of its kind, those
-without a position as wrong.
+without a position as wrong. In the world a person counts in a frame in which a camera sees one of the joints at least;
+visible are joints that a camera sees.
 """
 import json
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -16,17 +17,17 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MISSING, People3D
 
 from .counts import WHOLE, Counts, tags_of
-from .figures import Quantile, Ratio
+from .figures import Quantile, Ratio, mean_of, of_rows, of_sums, values_of
 
 # Maximum median distance of the joints of a person from the true ones [m].
 GATE = 0.6
 OUTSIDE, OWN_BODY, VISIBLE, OTHER_PERSON, FURNITURE = range(5)
-HIDDEN = (OWN_BODY, OTHER_PERSON, FURNITURE)
 # A visible joint is right within the first, a hidden one within the second [m].
 NEAR, NEAR_HIDDEN = 0.1, 0.15
-# One row for each joint of each true person of a frame: errors are NaN where there is no position.
+# One row for each joint of each true person of a frame: errors are NaN where there is no position; in the world the
+# number of cameras that see it.
 JOINT = np.dtype([('joint', 'u1'), ('label', 'u1'), ('status', 'u1'), ('distance', 'f4'), ('error', 'f8'),
-                  ('sigma', 'f8')])
+                  ('sigma', 'f8'), ('cameras', 'u1')])
 # One row for each visible joint in three consecutive frames: error of the acceleration [m/s^2].
 ACCELERATION = np.dtype([('error', 'f8')])
 
@@ -43,6 +44,15 @@ class Found(NamedTuple):
     sigma: np.ndarray
 
 
+class True3D(NamedTuple):
+    """True people of a frame: ids (P,), positions (P, K, 3) [m], labels (P, K), cameras that see each joint (P, K)."""
+
+    ids: Sequence[int]
+    xyz: np.ndarray
+    labels: np.ndarray
+    cameras: np.ndarray
+
+
 def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     """Count what was found in a scene.
 
@@ -53,27 +63,54 @@ def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     """
     truth = json.loads((folder / 'gt.json').read_text())
     order = [truth['joints'].index(joint) for joint in COCO_18.joints]
-    true = truth['frames'][part]
-    found, stray = nearest([frame['t'] for frame in true], frames)
-    sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'ghosts', 'answered', 'with_people'), 0)
+    true = []
+    for frame in truth['frames'][part]:
+        people = frame['people']
+        labels = np.array([person['vis'] for person in people], np.uint8).reshape(-1, len(order))[:, order]
+        true.append(True3D([person['id'] for person in people], _joints(people, order), labels, np.zeros_like(labels)))
+    return _score(Counts(folder.resolve().name, tags_of(folder), {}, {}),
+                  [frame['t'] for frame in truth['frames'][part]], true, frames)
+
+
+def score_world(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
+    """Count the fused people that were found in a stage, a folder with gt_world.json; see `score_people`."""
+    truth = json.loads((folder / 'gt_world.json').read_text())
+    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    true = []
+    for frame in truth['frames'][part]:
+        people = frame['people']
+        cameras = np.array([(np.array([person['vis'][name] for name in truth['cameras']]) == VISIBLE).sum(axis=0)
+                            for person in people], int).reshape(-1, len(order))[:, order]
+        seen = np.flatnonzero(cameras.any(axis=1))
+        true.append(True3D([people[row]['id'] for row in seen], _joints(people, order)[seen],
+                           np.where(cameras[seen] > 0, VISIBLE, OWN_BODY), cameras[seen]))
+    return _score(Counts(folder.resolve().name, {'kind': 'stage'}, {}, {}),
+                  [frame['t'] for frame in truth['frames'][part]], true, frames)
+
+
+def _joints(people: Sequence[Dict[str, Any]], order: Sequence[int]) -> np.ndarray:
+    return np.array([person['xyz'] for person in people], np.float64).reshape(-1, len(order), 3)[:, order]
+
+
+def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames: Frames) -> Counts:
+    """Return the counts of a scene whose true people are known at some times [s]."""
+    found, stray = nearest(times, frames)
+    sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]
     history = History()
-    for number, (frame, people) in enumerate(zip(true, found)):
-        there = frame['people']
-        xyz = np.array([person['xyz'] for person in there], np.float64).reshape(-1, len(order), 3)[:, order]
-        labels = np.array([person['vis'] for person in there], np.uint8).reshape(-1, len(order))[:, order]
-        pairs = pair(xyz, labels == VISIBLE, people)
-        for name, count in (('true', len(there)), ('found', len(people.ids)), ('paired', len(pairs)),
-                            ('with_people', bool(there)), ('answered', bool(there) and len(people.ids) > 0),
-                            ('ghosts', 0 if there else len(people.ids))):
+    for number, (there, people) in enumerate(zip(true, found)):
+        pairs = pair(there.xyz, there.labels == VISIBLE, people)
+        for name, count in (('true', len(there.ids)), ('found', len(people.ids)), ('paired', len(pairs)),
+                            ('all_right', len(pairs) == len(there.ids) == len(people.ids))):
             sums[name] += count
-        rows += [joint_rows(xyz[row], labels[row], people, pairs.get(row)) for row in range(len(there))]
-        history.add(number, {there[row]['id']: (xyz[row], labels[row] == VISIBLE, people, other)
+        for row, (xyz, labels, cameras) in enumerate(zip(*there[1:])):
+            rows.append(joint_rows(xyz, labels, people, pairs.get(row)))
+            rows[-1]['cameras'] = cameras
+        history.add(number, {there.ids[row]: (there.xyz[row], there.labels[row] == VISIBLE, people, other)
                              for row, other in pairs.items()})
     sums.update(frames=len(true), stray=stray, **history.sums())
-    times = [frame['t'] for frame in true]
     period = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0
-    return Counts(folder.resolve().name, tags_of(folder), sums,
+    return Counts(scene.scene, scene.tags, sums,
                   {'joints': np.concatenate(rows), 'accelerations': history.accelerations(period)})
 
 
@@ -156,31 +193,6 @@ class History:
         return joined[np.isfinite(joined)].astype(ACCELERATION)
 
 
-def _sum(name: str) -> Callable[[Counts], float]:
-    return lambda counts: counts.sums[name]
-
-
-def _joints(wanted: Callable[[np.ndarray], np.ndarray]) -> Callable[[Counts], np.ndarray]:
-    return lambda counts: counts.rows['joints'][wanted(counts.rows['joints'])]
-
-
-def _share(text: str, of: Callable[[np.ndarray], np.ndarray], wanted: Callable[[np.ndarray], np.ndarray]) -> Ratio:
-    """Return the share of rows `wanted` among the rows `of`."""
-    rows = _joints(of)
-    return Ratio(text, lambda counts: float(wanted(rows(counts)).sum()), lambda counts: float(len(rows(counts))))
-
-
-def _errors(of: Callable[[np.ndarray], np.ndarray]) -> Callable[[Counts], np.ndarray]:
-    rows = _joints(lambda joints: of(joints) & np.isfinite(joints['error']))
-    return lambda counts: rows(counts)['error']
-
-
-def _mean(text: str, of: Callable[[np.ndarray], np.ndarray]) -> Ratio:
-    errors = _errors(of)
-    return Ratio(text, lambda counts: float(errors(counts).sum()), lambda counts: float(len(errors(counts))), 'mm', 1,
-                 1e3)
-
-
 def is_visible(joints: np.ndarray) -> np.ndarray:
     """Return which joints are visible in truth, (N,)."""
     return joints['label'] == VISIBLE
@@ -189,6 +201,10 @@ def is_visible(joints: np.ndarray) -> np.ndarray:
 def is_hidden(joints: np.ndarray) -> np.ndarray:
     """Return which joints are hidden in truth, (N,)."""
     return (joints['label'] != VISIBLE) & (joints['label'] != OUTSIDE)
+
+
+def _near(joints: np.ndarray) -> np.ndarray:
+    return joints['error'] <= NEAR
 
 
 def _given(joints: np.ndarray) -> np.ndarray:
@@ -201,46 +217,58 @@ def _with_sigma(joints: np.ndarray) -> np.ndarray:
 
 def within_sigmas(number: float) -> Ratio:
     """Return the share of errors within so many sigma, of all joints with both."""
-    return _share(f'errors within {number:g} sigma', _with_sigma,
-                  lambda joints: joints['error'] <= number * joints['sigma'])
+    return of_rows(f'errors within {number:g} sigma', 'joints',
+                   lambda joints: joints['error'] <= number * joints['sigma'], _with_sigma)
 
 
 def _hidden_by(label: int, by: str) -> Ratio:
-    return _share(f'hidden by {by} within 150 mm', lambda joints: joints['label'] == label,
-                  lambda joints: joints['error'] <= NEAR_HIDDEN)
+    return of_rows(f'hidden by {by} within 150 mm', 'joints', lambda joints: joints['error'] <= NEAR_HIDDEN,
+                   lambda joints: joints['label'] == label)
 
 
+_VISIBLE_ERRORS, _HIDDEN_ERRORS = values_of('joints', 'error', is_visible), values_of('joints', 'error', is_hidden)
 # Figures of joints: for any selection of their rows.
 JOINT_STATISTICS = {
-    'visible_100': _share('visible joints within 100 mm', is_visible, lambda joints: joints['error'] <= NEAR),
-    'visible_median': Quantile('median error of visible joints', _errors(is_visible), 0.5, 'mm', 1, 1e3),
-    'visible_90': Quantile('90 % of visible joints are within', _errors(is_visible), 0.9, 'mm', 1, 1e3),
-    'visible_mean': _mean('mean error of visible joints', is_visible),
-    'visible_given': _share('visible joints with a position', is_visible, _given),
-    'visible_inferred': _share('visible joints called INFERRED, of those with a position',
-                               lambda joints: is_visible(joints) & _given(joints),
-                               lambda joints: joints['status'] == INFERRED),
-    'hidden_150': _share('hidden joints within 150 mm', is_hidden, lambda joints: joints['error'] <= NEAR_HIDDEN),
-    'hidden_median': Quantile('median error of hidden joints', _errors(is_hidden), 0.5, 'mm', 1, 1e3),
-    'hidden_mean': _mean('mean error of hidden joints', is_hidden),
-    'hidden_given': _share('hidden joints with a position', is_hidden, _given),
-    'hidden_measured': _share('hidden joints called MEASURED', is_hidden,
-                              lambda joints: _given(joints) & (joints['status'] != INFERRED)),
-    'lies': _share('hidden joints called MEASURED and wrong by more than 150 mm', is_hidden,
-                   lambda joints: (joints['status'] != INFERRED) & (joints['error'] > NEAR_HIDDEN)),
+    'visible_100': of_rows('visible joints within 100 mm', 'joints', _near, is_visible),
+    'visible_median': Quantile('median error of visible joints', _VISIBLE_ERRORS, 0.5, 'mm', 1, 1e3),
+    'visible_90': Quantile('90 % of visible joints are within', _VISIBLE_ERRORS, 0.9, 'mm', 1, 1e3),
+    'visible_mean': mean_of('mean error of visible joints', _VISIBLE_ERRORS, 'mm', 1, 1e3),
+    'visible_given': of_rows('visible joints with a position', 'joints', _given, is_visible),
+    'visible_inferred': of_rows('visible joints called INFERRED, of those with a position', 'joints',
+                                lambda joints: joints['status'] == INFERRED,
+                                lambda joints: is_visible(joints) & _given(joints)),
+    'hidden_150': of_rows('hidden joints within 150 mm', 'joints', lambda joints: joints['error'] <= NEAR_HIDDEN,
+                          is_hidden),
+    'hidden_median': Quantile('median error of hidden joints', _HIDDEN_ERRORS, 0.5, 'mm', 1, 1e3),
+    'hidden_mean': mean_of('mean error of hidden joints', _HIDDEN_ERRORS, 'mm', 1, 1e3),
+    'hidden_given': of_rows('hidden joints with a position', 'joints', _given, is_hidden),
+    'hidden_measured': of_rows('hidden joints called MEASURED', 'joints',
+                               lambda joints: _given(joints) & (joints['status'] != INFERRED), is_hidden),
+    'lies': of_rows('hidden joints called MEASURED and wrong by more than 150 mm', 'joints',
+                    lambda joints: (joints['status'] != INFERRED) & (joints['error'] > NEAR_HIDDEN), is_hidden),
     'hidden_by_itself_150': _hidden_by(OWN_BODY, 'the own body'),
     'hidden_by_others_150': _hidden_by(OTHER_PERSON, 'another person'),
     'hidden_by_furniture_150': _hidden_by(FURNITURE, 'furniture'),
     'within_1_sigma': within_sigmas(1), 'within_2_sigma': within_sigmas(2)}
+_PERSONS = {'persons_recall': of_sums('people found, of the true ones', 'paired', 'true'),
+            'persons_precision': of_sums('people who are real, of those found', 'paired', 'found')}
+_OVER_TIME = {'switches': of_sums('switches of ids', 'switches', digits=0),
+              'idf1': Ratio('IDF1: people who keep their id', lambda counts: 2 * counts.sums['kept'],
+                            lambda counts: counts.sums['true'] + counts.sums['found'])}
 STATISTICS = {
-    'persons_recall': Ratio('people found, of the true ones', _sum('paired'), _sum('true')),
-    'persons_precision': Ratio('people who are real, of those found', _sum('paired'), _sum('found')),
-    **JOINT_STATISTICS,
-    'switches': Ratio('switches of ids', _sum('switches'), digits=0),
-    'idf1': Ratio('IDF1: people who keep their id', lambda counts: 2 * counts.sums['kept'],
-                  lambda counts: counts.sums['true'] + counts.sums['found']),
-    'jitter': Ratio('mean error of the acceleration', lambda counts: float(counts.rows['accelerations']['error'].sum()),
-                    lambda counts: float(len(counts.rows['accelerations'])), 'm/s^2', 2)}
+    **_PERSONS, **JOINT_STATISTICS, **_OVER_TIME,
+    'jitter': mean_of('mean error of the acceleration', values_of('accelerations', 'error'), 'm/s^2', 2)}
+# Those of fused people.
+WORLD_STATISTICS = {
+    **_PERSONS, 'all_right': of_sums('frames with all people, each once', 'all_right', 'frames'),
+    'visible_100': of_rows('joints that a camera sees, within 100 mm', 'joints', _near, is_visible),
+    'visible_median': JOINT_STATISTICS['visible_median'], 'visible_mean': JOINT_STATISTICS['visible_mean'],
+    'hidden_100': of_rows('joints that no camera sees, within 100 mm', 'joints', _near, is_hidden),
+    **_OVER_TIME,
+    **{f'within_{number}_sigma': of_rows(
+        f'errors of visible joints within {number} sigma', 'joints',
+        lambda joints, number=number: joints['error'] <= number * joints['sigma'],
+        lambda joints: is_visible(joints) & _with_sigma(joints)) for number in (1, 2)}}
 # Those of a table of one row per scene, with short titles.
 TABLE = {'persons_recall': 'people found', 'persons_precision': 'real', 'visible_100': 'visible within 100 mm',
          'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'hidden_150': 'hidden within 150 mm',

@@ -7,11 +7,11 @@ those of the true joints.
 """
 import zlib
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, open_sequence, read_truth
+from chain_runs import Frames, camera_poses, open_sequence, read_truth, true_people
 from openpose_ros_bridges.capsules import Capsules, capsules_of
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
@@ -21,7 +21,7 @@ from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
 
 from .counts import Counts, tags_of
-from .figures import Quantile, Ratio
+from .figures import Quantile, of_rows
 from .people import VISIBLE, pair
 
 # One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
@@ -54,12 +54,22 @@ class Delivery(NamedTuple):
         return number % self.every == 0 and share < self.end and not (self.pause and (time // self.pause) % 2 == 1)
 
 
-class _Truth(NamedTuple):
-    """True people in the world: stamps (F,) [s], by frame the people, and whether each has a visible joint."""
+class _Truth:
+    """True people in the world.
 
-    times: np.ndarray
-    people: List[People3D]
-    seen: List[Dict[int, bool]]
+    Attributes:
+        times: stamps of the frames (F,) [s].
+        people: by frame.
+        seen: by frame and id, whether a person has a visible joint.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        truth = read_truth(folder)[0]['frames']
+        self.times = np.array([frame['t'] for frame in truth])
+        self.people = [transform_people(each, pose[:3, :3], pose[:3, 3])
+                       for (_, each), pose in zip(true_people(folder), camera_poses(folder))]
+        self.seen: List[Dict[int, bool]] = [
+            {person['id']: VISIBLE in person['vis'] for person in frame['people']} for frame in truth]
 
     def found_in(self, number: int, found: People3D) -> Set[int]:
         """Return the ids of the true people of a frame that were found."""
@@ -75,7 +85,10 @@ class _Truth(NamedTuple):
         rows = [(row, last.ids.tolist().index(name)) for row, name in enumerate(first.ids.tolist())
                 if name in last.ids]
         xyz = [(1 - share) * first.xyz[row].astype(float) + share * last.xyz[other] for row, other in rows]
-        return _people(xyz, [first.ids[row] for row, _ in rows]), self.seen[after - 1]
+        joints = np.array(xyz, np.float64).reshape(-1, len(COCO_18.joints), 3)
+        shape = joints.shape[:2]
+        return People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED), np.zeros(shape),
+                        [first.ids[row] for row, _ in rows]), self.seen[after - 1]
 
 
 class _Robot(NamedTuple):
@@ -96,10 +109,10 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
                      ) -> Counts:
     """Count how the bounds hold in a scene where the people of these frames, with the stamps of the truth, come."""
     sequence = open_sequence(folder)
-    poses, truth = camera_poses(folder, sequence), _truth(folder)
+    poses, truth = camera_poses(folder, sequence), _Truth(folder)
     params = params or SeparationParams(guard=delivery.guard, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
-    arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times.tolist())
+    arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times[:len(found)].tolist())
                 if delivery.comes(number, time - truth.times[0], number / len(truth.times))]
     rows = [np.zeros(0, ROW)]
     for robot in _robots(truth, folder.name):
@@ -115,9 +128,8 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
             capsules = capsules_of(people)
             if not len(capsules):
                 continue
-            told, (true, person) = estimator.at(now, links), true_distance(capsules, links)
-            rows.append(np.array([(now, true, told.bound, now - newest, seen[person], person in known)],
-                                 ROW))
+            bound, (true, person) = estimator.at(now, links).bound, true_distance(capsules, links)
+            rows.append(np.array([(now, true, bound, now - newest, seen[person], person in known)], ROW))
     return Counts(folder.resolve().name, tags_of(folder), {'scenes': 1.0}, {'separation': np.concatenate(rows)})
 
 
@@ -129,24 +141,6 @@ def true_distance(capsules: Capsules, links: Links) -> Tuple[float, int]:
     distances = np.linalg.norm(offsets - shares[..., np.newaxis] * along, axis=2) - capsules.radii
     row = int(distances.min(axis=0).argmin())
     return max(float((distances - links.radii[:, np.newaxis]).min()), 0.0), int(capsules.persons[row])
-
-
-def _people(xyz: Sequence[np.ndarray], ids: Sequence[int]) -> People3D:
-    joints = np.array(xyz, np.float64).reshape(-1, len(COCO_18.joints), 3)
-    shape = joints.shape[:2]
-    return People3D(COCO_18, joints, np.ones(shape), np.full(shape, MEASURED), np.zeros(shape), np.array(ids, int))
-
-
-def _truth(folder: Path) -> _Truth:
-    truth, order = read_truth(folder)
-    poses = camera_poses(folder, open_sequence(folder))
-    people, seen = [], []
-    for frame, pose in zip(truth['frames'], poses):
-        own = frame['people']
-        people.append(transform_people(_people([np.array(person['xyz'])[order] for person in own],
-                                               [person['id'] for person in own]), pose[:3, :3], pose[:3, 3]))
-        seen.append({person['id']: VISIBLE in person['vis'] for person in own})
-    return _Truth(np.array([frame['t'] for frame in truth['frames']]), people, seen)
 
 
 def _in_world(people: People3D, poses: np.ndarray, times: np.ndarray, number: int) -> People3D:
@@ -189,27 +183,21 @@ def slack(counts: Counts) -> np.ndarray:
     return np.asarray((rows['true'] - rows['bound'])[np.isfinite(rows['bound']) & rows['in_view']])
 
 
-def above_zero(counts: Counts) -> np.ndarray:
-    """Return where bounds are above 0, and the nearest person was found before, (N,) bool."""
-    return np.asarray(counts.rows['separation']['known'] & (counts.rows['separation']['bound'] > 0))
-
-
 def until_zero(counts: Counts) -> np.ndarray:
-    """Return the greatest ages of people at which a bound of each scene was above 0 [s]."""
+    """Return the greatest age of people at which a bound of a scene was above 0, (1,) [s]."""
     rows = counts.rows['separation']
-    above = rows['age'][rows['bound'] > 0]
-    return np.array([above.max(initial=0.0)])
+    return np.array([rows['age'][rows['bound'] > 0].max(initial=0.0)])
+
+
+def _broken(rows: np.ndarray) -> np.ndarray:
+    return rows['bound'] > rows['true']
 
 
 STATISTICS = {
-    'broken': Ratio('bounds above the true distance', lambda counts: float(
-        (counts.rows['separation']['bound'] > counts.rows['separation']['true']).sum()),
-        lambda counts: float(len(counts.rows['separation'])), digits=4),
-    'broken_known': Ratio('the same, of bounds above 0 where the nearest person was found before', lambda counts: float(
-        (above_zero(counts) & (counts.rows['separation']['bound'] > counts.rows['separation']['true'])).sum()),
-        lambda counts: float(above_zero(counts).sum()), digits=4),
+    'broken': of_rows('bounds above the true distance', 'separation', _broken, digits=4),
+    'broken_known': of_rows('the same, of bounds above 0 where the nearest person was found before', 'separation',
+                            _broken, lambda rows: rows['known'] & (rows['bound'] > 0), digits=4),
     'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
     'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
-    'zero': Ratio('bounds of 0', lambda counts: float((counts.rows['separation']['bound'] == 0).sum()),
-                  lambda counts: float(len(counts.rows['separation']))),
+    'zero': of_rows('bounds of 0', 'separation', lambda rows: rows['bound'] == 0),
     'until_zero': Quantile('greatest age of data with a bound above 0', until_zero, 1.0, 's', 2)}

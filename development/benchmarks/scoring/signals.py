@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from .counts import SAME_TIME, WHOLE, Counts, tags_of
-from .figures import Average, Quantile, Ratio
+from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of
 
 LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'sit', 'stand')
 # Maximum distance of necks [m]; frames this near to a change of a label do not count for it [s].
@@ -24,7 +24,7 @@ GATE, MARGIN = 0.6, 0.2
 RAY = np.dtype([('angle', 'f8'), ('sigmas', 'f8'), ('own_sigmas', 'f8'), ('style', 'U8')])
 
 
-class Told(NamedTuple):
+class Label(NamedTuple):
     """A label of a person: its arm, 'left', 'right' or '', and for pointing the ray.
 
     Attributes:
@@ -43,7 +43,7 @@ class Person(NamedTuple):
     """The neck of a person (3,) [m], and labels."""
 
     neck: np.ndarray
-    labels: Dict[str, Told]
+    labels: Dict[str, Label]
 
 
 def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]], margin: float = MARGIN,
@@ -67,19 +67,19 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
                 for label in set(person.labels) & set(LABELS):
                     sums[f'wrong_{label}'] += 1
         for row, person in enumerate(frame['people']):
-            told = people[pairs[row]].labels if row in pairs else {}
+            given = people[pairs[row]].labels if row in pairs else {}
             for label in LABELS:
                 near = any(abs(frame['t'] - time) < margin for time in changes.get((person['id'], label), ()))
-                if not near and (label in told or label in person['labels']):
-                    sums[('right_' if label in told and label in person['labels'] else
-                          'wrong_' if label in told else 'missed_') + label] += 1
+                if not near and (label in given or label in person['labels']):
+                    sums[('right_' if label in given and label in person['labels'] else
+                          'wrong_' if label in given else 'missed_') + label] += 1
             for detail in person['detail']:
-                given = told.get(detail['label'])
-                if 'arm' in detail and given and given.arm:
+                label = given.get(detail['label'], Label())
+                if 'arm' in detail and label.arm:
                     sums['arms'] += 1
-                    sums['arms_right'] += given.arm[0] == detail['arm'][0]
+                    sums['arms_right'] += label.arm[0] == detail['arm'][0]
                 if detail['label'] == 'point':
-                    rays.append(_ray(given or Told(), np.array(detail['target']), detail.get('style', '')))
+                    rays.append(_ray(label, np.array(detail['target']), detail.get('style', '')))
     return Counts(folder.resolve().name, tags_of(folder), sums, {'rays': np.array(rays, RAY)})
 
 
@@ -102,20 +102,20 @@ def _pairs(necks: np.ndarray, people: Sequence[Person]) -> Dict[int, int]:
     return {int(row): int(other) for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
 
 
-def _angle(told: Any, target: np.ndarray) -> float:
+def _angle(label: Label, target: np.ndarray) -> float:
     """Return the angle between a ray and a target [deg]; NaN without a ray."""
-    if told is None or told.direction is None:
+    if label.direction is None:
         return float('nan')
-    to = target - told.origin
-    cosine = to @ told.direction / (np.linalg.norm(to) * np.linalg.norm(told.direction))
+    to = target - label.origin
+    cosine = to @ label.direction / (np.linalg.norm(to) * np.linalg.norm(label.direction))
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
-def _ray(told: Told, target: np.ndarray, style: str) -> Tuple[float, float, float, str]:
+def _ray(label: Label, target: np.ndarray, style: str) -> Tuple[float, float, float, str]:
     """Return the row of a frame of true pointing."""
-    own = told.styles.get(style, Told())
-    away = _angle(told, target)
-    return away, away / np.degrees(told.sigma), _angle(own, target) / np.degrees(own.sigma), style
+    own = label.styles.get(style, Label())
+    away = _angle(label, target)
+    return away, away / np.degrees(label.sigma), _angle(own, target) / np.degrees(own.sigma), style
 
 
 def _f1(label: str) -> Ratio:
@@ -123,33 +123,21 @@ def _f1(label: str) -> Ratio:
         2 * counts.sums[f'right_{label}'] + counts.sums[f'wrong_{label}'] + counts.sums[f'missed_{label}']), digits=2)
 
 
-def _within(degrees: int) -> Ratio:
-    return Ratio(f'frames of pointing with a ray within {degrees} deg',
-                 lambda counts: float((counts.rows['rays']['angle'] <= degrees).sum()),
-                 lambda counts: float(len(counts.rows['rays'])), digits=2)
-
-
 def _covered(style: str, column: str, most: int) -> Ratio:
-    def given(counts: Counts) -> np.ndarray:
-        rays = counts.rows['rays']
-        return np.asarray(rays[column][(rays['style'] == style) & np.isfinite(rays['angle'])])
-
     ray = 'rays' if column == 'sigmas' else f'{style} rays'
-    return Ratio(f'{ray} with the target within {most} sigma, people who point from the {style}',
-                 lambda counts: float((given(counts) <= most).sum()), lambda counts: float(len(given(counts))),
-                 digits=2)
+    return of_rows(f'{ray} with the target within {most} sigma, people who point from the {style}', 'rays',
+                   lambda rays: rays[column] <= most,
+                   lambda rays: (rays['style'] == style) & np.isfinite(rays['angle']), digits=2)
 
 
 STATISTICS = {
     **{f'f1_{label}': _f1(label) for label in LABELS},
     'f1': Average('mean F1 of all labels', [_f1(label) for label in LABELS], digits=2),
-    'arm': Ratio('gestures with the right arm', lambda counts: counts.sums['arms_right'],
-                 lambda counts: counts.sums['arms'], digits=2),
-    'point_given': Ratio('frames of pointing with a ray',
-                         lambda counts: float(np.isfinite(counts.rows['rays']['angle']).sum()),
-                         lambda counts: float(len(counts.rows['rays'])), digits=2),
-    'point_10': _within(10), 'point_15': _within(15), 'point_20': _within(20),
-    'point_median': Quantile('median angle of the rays', lambda counts: counts.rows['rays']['angle'][
-        np.isfinite(counts.rows['rays']['angle'])], 0.5, 'deg', 1),
+    'arm': of_sums('gestures with the right arm', 'arms_right', 'arms', digits=2),
+    'point_given': of_rows('frames of pointing with a ray', 'rays', lambda rays: np.isfinite(rays['angle']), digits=2),
+    **{f'point_{degrees}': of_rows(f'frames of pointing with a ray within {degrees} deg', 'rays',
+                                   lambda rays, degrees=degrees: rays['angle'] <= degrees, digits=2)
+       for degrees in (10, 15, 20)},
+    'point_median': Quantile('median angle of the rays', values_of('rays', 'angle'), 0.5, 'deg', 1),
     **{f'{style}_{column}_{most}': _covered(style, column, most) for style in ('eye', 'shoulder')
        for column in ('sigmas', 'own_sigmas') for most in (1, 2)}}

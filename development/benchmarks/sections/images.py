@@ -31,7 +31,7 @@ def measure(options: Options) -> Section:
     named, rows = {}, [['', *COLUMNS]]
     for title, values in ROWS.items():
         detector = create_detector(build(DetectorSettings, values))
-        results, _ = program.detect_all([detector], images, folder / 'images')
+        results, _ = program.detect_all(detector, images, folder / 'images')
         found = intervals(program, annotations, results)
         rows.append([title, *(found[name] for name in COLUMNS)])
         named.update({f'{title}_{name.lower()}': found[name] for name in COLUMNS})

@@ -5,9 +5,10 @@ from typing import Any, List
 
 import numpy as np
 
+import live
+from common import on_a_master
 from results import Options, Section, Table
 from results.plots import curves
-from results.separate import on_a_master
 from scoring.figures import Figure
 
 RATES, PEOPLE, SECONDS = (15.0, 30.0), (1, 2, 5, 8), 15.0
@@ -16,7 +17,7 @@ COLUMNS = ('camera [Hz]', 'people', 'T [ms]', 'results [Hz]', 'latency median / 
 
 
 def measure(options: Options) -> Section:
-    """Measure `./run bench live 3d` with depth images, mode balanced, people followed."""
+    """Measure `./run bench live` with depth images, mode balanced, people followed."""
     rows: List[List[object]] = [[*COLUMNS]]
     named = {}
     for row, arrivals, latencies in on_a_master(watch, options.quick):
@@ -43,8 +44,7 @@ def measure(options: Options) -> Section:
 
 def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
     """Return the cells of each row, the number of its results, and their latencies [s]."""
-    import live
-    arguments = argparse.Namespace(chain='3d', rates=RATES[:1] if quick else RATES, points=['depth_image'],
+    arguments = argparse.Namespace(rates=RATES[:1] if quick else RATES, points=['depth_image'],
                                    people=PEOPLE[:1] if quick else PEOPLE, folder=None, warm_up=5.0,
                                    seconds=5.0 if quick else SECONDS, launch=[])
     return [(row, len(seen.arrivals), seen.latencies) for row, seen in live.measure_all(session, folder, arguments)]

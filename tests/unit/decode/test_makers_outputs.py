@@ -1,6 +1,6 @@
 """Our decoders against the makers' own code on the same tensors.
 
-mmpose 1.3.2, rtmlib 0.0.16, rfdetr 1.11.2, DETRPose a6ca202d: development/benchmarks/networks/makers_outputs.py.
+mmpose 1.3.2, rtmlib 0.0.16, rfdetr 1.11.2, DETRPose a6ca202d: development/benchmarks/makers_outputs.py.
 """
 from dataclasses import replace
 from pathlib import Path

@@ -6,20 +6,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-SOURCES = pytest.mark.parametrize('sources', ['openpose_ros_pkg/src/cpp', 'skeleton_extract_3d/src/cpp'])
-TIMEOUT = 60.0  # [s]
 
 
 def configure(sources, folder, *settings):
     """Return what CMake complains about, in one line."""
     command = ['cmake', '-S', str(ROOT / sources), '-B', str(folder), *settings]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT,
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60,
                           check=False)
     assert done.returncode != 0
     return re.sub(r'\s+', ' ', done.stdout)
 
 
-@SOURCES
+@pytest.mark.parametrize('sources', ['openpose_ros_pkg/src/cpp', 'skeleton_extract_3d/src/cpp'])
 @pytest.mark.parametrize('settings, told', [
     (('-DCMAKE_FIND_ROOT_PATH=/nowhere', '-DCMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY'),
      'needs pybind11: apt-get install pybind11-dev'),
@@ -28,13 +26,12 @@ def test_what_is_missing_is_named(sources, settings, told, tmp_path):
     assert told in configure(sources, tmp_path, *settings)
 
 
-@SOURCES
-def test_missing_headers_of_python(sources, tmp_path):
+def test_missing_headers_of_python(tmp_path):
     python = tmp_path / 'python3'
     python.write_text(f'#!/bin/sh\necho "{tmp_path};.so"\n')
     python.chmod(0o755)
     (tmp_path / 'pybind11').mkdir()
     (tmp_path / 'pybind11/pybind11.h').touch()
-    settings = (f'-DPYTHON_EXECUTABLE={python}', f'-DPYBIND11_INCLUDE_DIR={tmp_path}')
-    complaint = configure(sources, tmp_path / 'build', *settings)
+    complaint = configure('skeleton_extract_3d/src/cpp', tmp_path / 'build', f'-DPYTHON_EXECUTABLE={python}',
+                          f'-DPYBIND11_INCLUDE_DIR={tmp_path}')
     assert f'needs {tmp_path}/Python.h: apt-get install python3-dev' in complaint

@@ -4,7 +4,7 @@ import re
 import pytest
 
 from development import ROOT
-from development.results import FIGURE, FORMS, PAGE, figure_text, pages, read_results, results_page, with_figures
+from development.results import FIGURE, FORMS, PAGE, pages, read_results, results_page, with_figures
 
 # What README.md shows by its name only: a number with a unit of accuracy or speed, and shares such as 0.96. Code, as
 # the value of a parameter, does not count.
@@ -44,15 +44,11 @@ def test_figures_in_pages_are_those_of_the_results(page):
     assert not faults_of(page.read_text(), read_results()), 'write them again with: ./run docs'
 
 
-def test_the_page_of_results_is_that_of_their_files():
-    if read_results():
-        assert PAGE.read_text() == results_page(read_results()), 'write it again with: ./run docs'
-
-
-def test_pictures_of_results_are_there():
-    for section in read_results().values():
-        for picture in section['pictures']:
-            assert (ROOT / 'docs/images' / picture['file']).is_file()
+def test_the_page_of_results_is_that_of_their_files_and_its_pictures_are_there():
+    sections = read_results()
+    assert PAGE.read_text() == results_page(sections), 'write it again with: ./run docs'
+    for picture in (picture for section in sections.values() for picture in section['pictures']):
+        assert (ROOT / 'docs/images' / picture['file']).is_file()
 
 
 def test_the_readme_names_each_figure():
@@ -60,24 +56,16 @@ def test_the_readme_names_each_figure():
     assert not figures, 'quote results as CONTRIBUTING says, or put the value of a parameter in backticks'
 
 
-def test_a_page_without_figures_stays():
-    assert with_figures('text\n', {}) == 'text\n'
-    assert faults_of('text\n', {}) == []
-
-
-@pytest.mark.parametrize('form, shown', [('', '23.0 mm'), (' number', '23.0'), (' interval', '23.0 [21.1, 24.9] mm')])
-def test_a_figure_is_filled_in(form, shown):
-    page = f'before <!-- figure: accuracy.error{form} -->old<!-- end --> after'
+@pytest.mark.parametrize('name, form, shown', [
+    ('error', '', '23.0 mm'), ('error', ' number', '23.0'),
+    ('near', ' percent', '96 %'), ('nothing', '', '-')])
+def test_a_figure_is_filled_in(name, form, shown):
+    page = f'before <!-- figure: accuracy.{name}{form} -->old<!-- end --> after'
     written = with_figures(page, SECTIONS)
-    assert written == f'before <!-- figure: accuracy.error{form} -->{shown}<!-- end --> after'
+    assert written == f'before <!-- figure: accuracy.{name}{form} -->{shown}<!-- end --> after'
     assert with_figures(written, SECTIONS) == written
-    assert faults_of(written, SECTIONS) == []
-    assert faults_of(page, SECTIONS) == [f'accuracy.error: the page has old, results have {shown}']
-
-
-def test_shares_as_percent_and_figures_that_can_not_be_told():
-    assert figure_text(SECTIONS['accuracy']['figures']['near'], 'percent') == '96 %'
-    assert figure_text(SECTIONS['accuracy']['figures']['nothing']) == '-'
+    assert faults_of(written, SECTIONS) == [] == faults_of('text', {})
+    assert faults_of(page, SECTIONS) == [f'accuracy.{name}: the page has old, results have {shown}']
 
 
 @pytest.mark.parametrize('marker, fault', [

@@ -10,7 +10,6 @@ from packaging.requirements import Requirement
 from development import PACKAGES, ROOT
 from development.locks import (
     FOCAL_REQUIREMENTS,
-    LOCKS,
     NUMPY_OF_SYSTEMS,
     OF_THE_SYSTEM,
     RENDER_PYTHON,
@@ -27,9 +26,9 @@ SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
 # The only modules that read archives: members whose checksum, or that of their archive, is right, into memory.
 READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py': {'tarfile', 'zipfile'},
                  'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'},
-                 'development/benchmarks/cameras/multi_person_demo.py': {'zipfile'}}
-# Run the makers' own code with random weights, by hand, in an environment of their own: they load no file of weights.
-MAKERS = {f'development/benchmarks/networks/{name}.py': {'torch'} for name in ('makers_outputs', 'make_random')}
+                 'development/benchmarks/sections/real_cameras.py': {'zipfile'}}
+# Runs the makers' own code by hand, in an environment of its own: it loads no file of weights.
+MAKERS = {'development/benchmarks/makers_outputs.py': {'torch'}}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
 ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}
@@ -92,8 +91,6 @@ def test_a_lock_pins_what_is_required_and_nothing_of_the_system(requirements, py
 
 def test_locks_agree():
     """The nodes' packages are the same when those of the tests join them, and what fetches weights is pinned."""
-    assert {path.name for path in LOCKS.glob('*.txt')} == {
-        lock_of(path).name for path in (REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS, RENDER_REQUIREMENTS)}
     for python in NUMPY_OF_SYSTEMS:
         nodes, both = (pins(lock_of(path), python) for path in (REQUIREMENTS, TEST_REQUIREMENTS))
         assert nodes.items() <= both.items()

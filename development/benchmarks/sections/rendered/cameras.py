@@ -1,50 +1,124 @@
 """Several cameras."""
-import importlib
-from typing import Dict, List
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+import numpy as np
+
+from chain_runs import Finder, Frames, camera_poses, open_sequence
+from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.observations import Sighting, from_image, from_space
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
 from results import Options, Section, Table, scenes_with
 from scoring.counts import Counts, blocks_of, by_value
 from scoring.figures import few_scenes, figures
-from scoring.world import STATISTICS, score_world
+from scoring.people import WORLD_STATISTICS as STATISTICS
+from scoring.people import score_world
+from skeleton_extract_3d.chain_settings import ChainSettings
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.transform import Transform
 
 COLUMNS = {'persons_recall': 'people found', 'persons_precision': 'real', 'visible_median': 'median [mm]',
            'visible_100': 'within 100 mm', 'hidden_100': 'seen by none, within 100 mm', 'switches': 'switches',
            'within_1_sigma': 'within 1 sigma', 'within_2_sigma': 'within 2 sigma'}
 # Length of the parts of a stage that intervals are drawn from [s].
 BLOCK = 0.5
-# Cases of `cameras fusion` by the end of their titles, those of each camera together: titles and names of figures.
-CASES = {'all cameras': ('all cameras', 'all'), 'alone': ('one camera alone', 'one'),
-         'dead from the middle on': ('one camera dead from the middle on', 'dead'),
-         'moved by 100 mm': ('one camera moved by 100 mm', 'moved'),
-         'stamps wrong by up to 20 ms': ('stamps wrong by up to 20 ms', 'late'),
-         'the others without': ('one camera with depth', 'one_depth'), 'no depth': ('no depth', 'no_depth')}
+# Titles of the cases, those of each camera together, by the name of their figures.
+TITLES = {'all': 'all cameras', 'one': 'one camera alone', 'dead': 'one camera dead from the middle on',
+          'moved': 'one camera moved by 100 mm', 'late': 'stamps wrong by up to 20 ms',
+          'one_depth': 'one camera with depth', 'no_depth': 'no depth'}
+
+
+class Recorded(NamedTuple):
+    """Name, model and pose of a camera in the world, and stamp [s] and people of its frames."""
+
+    name: str
+    model: CameraModel
+    pose: Transform
+    frames: List[Tuple[float, People3D, People2D]]
+
+
+class Case(NamedTuple):
+    """How the recorded cameras are given to the fusion.
+
+    Attributes:
+        name: of the figures.
+        sent: (cameras, frames) whether a camera sends a frame.
+        rgb: numbers of the cameras whose depth is withheld.
+        moved: number of the camera that is believed to stand 100 mm aside.
+        late: (cameras, frames) error of the stamps [s]; 0: none.
+    """
+
+    name: str
+    sent: np.ndarray
+    rgb: Sequence[int] = ()
+    moved: Optional[int] = None
+    late: Any = 0.0
 
 
 def measure(options: Options) -> Section:
     """Fuse the people that the chain finds with each camera of stages: rendered ones, or of --data stages=FOLDER."""
-    program = importlib.import_module('cameras.fusion')
     folders = scenes_with(options, 'stages', lambda folder: True, 'gt_world.json')
-    counts: Dict[str, List[Counts]] = {title: [] for title in CASES}
-    blocks: Dict[str, List[Counts]] = {title: [] for title in CASES}
+    counts: Dict[str, List[Counts]] = {name: [] for name in TITLES}
+    blocks: Dict[str, List[Counts]] = {name: [] for name in TITLES}
     for folder in folders[:1] if options.quick else folders:
-        recorded = program.record(folder)
-        for case in program.cases(len(recorded), len(recorded[0].frames)):
-            title = next((title for title in CASES if case.title.endswith(title)), None)
-            if title:
-                fused, _ = program.fuse(recorded, case)
-                counts[title].append(score_world(folder, fused))
-                blocks[title] += [score_world(folder, fused, part)
+        recorded = record(folder)
+        for case in cases(len(recorded), len(recorded[0].frames)):
+            fused = fuse(recorded, case)
+            counts[case.name].append(score_world(folder, fused))
+            blocks[case.name] += [score_world(folder, fused, part)
                                   for part in blocks_of(folder, BLOCK, 'gt_world.json')]
-    found = {title: few_scenes(each, blocks[title], STATISTICS) for title, each in counts.items()}
-    named = {f'{CASES[title][1]}_{key}': figure for title, each in found.items() for key, figure in each.items()}
-    cameras = by_value(blocks['all cameras'], 'joints', 'cameras', {
-        'no camera': [0], 'one camera': [1], 'two cameras': [2], 'three cameras': [3]})
+    found = {name: few_scenes(each, blocks[name], STATISTICS) for name, each in counts.items()}
+    named = {f'{name}_{key}': figure for name, each in found.items() for key, figure in each.items()}
+    cameras = by_value(blocks['all'], 'joints', 'cameras', {
+        'one camera': [1], 'two cameras': [2], 'three cameras': [3]})
     seen = [['joints seen by', 'median [mm]', 'mean [mm]'], *(
         [title, *(figures(each, STATISTICS)[key] for key in ('visible_median', 'visible_mean'))]
-        for title, each in cameras.items() if title != 'no camera')]
+        for title, each in cameras.items())]
     return Section(f'{len(folders)} stages of three cameras each, mode balanced; people fused in the world. A person '
                    'counts where a camera sees one of the joints. Intervals: bootstrap over stages, of less than '
                    'five over halves of a second.', named,
                    [Table('Cases', [['case', *COLUMNS.values()], *(
-                        [CASES[title][0], *(each[key] for key in COLUMNS)] for title, each in found.items())]),
+                        [TITLES[name], *(each[key] for key in COLUMNS)] for name, each in found.items())]),
                     Table('All cameras', seen)])
+
+
+def record(stage: Path) -> List[Recorded]:
+    """Run the chain on each camera of a stage."""
+    finder, recorded = Finder(build(ChainSettings, {'mode': 'balanced'})), []
+    for folder in sorted(stage.glob('cam*')):
+        sequence, run = open_sequence(folder), finder.run(folder)
+        pose = camera_poses(folder, sequence)[0]
+        frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
+        recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
+    return recorded
+
+
+def cases(number: int, frames: int) -> List[Case]:
+    """Return the cases for a number of cameras and frames."""
+    everyone, jitter = tuple(range(number)), np.random.RandomState(0).uniform(-0.02, 0.02, (number, frames))
+    every, camera, frame = np.ones((number, frames), bool), np.arange(number)[:, np.newaxis], np.arange(frames)
+    return [Case('all', every), *(Case('one', every & (camera == one)) for one in everyone),
+            *(Case('dead', (camera != one) | (frame < frames // 2)) for one in everyone),
+            *(Case('moved', every, moved=one) for one in everyone), Case('late', every, late=jitter),
+            Case('one_depth', every, everyone[1:]), Case('no_depth', every, everyone)]
+
+
+def fuse(recorded: Sequence[Recorded], case: Case) -> Frames:
+    """Return the fused people of each frame."""
+    fusion, fused = PeopleFusion(), []
+    for frame in range(min(len(camera.frames) for camera in recorded)):
+        stamp = recorded[0].frames[frame][0]
+        fused.append((stamp, fusion.update([_sighting(camera, frame, case, number) for number, camera
+                                            in enumerate(recorded) if case.sent[number, frame]], stamp)))
+    return fused
+
+
+def _sighting(camera: Recorded, frame: int, case: Case, number: int) -> Sighting:
+    stamp, people, image = camera.frames[frame]
+    stamp += np.broadcast_to(case.late, case.sent.shape)[number, frame]
+    pose = (camera.pose[0], camera.pose[1] + np.array([0.1 if case.moved == number else 0.0, 0.0, 0.0]))
+    if number in case.rgb:
+        return from_image(camera.name, stamp, image, camera.model, pose)
+    return from_space(camera.name, stamp, people, pose)

@@ -1,7 +1,7 @@
 """Accuracy against time, by mode and network."""
 from typing import Any, Dict
 
-import results
+from development.results import read_results
 from results import Options, Section, Table
 from results.counting import count
 from results.plots import trade_off
@@ -29,7 +29,7 @@ def measure(options: Options) -> Section:
     counts = {TITLES.get(name, name): count(options, **row) for name, row in ROWS.items()}
     named = {f'{name}_{key}': figure for name, each in zip(ROWS, counts.values())
              for key, figure in figures(each, STATISTICS).items()}
-    times = results.read().get('speed', {}).get('figures', {})
+    times = read_results().get('speed', {}).get('figures', {})
     points = {TITLES.get(name, name): (times[f'{name}_ms']['value'], named[f'{name}_visible_100'])
               for name in ROWS if f'{name}_ms' in times}
     pictures = [trade_off('modes', 'Share of the visible joints within 100 mm against the time of a frame', points, {

@@ -1,20 +1,32 @@
 """Postures, gestures and pointing."""
-import importlib
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Dict, List, Tuple
 
+import numpy as np
+
+from chain_runs import Frames, camera_poses, true_people
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.records import PersonSignals, Ray
 from results import NeedsDataError, Options, Section, Table, scenes_with
 from results.counting import count, people_of
 from scoring.counts import Counts, blocks_of
 from scoring.figures import Ratio, few_scenes, figures
-from scoring.signals import LABELS, MARGIN, STATISTICS, score_signals
+from scoring.signals import LABELS, MARGIN, STATISTICS, Label, Person, score_signals
+from skeleton_extract_3d.points.transform import transform_people
 
 POINTING = ('f1', 'arm', 'point_given', 'point_10', 'point_15', 'point_20', 'point_median',
             *(name for name in STATISTICS if name.startswith(('eye_', 'shoulder_'))))
 FALSE = {'false_per_minute': Ratio('gestures per minute of a scene that the true joints do not make',
                                    lambda counts: 60 * counts.sums['false'], lambda counts: counts.sums['seconds'],
                                    digits=2)}
+LABEL_OF_POSTURE = {'standing': 'stand', 'sitting': 'sit'}
+# Gestures of true joints this near are the same [s].
+NEAR = 0.5
+
+Signals = List[Tuple[float, Tuple[PersonSignals, ...]]]
 
 
 def measure(options: Options) -> Section:
@@ -22,17 +34,16 @@ def measure(options: Options) -> Section:
 
     Scenes with labels are among the rendered ones, or in --data signals=FOLDER.
     """
-    program = importlib.import_module('people.signals')
-    plain = [false_gestures(program, folder, counts) for folder, counts in zip(
-        options.scenes, count(options, {'mode': 'balanced'})) if not has_labels(folder)]
+    plain = [false_gestures(folder, each) for folder, each in zip(options.scenes, count(options, {'mode': 'balanced'}))
+             if not has_labels(folder)]
     named = figures(plain, FALSE)
     tables = [Table('Gestures that are not made', [['', 'figure'], *([each.text, each] for each in named.values())])]
     counts, blocks = [], []
     try:
         folders = scenes_with(options, 'signals', has_labels)
         for folder, each in zip(folders, count(replace(options, scenes=folders, quick=False), {'mode': 'balanced'})):
-            sequence = read(program, folder, each)
-            labels = program.labelled(sequence.found, sequence.read(sequence.found))
+            people = found_in(folder, each)
+            labels = labels_of(people, signals_of(people, camera_poses(folder)))
             counts.append(score_signals(folder, labels))
             blocks += [score_signals(folder, labels, part=block) for block in blocks_of(folder)]
     except NeedsDataError:
@@ -55,15 +66,60 @@ def has_labels(folder: Path) -> bool:
     return 'targets' in json.loads((folder / 'gt.json').read_text())
 
 
-def read(program: object, folder: Path, counts: Counts) -> object:
-    """Return a scene with the people that were found there."""
+def found_in(folder: Path, counts: Counts) -> Frames:
+    """Return the people that were found in a scene."""
     truth = json.loads((folder / 'gt.json').read_text())['frames'][:int(counts.sums['frames'])]
-    return program.read_sequence(folder, people_of(counts, [frame['t'] for frame in truth]))
+    return people_of(counts, [frame['t'] for frame in truth])
 
 
-def false_gestures(program: object, folder: Path, counts: Counts) -> Counts:
-    """Return the seconds of a scene, and the gestures that its true joints do not make."""
-    sequence = read(program, folder, counts)
-    found = program.gestures(sequence, sequence.read(sequence.found))
-    seconds = sequence.found[-1][0] - sequence.found[0][0]
-    return Counts(counts.scene, counts.tags, {'false': sum(not also for *_, also in found), 'seconds': seconds}, {})
+def signals_of(frames: Frames, poses: np.ndarray) -> Signals:
+    """Return the signals of people, by the camera's poses (F, 4, 4); in the world where it moves, else in its frame."""
+    reader, signals, moves = SignalReader(), [], bool((poses != poses[0]).any())
+    for (stamp, people), pose in zip(frames, poses):
+        if moves:
+            people = transform_people(people, pose[:3, :3], pose[:3, 3])
+        signals.append((stamp, reader.update(people, stamp, np.array([0.0, 0.0, 1.0]) if moves else pose[2, :3])))
+    return signals
+
+
+def labels_of(frames: Frames, signals: Signals) -> List[Tuple[float, List[Person]]]:
+    """Return the labels of people, as they are scored."""
+    labels = []
+    for (stamp, people), (_, persons) in zip(frames, signals):
+        necks = dict(zip(people.ids.tolist(), people.xyz[:, COCO_18.index['neck']]))
+        labels.append((stamp, [Person(necks[person.id], _labels_of(person)) for person in persons]))
+    return labels
+
+
+def _labels_of(person: PersonSignals) -> Dict[str, Label]:
+    name = LABEL_OF_POSTURE.get(person.posture.name)
+    labels = {name: Label()} if name else {}
+    for gesture in person.gestures:
+        arm, ray = gesture.arm.replace('both', ''), gesture.pointing
+        labels[gesture.name] = Label(arm) if ray is None else _ray_of(arm, ray)._replace(
+            styles={'eye': _ray_of(arm, ray.eye_ray), 'shoulder': _ray_of(arm, ray.arm_ray)})
+    return labels
+
+
+def _ray_of(arm: str, ray: Ray) -> Label:
+    return Label(arm, ray.origin, ray.direction, ray.sigma)
+
+
+def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
+    """Return begin, end, person, gesture and arm of all gestures."""
+    rows, since = [], {}
+    for stamp, persons in [*signals, (signals[-1][0], ())]:
+        made = {(person.id, gesture.name, gesture.arm) for person in persons for gesture in person.gestures}
+        rows += [(since.pop(key), stamp, *key) for key in set(since) - made]
+        for key in made:
+            since.setdefault(key, stamp)
+    return sorted(rows)
+
+
+def false_gestures(folder: Path, counts: Counts) -> Counts:
+    """Return the seconds of a scene, and the number of gestures that its true joints do not make."""
+    people, poses = found_in(folder, counts), camera_poses(folder)
+    true = intervals(signals_of(true_people(folder), poses))
+    false = sum(not any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
+                for start, end, _, name, _ in intervals(signals_of(people, poses)))
+    return Counts(counts.scene, counts.tags, {'false': false, 'seconds': people[-1][0] - people[0][0]}, {})

@@ -23,7 +23,7 @@ import json
 import logging
 import math
 import textwrap
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar, cast
+from typing import Any, ClassVar, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, cast
 
 from openpose_ros_pkg.errors import ParameterError
 

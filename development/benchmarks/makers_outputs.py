@@ -1,29 +1,60 @@
 """Let the makers' own code decode tensors of networks, and keep what it makes of them for the tests of our decoders.
 
-The tensors are those of tests/support/makers_tensors.py, by seed. It needs the environment of make_random.py, rtmlib
-0.0.16 (`pip install --no-deps rtmlib==0.0.16`) and a checkout of DETRPose (github.com/SebastianJanampa/DETRPose, commit
-a6ca202d), and wrote tests/unit/decode/makers_outputs.npz once:
+The tensors are those of tests/support/makers_tensors.py, by seed. It wrote tests/unit/decode/makers_outputs.npz once,
+in an environment of its own, of Python 3.11, and with a checkout of DETRPose (github.com/SebastianJanampa/DETRPose,
+commit a6ca202d):
 
-    makers/bin/python development/benchmarks/networks/makers_outputs.py DETRPOSE
+    makers/bin/pip install 'setuptools<80' torch==2.14.1 torchvision==0.29.1 'numpy<2' mmengine scipy json_tricks \
+        munkres pycocotools rfdetr==1.11.2 'opencv-python-headless<4.12'
+    makers/bin/pip install --no-deps --no-build-isolation mmcv-lite==2.1.0 mmpose==1.3.2 mmdet==3.3.0 xtcocotools \
+        rtmlib==0.0.16
+    makers/bin/python development/benchmarks/makers_outputs.py DETRPOSE
 """
 import argparse
 import importlib.util
 import sys
+import types
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any, Dict
 
 import numpy as np
 import torch
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 TARGET = ROOT / 'tests/unit/decode/makers_outputs.npz'
-sys.path[:0] = [str(ROOT / 'tests/support'), str(Path(__file__).parent)]
-from make_random import _OperationsFinder
+sys.path.insert(0, str(ROOT / 'tests/support'))
 
 import makers_tensors
 
-sys.meta_path.insert(0, _OperationsFinder)  # type: ignore[arg-type]
 Arrays = Dict[str, np.ndarray]
+
+
+class _NoOperations:
+    """Finds all modules of mmcv.ops, which only mmcv's build for the machine has; these networks use none of it."""
+
+    @staticmethod
+    def find_spec(name: str, *_: object) -> Any:
+        is_operation = name.split('.')[:2] in (['mmcv', 'ops'], ['mmcv', '_ext'])
+        return ModuleSpec(name, _NoOperations) if is_operation else None
+
+    @staticmethod
+    def create_module(spec: ModuleSpec) -> Any:
+        module: Any = types.ModuleType(spec.name)
+        module.__path__ = []
+        return module
+
+    @staticmethod
+    def exec_module(module: Any) -> None:
+        """Let every name be a kind of layer."""
+        def layer(name: str) -> type:
+            if name.startswith('__'):
+                raise AttributeError(name)
+            return type(name, (torch.nn.Module,), {})
+        module.__getattr__ = layer
+
+
+sys.meta_path.insert(0, _NoOperations)  # type: ignore[arg-type]
 
 
 def simcc() -> Arrays:

@@ -1,4 +1,4 @@
-"""Packages of other workspaces are found at build time and at run time: of --extend, and those that are sourced."""
+"""Packages of another workspace, which is sourced, are found at build time and at run time."""
 import shutil
 
 import pytest
@@ -16,13 +16,11 @@ generate_messages()
 catkin_package()
 """
 # what ./run setup does of it, and all that this needs is there
-SET_UP = """/usr/bin/python3 -B - {extended} <<'END'
+SET_UP = """/usr/bin/python3 -B - <<'END'
 import sys
 sys.path.insert(0, '.')
 from development import LOGS, set_up
 LOGS.mkdir(exist_ok=True)
-if sys.argv[1:]:
-    set_up.extend(sys.argv[1:])
 set_up._set_up_build()
 END
 """
@@ -37,15 +35,6 @@ def add_package(folder, name, needed=''):
     (package / 'CMakeLists.txt').write_text(RULES.format(name=name, needed=needed))
 
 
-@pytest.fixture(scope='module')
-def robot(tmp_path_factory, environment):
-    """Another workspace, in a folder that only it knows."""
-    folder = tmp_path_factory.mktemp('robot')
-    add_package(folder / 'src', 'robot_msgs')
-    shell('catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3', folder, environment)
-    return folder
-
-
 @pytest.fixture
 def checkout(tmp_path):
     """A checkout with one small package, in the place of ours."""
@@ -57,22 +46,14 @@ def checkout(tmp_path):
     return tmp_path
 
 
-def test_a_workspace_is_extended_from_now_on(checkout, robot, environment):
-    shell(SET_UP.format(extended=robot), checkout, environment)
-    shell(f"./run shell bash -e -c '{USES}'", checkout, environment)
-    shell(f'source devel/setup.bash\n{USES}', checkout, environment)
-    assert 'up to date' in shell(SET_UP.format(extended=''), checkout, environment)
-    (robot / 'devel').rename(robot / 'away')
-    try:
-        assert 'to forget it: ./run setup --extend' in shell('./run shell true 2>&1 || true', checkout, environment)
-    finally:
-        (robot / 'away').rename(robot / 'devel')
-
-
-def test_a_sourced_workspace_is_used(checkout, robot, environment):
+def test_a_sourced_workspace_is_used(checkout, environment, tmp_path_factory):
     """At build time, and later where only the terminal knows it; what else the terminal has is hidden."""
-    shell(f'export SOURCED_WORKSPACES={robot}/devel\n{SET_UP.format(extended="")}', checkout, environment)
+    robot = tmp_path_factory.mktemp('robot')
+    add_package(robot / 'src', 'robot_msgs')
+    shell('catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3', robot, environment)
+    shell(f'export SOURCED_WORKSPACES={robot}/devel\n{SET_UP}', checkout, environment)
     shell(f"./run shell bash -e -c '{USES}'", checkout, environment)
+    assert 'up to date' in shell(SET_UP, checkout, environment)
     (checkout / 'devel/_setup_util.py').write_text(
         (checkout / 'devel/_setup_util.py').read_text().replace(f'{robot}/devel', ''))
     assert 'Unable to load' in shell("./run shell rosmsg show robot_msgs/Thing 2>&1 || true", checkout, environment)
