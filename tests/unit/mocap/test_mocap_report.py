@@ -73,23 +73,17 @@ def test_the_table_of_errors(folder, found):
     assert float(row['error']) == pytest.approx(distance, abs=2e-5)
 
 
-def test_transform_of_numbers_and_files(tmp_path):
-    numbers = ['1', '-2', '3e-1', '0', '0', '0.70711', '0.70711']
+def test_transform_of_numbers():
     expected = np.eye(4)
     expected[:3, :3], expected[:3, 3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]], (1, -2, 0.3)
-    np.testing.assert_allclose(transform_of(numbers), expected, atol=1e-4)
-    np.testing.assert_allclose(transform_of([', '.join(numbers)]), expected, atol=1e-4)
-    path = tmp_path / 'camera.txt'
-    np.savetxt(str(path), expected)
-    np.testing.assert_allclose(transform_of([str(path)]), expected, atol=1e-12)
+    np.testing.assert_allclose(transform_of(['1', '-2', '3e-1', '0', '0', '0.70711', '0.70711']), expected, atol=1e-4)
 
 
 @pytest.mark.parametrize('values', [
-    [], ['1'], ['no/file'], [str(SHIPPED / 'gt.json')],
-    ['1', '2', '3', '0', '0', '0', '0'], ['1', '2', '3', '0', '0', '0', 'nan'],
-    list('2000020000200001'), list('1000010000100002')])
+    [], ['1'], ['no/file'], [str(SHIPPED / 'gt.json')], list('1234567'),
+    ['1', '2', '3', '0', '0', '0', '0'], ['1', '2', '3', '0', '0', '0', 'nan']])
 def test_wrong_transforms_are_refused(values):
-    with pytest.raises(ParameterError, match='qx qy qz qw'):
+    with pytest.raises(ParameterError, match='--transform'):
         transform_of(values)
 
 
@@ -107,44 +101,44 @@ def files(scene, tmp_path_factory):
     return folder
 
 
-class TestCommand:
-    """The whole way, from files to a report."""
+def test_report(files, tmp_path, capsys):
+    assert main([str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
+                 '--joints', 'nose,neck,right_wrist']) == 0
+    out = capsys.readouterr().out
+    assert 'all joints' in out and 'report.html' in out
+    values = json.loads((tmp_path / 'report' / 'summary.json').read_text())
+    assert values['clock']['offset_s'] == pytest.approx(12.5 - 1.6e9, abs=0.005)
+    np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
+    assert values['inputs']['frame of the camera'] == 'camera'
+    assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
-    def test_report(self, files, tmp_path, capsys):
-        assert main([str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
-                     '--joints', 'nose,neck,right_wrist']) == 0
-        out = capsys.readouterr().out
-        assert 'all joints' in out and 'report.html' in out
-        values = json.loads((tmp_path / 'report' / 'summary.json').read_text())
-        assert values['clock']['offset_s'] == pytest.approx(12.5 - 1.6e9, abs=0.005)
-        np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
-        assert values['inputs']['frame of the camera'] == 'camera'
-        assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
-    def test_a_report_is_replaced_only_when_asked_for(self, files, tmp_path, capsys):
-        (tmp_path / 'summary.json').write_text('of another tool')
-        command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path), '--joints', 'nose,neck']
-        assert main(command) == 2
-        assert f"{tmp_path / 'summary.json'} is there already" in capsys.readouterr().err
-        assert [path.name for path in tmp_path.iterdir()] == ['summary.json']
-        assert main([*command, '--overwrite']) == 0
-        assert json.loads((tmp_path / 'summary.json').read_text())
+def test_a_report_is_replaced_only_when_asked_for(files, tmp_path, capsys):
+    (tmp_path / 'summary.json').write_text('of another tool')
+    command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path), '--joints', 'nose,neck']
+    assert main(command) == 2
+    assert f"{tmp_path / 'summary.json'} is there already" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ['summary.json']
+    assert main([*command, '--overwrite']) == 0
+    assert json.loads((tmp_path / 'summary.json').read_text())
 
-    def test_given_alignment(self, files, capsys):
-        arguments = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '--clock-offset', str(12.5 - 1.6e9),
-                     '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']
-        assert main(arguments) == 0
-        out = capsys.readouterr().out
-        assert out.count('given') == 2 and '\nright wrist' in out and '\nneck' not in out
 
-    @pytest.mark.parametrize('arguments, message', [
-        (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
-        (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
-        (['poses.csv', 'mocap.trc', '--transform', '1'], '--transform'),
-        (['poses.csv', 'mocap.trc', '--topic', '/a'], '--topic'),
-        (['poses.csv', 'mocap.trc', '--clock-offset', '0'], 'same time')])
-    def test_wrong_input_is_told_in_a_line(self, files, arguments, message, capsys, monkeypatch):
-        monkeypatch.chdir(files)
-        assert main(arguments) == 2
-        error = capsys.readouterr().err
-        assert message in error and error.count('\n') == 1 and error.startswith('evaluate_mocap: ')
+def test_given_alignment(files, capsys):
+    arguments = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '--clock-offset', str(12.5 - 1.6e9),
+                 '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']
+    assert main(arguments) == 0
+    out = capsys.readouterr().out
+    assert out.count('given') == 2 and '\nright wrist' in out and '\nneck' not in out
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
+    (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
+    (['poses.csv', 'mocap.trc', '--transform', '1'], '--transform'),
+    (['poses.csv', 'mocap.trc', '--topic', '/a'], '--topic'),
+    (['poses.csv', 'mocap.trc', '--clock-offset', '0'], 'same time')])
+def test_wrong_input_is_told_in_a_line(files, arguments, message, capsys, monkeypatch):
+    monkeypatch.chdir(files)
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count('\n') == 1 and error.startswith('evaluate_mocap: ')

@@ -24,16 +24,13 @@ _OTHER_ANGLE = 10.0  # [degrees] as are those whose rotations do
 
 @dataclass(frozen=True)
 class Observed:
-    """The measured joints: times (R,) [s] from the beginning, ids (R,), positions (R, K, 3) [m] with NaN, weights.
+    """The measured joints, in the order of time."""
 
-    Ids are those that stay with people, see `steady_ids`; `frame_time` is usual between two frames [s].
-    """
-
-    times: np.ndarray
-    ids: np.ndarray
-    positions: np.ndarray
-    weights: np.ndarray
-    frame_time: float
+    times: np.ndarray  # (R,) [s] from the beginning
+    ids: np.ndarray  # (R,) that stay with people, see `steady_ids`
+    positions: np.ndarray  # (R, K, 3) [m], NaN where not measured
+    weights: np.ndarray  # (R, K)
+    frame_time: float  # usual between two frames [s]
 
     def some(self, count: int) -> 'Observed':
         """Return at most `count` rows, taken by chance (the same in each run), in their order."""
@@ -56,16 +53,12 @@ class Observed:
 
 @dataclass(frozen=True)
 class Solution:
-    """A lag [s] between the two beginnings, and a transform: x_reference = rotation x_camera + translation [m].
+    """A lag between the two beginnings, and a transform: x_reference = rotation x_camera + translation."""
 
-    Attributes:
-        merit: how many joints meet one of the reference, those that meet exactly counted as 1.
-    """
-
-    lag: float
+    lag: float  # [s]
     rotation: np.ndarray
-    translation: np.ndarray
-    merit: float = 0.0
+    translation: np.ndarray  # [m]
+    merit: float = 0.0  # how many joints meet one of the reference, those that meet exactly counted as 1
 
     def apply(self, positions: np.ndarray) -> np.ndarray:
         """Return positions (..., 3) of the camera's frame in the reference's [m]."""

@@ -17,21 +17,13 @@ _SHORTEST_HALF = 0.02  # [s] velocities are means over this, or half a frame, to
 
 @dataclass(frozen=True)
 class Refined(Solution):
-    """A solution with its uncertainty.
+    """A solution with its uncertainty."""
 
-    Attributes:
-        subjects: (R,) subject of each row, -1 none.
-        std: standard deviations of lag [s], rotation [degrees], translation [m], NaN where they were given.
-        residual: median distance of the joints used [m].
-        scale: by which the camera's people would have to be stretched to fit.
-        samples: joints that were used.
-    """
-
-    subjects: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
-    std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)
-    residual: float = np.nan
-    scale: float = np.nan
-    samples: int = 0
+    subjects: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # (R,) of each row, -1 none
+    std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)  # of lag [s], rotation [deg], translation [m]
+    residual: float = np.nan  # median distance of the joints used [m]
+    scale: float = np.nan  # by which the camera's people would have to be stretched to fit
+    samples: int = 0  # joints that were used
 
 
 def refine(observed: Observed, paths: JointPaths, solution: Solution, free: np.ndarray, steps: int) -> Refined:

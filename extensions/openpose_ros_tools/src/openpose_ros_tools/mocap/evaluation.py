@@ -1,9 +1,8 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Callable, Dict, Iterable, Optional, Sequence, Tuple
 
 import numpy as np
-import pandas as pd
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -13,6 +12,9 @@ from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import MISSING
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -55,12 +57,13 @@ class Comparison:
         """Distances (N, K) of the estimate from the reference [m], NaN where one of both is missing."""
         return np.linalg.norm(self.estimate - self.truth, axis=2)
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> 'pd.DataFrame':
         """Return one row per subject, frame and joint that the reference has [s, m].
 
         Columns: time, subject (category), person_ID, joint (category), found, status, error (NaN where the estimate
         has no answer), sigma, and x, y, z of the estimate and of the reference.
         """
+        import pandas as pd
         row, joint = np.nonzero(np.isfinite(self.truth).all(axis=2))
         values = {'time': self.times[row], 'subject': pd.Categorical.from_codes(self.subject[row], self.subjects),
                   'person_ID': self.track[row], 'joint': pd.Categorical.from_codes(joint, self.joints),
@@ -83,8 +86,12 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         BadInputError: the recordings have no time in common, or no person is near a subject.
     """
     params = params or EvaluationParams()
-    # people are paired with subjects by all joints, also where only some are compared
-    joints, only_reference, only_estimate = _common_joints(estimate, reference, params.joints)
+    theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
+    ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
+    joints = np.flatnonzero(ours & theirs)
+    compared = np.array([not params.joints or joint in params.joints for joint in MESSAGE_JOINTS])
+    common = [MESSAGE_JOINTS[joint] for joint in joints if compared[joint]]
+    _check_joints(params.joints, common, [MESSAGE_JOINTS[joint] for joint in joints])
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
@@ -98,17 +105,29 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
     found = row >= 0
     if not found.any():
         raise BadInputError(f'no person of the estimate is within {params.gate:g} m of a subject of the reference')
-    kept = np.array([not params.joints or MESSAGE_JOINTS[joint] in params.joints for joint in joints])
+    kept = compared[joints]
     positions = np.where(found[:, None, None], positions[row][:, kept], np.nan)
+    steps = np.diff(stamps[inside])
     return Comparison(
-        joints=tuple(MESSAGE_JOINTS[joint] for joint in joints[kept]), subjects=tuple(reference.subjects),
-        times=stamps[frame], subject=subject, found=found, track=np.where(found, estimate.ids[row], -1),
-        estimate=positions, truth=truth[subject, frame][:, kept],
+        joints=tuple(common), subjects=tuple(reference.subjects), times=stamps[frame], subject=subject, found=found,
+        track=np.where(found, estimate.ids[row], -1), estimate=positions, truth=truth[subject, frame][:, kept],
         status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints[kept]], MISSING),
         sigma=np.where(found[:, None], estimate.sigma[row][:, joints[kept]], np.nan).astype(np.float64),
-        frames=int(inside.sum()), frames_outside=int((~inside).sum()), frames_empty=_empty_frames(stamps[inside]),
+        frames=int(inside.sum()), frames_outside=int((~inside).sum()),
+        frames_empty=int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0,
         extra_people=int(inside[frame_of].sum() - found.sum()),
-        only_reference=only_reference, only_estimate=only_estimate)
+        only_reference=tuple(np.array(MESSAGE_JOINTS)[theirs & ~ours & compared].tolist()),
+        only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs & compared].tolist()))
+
+
+def _check_joints(names: Sequence[str], common: Sequence[str], of_both: Sequence[str]) -> None:
+    unknown = [name for name in names if name not in MESSAGE_JOINTS]
+    if unknown:
+        raise ParameterError(f"joints {', '.join(unknown)} are unknown; allowed: {', '.join(MESSAGE_JOINTS)}")
+    lacking = [name for name in names if name not in common]
+    if lacking or not common:
+        raise ParameterError(f"estimate and reference do not both have the joints {', '.join(lacking) or 'of a person'}"
+                             f"; both have: {', '.join(of_both) or 'none'}")
 
 
 def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray, gate: float
@@ -121,41 +140,12 @@ def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray,
         positions: (R, K, 3) of the estimate [m].
         truth: (S, T, K, 3) [m].
     """
-    rows_of = pd.Series(frame_of).groupby(frame_of).indices
-    matches: List[Tuple[int, int, int]] = []
+    import pandas as pd
+    rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
     for frame in frames:
         rows = rows_of[frame]
         subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
-        found = {subject: int(rows[person]) for person, subject
-                 in pair_people(positions[rows], truth[subjects, frame], gate)}
+        found: Dict[int, int] = {subject: int(rows[person]) for person, subject
+                                 in pair_people(positions[rows], truth[subjects, frame], gate)}
         matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects.tolist()))
     return np.array(matches, int).reshape(-1, 3).T
-
-
-def _common_joints(estimate: KeypointTable, reference: JointRecording, names: Sequence[str]
-                   ) -> Tuple[np.ndarray, Tuple[str, ...], Tuple[str, ...]]:
-    """Return the numbers of the joints that both have, and the names that only the reference, or the estimate, has.
-
-    Args:
-        names: of joints that both must have; the others are not named. Empty: all are named.
-    """
-    unknown = [name for name in names if name not in MESSAGE_JOINTS]
-    if unknown:
-        raise ParameterError(f"joints {', '.join(unknown)} are unknown; allowed: {', '.join(MESSAGE_JOINTS)}")
-    theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
-    ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
-
-    def named(mask: np.ndarray) -> Tuple[str, ...]:
-        return tuple(name for name, one in zip(MESSAGE_JOINTS, mask) if one)
-
-    lacking = [name for name in names if name not in named(ours & theirs)]
-    if lacking or not (ours & theirs).any():
-        raise ParameterError(f"estimate and reference do not both have the joints {', '.join(lacking) or 'of a person'}"
-                             f"; both have: {', '.join(named(ours & theirs)) or 'none'}")
-    told = np.array([not names or name in names for name in MESSAGE_JOINTS])
-    return np.flatnonzero(ours & theirs), named(theirs & ~ours & told), named(ours & ~theirs & told)
-
-
-def _empty_frames(stamps: np.ndarray) -> int:
-    steps = np.diff(stamps)
-    return int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0

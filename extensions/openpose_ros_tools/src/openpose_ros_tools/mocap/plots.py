@@ -1,5 +1,5 @@
 """Stick figures of a comparison with motion capture."""
-from typing import Any, List, Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,7 +11,7 @@ from openpose_ros_tools.plots.plotting import HELP_COLOUR, new_figure, person_co
 from openpose_ros_tools.tables.keypoint_selection import upright_axis
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
-REFERENCE_COLOUR = '#000000'
+_REFERENCE_COLOUR = '#000000'
 # Lines of stick figures: reference, estimate.
 _THIN, _THICK = 1.3, 2.0
 # Number of stick figures, and the margin around them [m].
@@ -33,39 +33,30 @@ def stick_figures(comparison: Comparison) -> Figure:
     lines = -(-len(moments) // columns)
     figure = new_figure(11.5, min(lines * (11.5 / columns * height / width + 0.3), 14.0) + 0.5)
     grid = np.array(figure.subplots(lines, columns, squeeze=False)).ravel()
-    people = _people(comparison)
-    colours = person_colours(people)
+    colours = person_colours(np.unique(comparison.subject[comparison.found]).tolist())
     for axes, moment in zip(grid, moments):
         for row in np.flatnonzero(comparison.times == moment):
-            _stick_figure(axes, comparison.joints, comparison.truth[row] @ project.T, REFERENCE_COLOUR)
+            _stick_figure(axes, comparison.joints, comparison.truth[row] @ project.T, _REFERENCE_COLOUR)
             if comparison.found[row]:
                 _stick_figure(axes, comparison.joints, comparison.estimate[row] @ project.T,
                               colours[comparison.subject[row]], comparison.status[row])
         axes.set_title(f'{moment:.2f} s', fontsize='small')
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1], high[1])
-        axes.set_aspect('equal')
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect='equal')
     for axes in grid:
         axes.set_axis_off()
-    handles = {'reference': Line2D([], [], color=REFERENCE_COLOUR, linewidth=_THIN),
-               **{comparison.subjects[person]: Line2D([], [], color=colours[person], linewidth=_THICK)
-                  for person in people},
-               'inferred joint': Line2D([], [], color=HELP_COLOUR, marker='o', markerfacecolor='white', linestyle='')}
-    # a row of its own, which the arrangement of the plots leaves free
-    figure.suptitle(' ', fontsize='medium')
-    figure.legend(list(handles.values()), list(handles), loc='upper center', ncol=min(len(handles), 8), frameon=False,
-                  fontsize='small')
+    handles = [Line2D([], [], color=_REFERENCE_COLOUR, linewidth=_THIN, label='reference'),
+               *(Line2D([], [], color=colour, linewidth=_THICK, label=comparison.subjects[person])
+                 for person, colour in colours.items()),
+               Line2D([], [], color=HELP_COLOUR, marker='o', markerfacecolor='white', linestyle='',
+                      label='inferred joint')]
+    figure.suptitle(' ', fontsize='medium')  # a row of its own, which the arrangement of the plots leaves free
+    figure.legend(handles=handles, loc='upper center', ncol=min(len(handles), 8), frameon=False, fontsize='small')
     return figure
 
 
 def has_limbs(comparison: Comparison) -> bool:
     """Return whether stick figures have a line."""
     return any({start, end} <= set(comparison.joints) for start, end in COCO_18.drawn_limbs)
-
-
-def _people(comparison: Comparison) -> List[int]:
-    """Return the subjects that the estimate has."""
-    return np.unique(comparison.subject[comparison.found]).tolist()
 
 
 def _stick_figure(axes: Any, joints: Sequence[str], points: np.ndarray, colour: str,

@@ -1,5 +1,5 @@
 """Signals of a recording as a plot over time."""
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Sequence
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -62,16 +62,13 @@ def _draw(axes: Any, span: Span, row: int, selection: Selection) -> None:
     axes.broken_barh([(begin, end - begin)], (row + top, height), **styles)
 
 
-def _legend(spans: List[Span], fallen: bool) -> List[Any]:
-    seen = {(span.kind, span.name) for span in spans}
-    found: List[Any] = [Patch(label=plotting.joint_title(name), **style) for name, style in _POSTURES.items()
-                        if (POSTURE, name) in seen]
-    found += [Patch(label=plotting.joint_title(name), facecolor=colour) for name, colour in _GESTURES.items()
-              if (GESTURE, name) in seen]
-    if (WALKING, '') in seen:
-        found.append(Line2D([], [], color=plotting.HELP_COLOUR, linewidth=3, label='walking'))
-    if fallen:
-        found.append(Line2D([], [], color=_FALL, marker='v', linestyle='', label='fall'))
-    if any(span.kind == GESTURE for span in spans):
-        found.append(Line2D([], [], linestyle='', label='L, R: left, right arm'))
-    return found
+def _legend(spans: Sequence[Span], has_falls: bool) -> List[Any]:
+    shown = {(span.kind, span.name) for span in spans}
+    postures = [Patch(label=plotting.joint_title(name), **style) for name, style in _POSTURES.items()
+                if (POSTURE, name) in shown]
+    gestures = [Patch(label=plotting.joint_title(name), facecolor=colour) for name, colour in _GESTURES.items()
+                if (GESTURE, name) in shown]
+    lines = [Line2D([], [], color=plotting.HELP_COLOUR, linewidth=3, label='walking')] * ((WALKING, '') in shown)
+    lines += [Line2D([], [], color=_FALL, marker='v', linestyle='', label='fall')] * has_falls
+    arms = [Line2D([], [], linestyle='', label='L, R: left, right arm')] * bool(gestures)
+    return [*postures, *gestures, *lines, *arms]

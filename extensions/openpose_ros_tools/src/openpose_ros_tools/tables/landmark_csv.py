@@ -24,30 +24,22 @@ class LandmarkRow(NamedTuple):
 
 
 def landmark_columns(part: str, dimensions: int) -> List[str]:
-    """Return the names of the columns.
-
-    Args:
-        part: 'hands' or 'faces'.
-        dimensions: 3 in space, 2 in the image.
-    """
+    """Return the names of the columns of 'hands' or 'faces', in space (3) or in the image (2)."""
     values = ('x', 'y', 'confidence', 'status') if dimensions == 2 else FIELDS[3]
-    return ['time', 'frame', 'frame_id', 'person_ID', *(['side'] if part == 'hands' else []), 'point', *values,
+    return ['time', 'frame', 'frame_id', 'person_ID', *['side'] * (part == 'hands'), 'point', *values,
             *(_ORIENTATION if part == 'faces' and dimensions == 3 else ())]
 
 
 class LandmarkCsvWriter:
-    """Writes hands or faces, in the order of the recording.
+    """Writes hands or faces, in the order of the recording, the names of the columns at once.
 
     Args:
-        handle: gets the names of the columns at once.
-        part: 'hands' or 'faces'.
-        dimensions: 3 in space, 2 in the image.
+        part, dimensions: as `landmark_columns`.
         missing_points: whether there are rows for missing points.
     """
 
     def __init__(self, handle: TextIO, part: str, dimensions: int, missing_points: bool = False) -> None:
-        self.part, self.dimensions = part, dimensions
-        self._missing_points = missing_points
+        self.part, self.dimensions, self._missing_points = part, dimensions, missing_points
         self._rows = csv.writer(handle, lineterminator='\n')
         self._rows.writerow(landmark_columns(part, dimensions))
         self._frame, self._time = -1, -1
@@ -56,7 +48,7 @@ class LandmarkCsvWriter:
         """Add hands or faces, return their number; rows with another time are another frame."""
         for row in rows:
             self._frame, self._time = self._frame + (row.time != self._time), row.time
-            head = [row.time, self._frame, row.frame_id, row.person, *([row.side] if self.part == 'hands' else [])]
+            head = [row.time, self._frame, row.frame_id, row.person, *[row.side] * (self.part == 'hands')]
             for name, part in zip(POINTS[self.part], np.asarray(row.parts, np.float32).tolist()):
                 cells, known = tidy_cells(part, self.dimensions)
                 if known or self._missing_points:

@@ -6,22 +6,17 @@ import numpy as np
 
 from openpose_ros_signals.records import Facing, Gesture, PersonSignals, Pointing, Ray
 
+_RAY = ('origin_x', 'origin_y', 'origin_z', 'direction_x', 'direction_y', 'direction_z', 'sigma')
 SIGNAL_COLUMNS = (
     'time', 'frame', 'frame_id', 'person_ID', 'x', 'y', 'z', 'posture', 'posture_since', 'posture_confidence',
     'body_x', 'body_y', 'body_z', 'body_sigma', 'head_x', 'head_y', 'head_z', 'head_sigma', 'moving', 'speed',
-    'fallen', 'fall_stamp', 'gesture', 'arm', 'since', 'confidence', 'origin_x', 'origin_y', 'origin_z',
-    'direction_x', 'direction_y', 'direction_z', 'sigma', 'target', 'hit_x', 'hit_y', 'hit_z', 'target_probability',
-    *(f'{ray}_{name}' for ray in ('eye', 'arm') for name in (
-        'origin_x', 'origin_y', 'origin_z', 'direction_x', 'direction_y', 'direction_z', 'sigma')))
+    'fallen', 'fall_stamp', 'gesture', 'arm', 'since', 'confidence', *_RAY, 'target', 'hit_x', 'hit_y', 'hit_z',
+    'target_probability', *(f'{ray}_{name}' for ray in ('eye', 'arm') for name in _RAY))
 _NOWHERE = (np.nan, np.nan, np.nan)
 
 
 class SignalCsvWriter:
-    """Writes signals in the order of the recording.
-
-    Args:
-        handle: gets the names of the columns at once.
-    """
+    """Writes signals in the order of the recording, the names of the columns at once."""
 
     part, dimensions = 'signals', 3
 
@@ -44,24 +39,23 @@ def _rows(person: PersonSignals) -> Iterator[List[object]]:
     head = [person.id, *_short(person.place), posture.name, _nanoseconds(posture.since), *_short([posture.confidence]),
             *_facing(person.body), *_facing(person.head), '' if walk is None else str(walk.moving).lower(),
             *_short([np.nan if walk is None else walk.speed]), str(fall is not None).lower(),
-            _nanoseconds(np.nan if fall is None else fall.stamp)]
-    for gesture in person.gestures or (None,):
+            '' if fall is None else _nanoseconds(fall.stamp)]
+    for gesture in person.gestures:
         yield [*head, *_gesture(gesture)]
+    if not person.gestures:
+        yield [*head, '', '', '', np.nan, *_pointing(None)]
 
 
-def _gesture(gesture: Optional[Gesture]) -> List[object]:
-    if gesture is None:
-        return ['', '', '', np.nan, *_pointing(None)]
+def _gesture(gesture: Gesture) -> List[object]:
     return [gesture.name, gesture.arm, _nanoseconds(gesture.since), *_short([gesture.confidence]),
             *_pointing(gesture.pointing)]
 
 
 def _pointing(ray: Optional[Pointing]) -> List[object]:
     if ray is None:
-        return [*_ray(None), '', *_short(_NOWHERE), np.nan, *_ray(None), *_ray(None)]
-    hit, targets = ray.hit, ray.targets
-    return [*_ray(ray), hit.name if hit else '', *_short(_NOWHERE if hit is None else hit.position),
-            *_short([targets[0].probability if targets else np.nan]), *_ray(ray.eye_ray), *_ray(ray.arm_ray)]
+        return [*_ray(None), '', *_NOWHERE, np.nan, *_ray(None), *_ray(None)]
+    return [*_ray(ray), ray.hit.name if ray.hit else '', *_short(ray.hit.position if ray.hit else _NOWHERE),
+            *_short([ray.targets[0].probability if ray.targets else np.nan]), *_ray(ray.eye_ray), *_ray(ray.arm_ray)]
 
 
 def _ray(ray: Optional[Ray]) -> List[float]:
