@@ -13,7 +13,7 @@ from imports import imported_modules
 
 # Modules that are named otherwise than the rosdep key that brings them. OpenVINO has none; ./run setup
 # brings it.
-ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',
+ROSDEP_KEYS = {'cv2': 'python3-opencv', 'matplotlib': 'python3-matplotlib',
                'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'rospkg': 'python3-rospkg',
                'scipy': 'python3-scipy', 'toml': 'python3-toml', 'tornado': 'python3-tornado',
                'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}

@@ -39,38 +39,23 @@ def values(found):
     return summary(found[1], dataclasses.replace(found[0], warnings=('look at <it>',)), {'poses': 'a & b.csv'})
 
 
-@pytest.fixture(scope='module')
-def folder(found, values, tmp_path_factory):
-    folder = tmp_path_factory.mktemp('report') / 'new'
-    write_report(folder, found[1], values)
-    return folder
-
-
-def test_transform_can_be_read_back(found, folder):
-    matrix = transform_of([str(folder / 'summary.json')])
+def test_a_report_can_be_read_without_another_file_and_gives_its_transform(found, values, tmp_path):
+    write_report(tmp_path, found[1], values)
+    matrix = transform_of([str(tmp_path / 'summary.json')])
     np.testing.assert_allclose(matrix[:3, :3], found[0].rotation, atol=1e-8)
     np.testing.assert_allclose(matrix[:3, 3], found[0].translation, atol=1e-8)
-
-
-def test_html_needs_no_other_file(folder, values):
-    text = (folder / 'report.html').read_text()
-    assert not re.findall(r'(?:src|href)="(?!data:)', text)
-    pictures = re.findall('src="data:image/png;base64,([^"]*)"', text)
-    assert len(pictures) == 1
-    for picture in pictures:
-        pixels = cv2.imdecode(np.frombuffer(base64.b64decode(picture), np.uint8), cv2.IMREAD_COLOR)
-        assert (pixels < 128).any(axis=2).mean() > 0.002
-    assert 'a &amp; b.csv' in text and 'look at &lt;it&gt;' in text
-    assert f"{values['overall']['mean_mm']:.0f} mm" in text
-
-
-def test_the_table_of_errors(folder, found):
-    with (folder / 'errors.csv').open() as handle:
+    page = (tmp_path / 'report.html').read_text()
+    assert not re.findall(r'(?:src|href)="(?!data:)', page)
+    picture, = re.findall('src="data:image/png;base64,([^"]*)"', page)
+    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(picture), np.uint8), cv2.IMREAD_COLOR)
+    assert (pixels < 128).any(axis=2).mean() > 0.002
+    assert 'a &amp; b.csv' in page and 'look at &lt;it&gt;' in page
+    assert f"{values['overall']['mean_mm']:.1f}" in page and 'Lengths of limbs' in page
+    with (tmp_path / 'errors.csv').open() as handle:
         rows = list(csv.DictReader(handle))
     assert len(rows) == np.isfinite(found[1].errors).sum()
-    row = rows[7]
-    distance = np.linalg.norm([float(row[axis]) - float(row[f'{axis}_reference']) for axis in 'xyz'])
-    assert float(row['error']) == pytest.approx(distance, abs=2e-5)
+    distance = np.linalg.norm([float(rows[7][axis]) - float(rows[7][f'{axis}_reference']) for axis in 'xyz'])
+    assert float(rows[7]['error']) == pytest.approx(distance, abs=2e-5)
 
 
 def test_transform_of_numbers():
@@ -102,8 +87,13 @@ def files(scene, tmp_path_factory):
 
 
 def test_report(files, tmp_path, capsys):
-    assert main([str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
-                 '--joints', 'nose,neck,right_wrist']) == 0
+    (tmp_path / 'report').mkdir()
+    (tmp_path / 'report' / 'summary.json').write_text('of another tool')
+    command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
+               '--joints', 'nose,neck,right_wrist']
+    assert main(command) == 2
+    assert 'summary.json is there already' in capsys.readouterr().err
+    assert main([*command, '--overwrite']) == 0
     out = capsys.readouterr().out
     assert 'all joints' in out and 'report.html' in out
     values = json.loads((tmp_path / 'report' / 'summary.json').read_text())
@@ -111,16 +101,6 @@ def test_report(files, tmp_path, capsys):
     np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
     assert values['inputs']['frame of the camera'] == 'camera'
     assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
-
-
-def test_a_report_is_replaced_only_when_asked_for(files, tmp_path, capsys):
-    (tmp_path / 'summary.json').write_text('of another tool')
-    command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path), '--joints', 'nose,neck']
-    assert main(command) == 2
-    assert f"{tmp_path / 'summary.json'} is there already" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ['summary.json']
-    assert main([*command, '--overwrite']) == 0
-    assert json.loads((tmp_path / 'summary.json').read_text())
 
 
 def test_given_alignment(files, capsys):

@@ -36,11 +36,7 @@ class PartFiles:
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
-        """Return a new folder; its files will be moved into the folder `path`, beside the files that it has already.
-
-        Args:
-            is_own: tells by its name whether a file there is one of this output; older ones are deleted.
-        """
+        """Return a new folder; its files will be moved into `path`, where older files with own names are deleted."""
         part = self._part(path, lambda: _merge(part, path, is_own))
         part.mkdir()
         return part
@@ -100,9 +96,6 @@ class PartFiles:
 def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Iterator[Path]:
     """Yield the path to write the only output of a command to.
 
-    Args:
-        inputs: which are never replaced.
-
     Raises:
         ParameterError: the file exists already, is a folder or an input, or can not be written.
     """
@@ -113,12 +106,7 @@ def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Ite
 
 @contextmanager
 def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[Path]:
-    """Yield the folder to write the outputs of a command to.
-
-    Args:
-        path: of the folder; an empty one may exist.
-        overwrite: whether an older one is replaced.
-        own: names that a folder of this command contains; one with other files is never replaced.
+    """Yield the folder to write the outputs of a command to; one with names that are not its own is never replaced.
 
     Raises:
         ParameterError: the folder exists already, contains something else, or can not be written.
@@ -136,11 +124,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
 
 
 def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
-    """Return the files of a folder with names of an output, by name; none where the folder is not there.
-
-    Raises:
-        ParameterError: it is no folder.
-    """
+    """Return the files of a folder with own names, sorted; none where it is not there. ParameterError: it is a file."""
     if folder.exists() and not folder.is_dir():
         raise ParameterError(f'{folder} is a file; name a folder')
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []

@@ -100,20 +100,14 @@ def bridged_gap(times: np.ndarray, max_gap: float) -> float:
 @dataclass(frozen=True)
 class Correlations:
     """How well the speeds of each of A tracks and S subjects agree, for each lag; sums over joints and common samples.
-
-    Attributes:
-        lags: (L,) [s]: the time of the reference minus that of the estimate, both from their own beginning.
-        covariance, track_variance, subject_variance: (A, S, L) [m2/s2].
-        common: (A, S, L) samples in common.
-        step: of the grid [s].
     """
 
-    lags: np.ndarray
-    covariance: np.ndarray
+    lags: np.ndarray  # (L,) [s]: the time of the reference minus that of the estimate, both from their own beginning
+    covariance: np.ndarray  # (A, S, L) [m2/s2], as the next two
     track_variance: np.ndarray
     subject_variance: np.ndarray
-    common: np.ndarray
-    step: float
+    common: np.ndarray  # (A, S, L) samples in common
+    step: float  # of the grid [s]
 
     def correlation(self, pairs: List[Tuple[int, int]]) -> np.ndarray:
         """Return the correlation (L,) of some tracks with their subjects together, NaN where too little is common."""

@@ -80,12 +80,9 @@ def _matched(distances: np.ndarray) -> np.ndarray:
 
 
 def _derivatives(points: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return the matrices (N, 3, 7) by which rotation vector, translation and lag take away the residual.
+    """Return the matrices (N, 3, 7) by which rotation vector, translation and lag take away the residual:
 
-    residual = rotation x points + translation - velocity lag.
-
-    Args:
-        points, velocity: (N, 3), points from the middle of the rotation [m, m/s].
+    rotation x points + translation - velocity lag, points (N, 3) from the middle of the rotation.
     """
     rows = np.zeros((len(points), 3, 7))
     for axis in range(3):
@@ -98,13 +95,8 @@ def _derivatives(points: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 def _deviations(pulls: np.ndarray, groups: np.ndarray, inverse: np.ndarray, variance: float) -> np.ndarray:
     """Return standard deviations (7,) with samples of one group depending on each other.
 
-    The "sandwich" of Liang and Zeger, Biometrika 73, 13 (1986). Where few groups give too small a value, that of
-    independent samples is taken.
-
-    Args:
-        pulls, groups: (N, 7) weighted derivatives times residuals, and (N,).
-        inverse: (7, 7) of the normal equations.
-        variance: of a coordinate [m2].
+    The "sandwich" of Liang and Zeger, Biometrika 73, 13 (1986), of weighted derivatives times residuals (N, 7). Where
+    few groups give too small a value, that of independent samples is taken, by the variance of a coordinate [m2].
     """
     sums = np.zeros((groups.max() + 1, 7))
     np.add.at(sums, groups, pulls)

@@ -132,13 +132,11 @@ def _check_joints(names: Sequence[str], common: Sequence[str], of_both: Sequence
 
 def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray, gate: float
              ) -> np.ndarray:
-    """Return the frame, the row of the estimate (-1: not found) and the number of each subject that is there, (3, N).
+    """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N).
 
     Args:
-        frames: to compare.
         frame_of: (R,) of each row of the estimate.
-        positions: (R, K, 3) of the estimate [m].
-        truth: (S, T, K, 3) [m].
+        positions, truth: (R, K, 3) of the estimate, (S, T, K, 3) [m].
     """
     import pandas as pd
     rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []

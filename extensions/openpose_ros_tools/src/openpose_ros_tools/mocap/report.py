@@ -1,8 +1,9 @@
-"""The report of a comparison with motion capture: a table in plain text, a page of HTML, figures as JSON."""
+"""The report of a comparison with motion capture: tables as text and as a page of HTML, all figures as JSON."""
 import base64
+import html
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, List, Optional, Tuple
+from typing import TYPE_CHECKING, Dict, Optional
 
 import numpy as np
 
@@ -16,14 +17,20 @@ from openpose_ros_tools.tables.keypoint_table import STATUS_WORDS
 from skeleton_extract_3d.points.transform import quaternions
 
 if TYPE_CHECKING:
-    import jinja2
+    import pandas as pd
 
-_TEMPLATES = Path(__file__).resolve().parents[1] / 'data'
-_HTML, _FACTS, _TABLE = 'mocap_report.html', 'mocap_facts.txt', 'mocap_table.txt'
+_PAGE = Path(__file__).resolve().parents[1] / 'data' / 'mocap_report.html'
 FILES = ('report.html', 'summary.json', 'errors.csv')
 """Files of a report."""
 # Version of the layout of summary.json, for programs that read it.
 _LAYOUT = 2
+# Titles of the tables.
+_ERRORS, _STUDY, _PEOPLE, _LIMBS = (
+    'Errors [mm] (mean: MPJPE), and shares [%] of the joints of the reference; PCK: within 50, 100, 150 mm',
+    "As validation studies report: RMSE of trajectories [mm] and angles [deg], Pearson's r, motion of the reference",
+    'People: frames, errors [mm]', 'Lengths of limbs [mm]; variation: of the lengths of a person [%]')
+# How columns are written that are not lengths or percentages.
+_FORMS = {'r': '{:.2f}'.format, 'samples': '{:.0f}'.format}
 
 
 def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]) -> Figures:
@@ -53,15 +60,69 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]
         **summarize(comparison), 'study': study(comparison, alignment.rotation)}
 
 
-def table(values: Figures) -> str:
-    """Return the errors as a table in plain text, for a terminal."""
-    return _template(_TABLE).render(values=values, pck=list(PCK_DISTANCES)).rstrip()
+def facts(values: Figures) -> Dict[str, str]:
+    """Return what was aligned and compared, by name."""
+    clock, place, fit, compared = (values[name] for name in ('clock', 'transform', 'alignment', 'compared'))
+    quaternion, translation = (' '.join(f'{value:.{digits}f}' for value in place[name]) for name, digits in (
+        ('quaternion_xyzw', 5), ('translation_m', 4)))
+    found = {
+        'clock offset': f"{clock['offset_s']:.4f} s ({clock['meaning']}), " + (
+            'given' if clock['given'] else
+            f"found, ± {_text(clock['std_ms'])} ms, correlation {_text(clock['peak_correlation'], '.2f')}"),
+        'camera in the reference': f'x y z {translation} m, qx qy qz qw {quaternion}, ' + (
+            'given' if place['given'] else f"found, ± {_text(place['translation_std_mm'])} mm at the people, "
+            f"± {_text(place['rotation_std_deg'], '.2f')}°") + f" ({place['meaning']})",
+        'fit': f"median distance {_text(fit['median_residual_mm'])} mm over {fit['joint_samples']} measured joints, "
+               f"scale {_text(fit['scale'], '.4f')} (not applied)",
+        'people': f"{compared['people_found']} of {compared['people_found'] + compared['people_missed']} in "
+                  f"{compared['frames']} frames found, {compared['people_without_reference']} without a reference, "
+                  f"{compared['id_switches']} changes of id",
+        'left out': f"{compared['frames_outside_reference']} frames before or after the reference, about "
+                    f"{compared['frames_without_people_or_dropped']} without people or dropped"}
+    for side in ('reference', 'estimate'):
+        names = ', '.join(compared[f'joints_only_in_{side}']).replace('_', ' ')
+        found.update({f'joints only in the {side}': names} if names else {})
+    for kind, one in values['sigma'].items():
+        found[f'sigma, {kind}'] = (
+            f"{_text(100 * one['within_1_sigma'])} % within 1 sigma, {_text(100 * one['within_2_sigma'])} % within 2; "
+            f"root mean square {_text(one['rms_sigma_mm'])} mm claimed, {_text(one['rms_error_mm'])} mm true")
+    return found
 
 
-def facts(values: Figures) -> List[Tuple[str, str]]:
-    """Return what was aligned and compared, as pairs of name and text."""
-    lines = [line.partition('\t') for line in _template(_FACTS).render(values=values).splitlines() if line]
-    return [(name, text) for name, _, text in lines]
+def tables(values: Figures) -> 'Dict[str, pd.DataFrame]':
+    """Return the errors, the figures of validation studies, people and limbs as tables, by title."""
+    import pandas as pd
+    joints = pd.json_normalize([*values['joints'].values(), values['overall']])
+    joints.index = [*(name.replace('_', ' ') for name in values['joints']), 'all joints']
+    shares = {'share_answered': 'answered', **{key: key.replace('pck_', 'PCK ') for key in PCK_DISTANCES},
+              **{f'{kind}.share_of_reference': kind for kind in ('measured', 'inferred')}}
+    joints[list(shares)] *= 100
+    kinds = (('', ''), ('measured.', 'm. '), ('inferred.', 'i. '))
+    errors = {f'{kind}{name}_mm': f'{label}{name}' for kind, label in kinds
+              for name in ('mean', 'median', 'p90') if name != 'p90' or not kind}
+    found = {_ERRORS: joints[[*errors, *shares]].rename(columns={**errors, **shares}).astype(float)}
+    rows = [{'': part, 'axis': axis, **one,
+             'measured alone': values['study']['measured'].get(part, {}).get(axis, {}).get('rmse')}
+            for part, axes in values['study']['answered'].items() for axis, one in axes.items()]
+    if rows:
+        found[_STUDY] = pd.DataFrame(rows).set_index(['', 'axis']).rename(
+            columns=lambda name: name.replace('_', ' ')).astype(float)
+    people = pd.DataFrame(values['subjects']).T
+    found[_PEOPLE] = people[['frames_found', 'frames_missed', 'mean_mm', 'median_mm', 'p90_mm']]
+    if values['bones']:
+        found[_LIMBS] = pd.DataFrame(values['bones']).T.astype(float)
+        found[_LIMBS][['variation', 'reference_variation']] *= 100
+    return found
+
+
+def text(values: Figures) -> str:
+    """Return facts, errors and the figures of studies in plain text, for a terminal."""
+    known, shown = facts(values), tables(values)
+    width = max(map(len, known))
+    lines = [f'{name.ljust(width)}  {fact}' for name, fact in known.items()]
+    for title in filter(shown.__contains__, (_ERRORS, _STUDY)):
+        lines += ['', title, shown[title].to_string(na_rep='-', float_format='{:.1f}'.format, formatters=_FORMS)]
+    return '\n'.join([*lines, ''])
 
 
 def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
@@ -74,27 +135,23 @@ def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
     from openpose_ros_tools.plots.plotting import figure_content
     errors = comparison.table().dropna(subset=['error']).drop(columns='found')
     errors = errors.assign(time=errors.time.map('{:.6f}'.format), status=errors.status.map(STATUS_WORDS))
+    body = [f'<p>{html.escape(name)}: {html.escape(value)}</p>' for name, value in values['inputs'].items()]
+    body += [f'<p class="warning">Warning: {html.escape(warning)}.</p>' for warning in values['warnings']]
+    body += [f'<p>{html.escape(name)}: {html.escape(fact)}</p>' for name, fact in facts(values).items()]
+    for title, table in tables(values).items():
+        body += [f'<h2>{html.escape(title)}</h2>', table.to_html(
+            na_rep='-', float_format='{:.1f}'.format, formatters=_FORMS, border=0)]
+    if has_limbs(comparison):
+        picture = base64.b64encode(figure_content(stick_figures(comparison), 'png')).decode()
+        body.append(f'<h2>Estimate over reference</h2><img alt="stick figures" src="data:image/png;base64,{picture}">')
     folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
         part = parts.folder(folder, FILES.__contains__)
-        picture = figure_content(stick_figures(comparison), 'png') if has_limbs(comparison) else b''
-        page = _template(_HTML).render(values=values, facts=facts(values), pck=list(PCK_DISTANCES),
-                                       picture=base64.b64encode(picture).decode())
+        page = _PAGE.read_text(encoding='utf-8').replace('BODY', '\n'.join(body))
         (part / 'report.html').write_text(page, encoding='utf-8')
         errors.to_csv(part / 'errors.csv', index=False, float_format='%.5f')
         (part / 'summary.json').write_text(json.dumps(values, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
 
 
-def _template(name: str) -> 'jinja2.Template':
-    import jinja2
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(str(_TEMPLATES)), undefined=jinja2.StrictUndefined,
-                                     autoescape=name.endswith('.html'), trim_blocks=True, lstrip_blocks=True,
-                                     keep_trailing_newline=True)
-
-    def text(value: Optional[float], form: str = '.0f') -> str:
-        return '-' if value is None else format(value, form)
-
-    environment.filters.update(
-        number=text, mm=text, mm1=lambda value: text(value, '.1f'), joint=lambda name: name.replace('_', ' '),
-        percent=lambda share: '-' if share is None else f'{100 * share:.1f} %')
-    return environment.get_template(name)
+def _text(value: Optional[float], form: str = '.1f') -> str:
+    return '-' if value is None else format(value, form)

@@ -52,7 +52,7 @@ def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Option
     for person in np.unique(table.ids).tolist():
         rows = table.of_person(person)
         times, order = np.unique((rows.stamps - begin) * 1e-9, return_index=True)
-        first, last = np.ceil(times[0] * rate - _ROUNDING), np.floor(times[-1] * rate + _ROUNDING)
+        first, last = int(np.ceil(times[0] * rate - _ROUNDING)), int(np.floor(times[-1] * rate + _ROUNDING))
         if last > first:
             samples = np.arange(first, last + 1) / rate
             paths = JointPaths(times, rows.positions[order].astype(np.float64)[None], bridged_gap(times, _MAX_GAP))

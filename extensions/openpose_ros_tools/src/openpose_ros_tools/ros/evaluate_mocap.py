@@ -112,7 +112,7 @@ def _run(options: argparse.Namespace) -> int:
     from openpose_ros_tools.mocap.files import read_mocap
     from openpose_ros_tools.mocap.joints import chosen_map, joints_of
     from openpose_ros_tools.mocap.marker_map import read_marker_map
-    from openpose_ros_tools.mocap.report import FILES, facts, summary, table, write_report
+    from openpose_ros_tools.mocap.report import FILES, summary, text, write_report
     if options.output is not None:
         check_outputs(files_of(options.output, FILES.__contains__), options.overwrite)
     transform = None if options.transform is None else transform_of(options.transform)
@@ -133,9 +133,7 @@ def _run(options: argparse.Namespace) -> int:
     values = summary(comparison, alignment, inputs)
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')
-    width = max(len(name) for name, _ in facts(values))
-    lines = [*(f'{name.ljust(width)}  {text}' for name, text in facts(values)), '', table(values), '']
-    sys.stdout.write('\n'.join(lines))
+    sys.stdout.write(text(values))
     if options.output is not None:
         write_report(options.output, comparison, values)
         sys.stdout.write(f"\nreport: {options.output / 'report.html'}\n")

@@ -45,12 +45,7 @@ _NOT_THERE = ('', 'NA', 'N/A', 'null')
 
 
 def columns(layout: str, dimensions: int) -> List[str]:
-    """Return the names of the columns.
-
-    Args:
-        layout: one of `LAYOUTS`.
-        dimensions: 3 in space, 2 in the image.
-    """
+    """Return the names of the columns of a layout, in space (3) or in the image (2)."""
     if layout == 'tidy':
         return ['time', 'frame', 'frame_id', 'person_ID', 'joint',
                 *(('x', 'y', 'confidence', 'status') if dimensions == 2 else FIELDS[dimensions])]
@@ -66,12 +61,10 @@ def _wide_layout(layout: str, dimensions: int) -> Tuple[Sequence[str], Sequence[
 
 
 class KeypointCsvWriter:
-    """Writes rows of people; numbers are printed as `rostopic echo -p` prints them.
+    """Writes rows of people, the names of the columns at once; numbers are printed as `rostopic echo -p` prints them.
 
     Args:
-        handle: gets the names of the columns at once.
-        layout: one of `LAYOUTS`.
-        dimensions: 3 in space, 2 in the image.
+        layout, dimensions: as `columns`.
         missing_joints: whether the long form (tidy) has rows for missing joints.
     """
 
@@ -224,7 +217,6 @@ def _parsed(path: Path, names: Sequence[str], rows: Dict[int, List[str]]) -> Key
 
 
 def _whole(greatest: int) -> Tuple[Callable[[str], int], str]:
-    """Return what converts a text to a whole number, and what is expected."""
     def convert(text: str) -> int:
         if not 0 <= int(text) <= greatest:
             raise ValueError(text)

@@ -1,4 +1,4 @@
-"""The part of a recording that is plotted: people, joints, time; its description, and which way is up."""
+"""The part of a recording that is plotted: people, joints, time; and which way is up."""
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import List, Optional, Sequence, Tuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.people import MISSING
 
 # Number of people that are shown by default: those with most rows.
 MOST_PERSONS = 8
@@ -167,36 +167,8 @@ def upright_axis(joints: Sequence[str], positions: np.ndarray) -> Optional[Tuple
     return None
 
 
-def description(name: str, selection: Selection) -> str:
-    """Return lines of text on a recording: time, people, joints."""
-    table, (begin, end), gaps = selection.all_people, selection.span, selection.gaps
-    joints, seconds = [table.joints.index(joint) for joint in selection.joints], selection.seconds(table.stamps)
-    rate = f' ({(len(selection.frames) - 1) / (end - begin):.1f} per second)' if end > begin else ''
-    lines = [f"{name}: keypoints in {'space [m]' if table.dimensions == 3 else 'the image [px]'}"
-             + (f', frame {selection.frame_id}' if selection.frame_id else ''),
-             f'first frame: {selection.first_moment}; shown: {begin:.2f} to {end:.2f} s after it',
-             f'frames: {len(selection.frames)}{rate}; people: {len(set(table.ids.tolist()))}; rows, one per person and '
-             f'frame: {len(table)}']
-    if gaps:
-        first, last = max(gaps, key=lambda gap: gap[1] - gap[0])
-        lines.append(f'gaps without frames: {len(gaps)}, together {sum(b - a for a, b in gaps):.1f} s; the longest: '
-                     f'{first:.2f} to {last:.2f} s')
-    lines += ['', 'person    rows   from [s]     to [s]   measured   inferred    missing']
-    for person in np.unique(table.ids).tolist():
-        own = table.ids == person
-        lines.append(f'{person:6d}  {own.sum():6d} {seconds[own].min():10.2f} {seconds[own].max():10.2f} '
-                     + _shares(table.status[own][:, joints]))
-    lines += ['', f'{"joint":36} measured   inferred    missing']
-    lines += [f'{joint:33} {_shares(table.status[:, number])}' for joint, number in zip(selection.joints, joints)]
-    return '\n'.join(lines) + '\n'
-
-
 def _middle(joints: Sequence[str], positions: np.ndarray, *names: str) -> np.ndarray:
     """Return the mean position of joints, (R, D); NaN where one of them is missing, or is none of the recording's."""
     if not set(names) <= set(joints):
         return np.full_like(positions[:, 0], np.nan)
     return positions[:, [joints.index(name) for name in names]].mean(axis=1)
-
-
-def _shares(status: np.ndarray) -> str:
-    return ' '.join(f'{100 * np.mean(status == value):8.1f} %' for value in (MEASURED, INFERRED, MISSING))

@@ -37,10 +37,11 @@ from openpose_ros_tools.tables.keypoint_table import (
     PersonRow,
     part_values,
     table_of,
+    tidy_cells,
     with_one_clock,
     with_status,
 )
-from openpose_ros_tools.tables.landmark_csv import LandmarkRow
+from openpose_ros_tools.tables.long_csv import POINTS
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_signals
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
@@ -206,15 +207,17 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
     return list(computed_signals(table, up)), False
 
 
-def landmark_rows(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[LandmarkRow]:
-    """Yield the hands or faces of an array message; time: taken where the header has no stamp [ns]."""
-    read = attrgetter(*FIELDS[dimensions])
-    stamp = message.header.stamp.to_nsec() or time or 0
-    for each in getattr(message, 'hands', None) or getattr(message, 'faces', ()):
+def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> Iterator[List[object]]:
+    """Yield a row of each point of the hands or faces of an array message, for a `LongCsvWriter`."""
+    read = attrgetter(*FIELDS[topic.dimensions])
+    for each in getattr(message, topic.part):
+        side = [_SIDES.get(each.side, '')] if topic.part == 'hands' else []
         turn = getattr(each, 'orientation', None)
-        yield LandmarkRow(stamp, message.header.frame_id, each.person_ID, _SIDES.get(getattr(each, 'side', 0), ''),
-                          [read(part) for part in each.keypoints],
-                          () if turn is None else (turn.x, turn.y, turn.z, turn.w, each.orientation_sigma))
+        orientation = [] if turn is None else [turn.x, turn.y, turn.z, turn.w, each.orientation_sigma]
+        for name, point in zip(POINTS[topic.part], each.keypoints):
+            cells, known = tidy_cells(read(point), topic.dimensions)
+            if known or missing_points:
+                yield [message.header.frame_id, each.person_ID, *side, name, *cells, *orientation]
 
 
 def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[PersonRow]:

@@ -27,7 +27,7 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Iterator, Optional, Sequence, TextIO, Union
+from typing import Any, Callable, Iterator, Optional, Sequence, TextIO
 
 import rosgraph
 import roslib.message
@@ -43,19 +43,18 @@ from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoints import keypoint_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
-from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
-from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
+from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, LongCsvWriter, landmark_columns, signal_rows
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'keypoints_to_csv'
-# Writes people, hands, faces or signals.
-Writer = Union[KeypointCsvWriter, LandmarkCsvWriter, SignalCsvWriter]
+# Writes what is in a message, recorded at a time [ns] or running (None); returns how many rows that are.
+Write = Callable[[Any, Optional[int]], int]
 # Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
 _PAUSE = 0.2
 
 
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: Progress) -> int:
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, write: Write, stamps: bool, bar: Progress) -> int:
     """Write the people of bags one after the other; return how many rows that are.
 
     Args:
@@ -76,12 +75,12 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, sta
                                   if hasattr(message, name)), [message]):
                     each.person_ID += first  # no id is used twice
                     highest = max(highest, each.person_ID)
-                rows += _write(writer, message, None if stamps else recorded)
+                rows += write(message, None if stamps else recorded)
                 bar.update()
     return rows
 
 
-def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Progress) -> int:
+def follow_topic(topic: KeypointTopic, write: Write, handle: TextIO, bar: Progress) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
@@ -91,7 +90,7 @@ def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Prog
             if messages.empty():
                 handle.flush()  # for a program that reads along
             try:
-                count = _write(writer, messages.get(timeout=_PAUSE))
+                count = write(messages.get(timeout=_PAUSE), None)
             except queue.Empty:
                 continue
             rows += count
@@ -101,7 +100,7 @@ def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Prog
     finally:
         subscriber.unregister()
     while not messages.empty():
-        rows += _write(writer, messages.get())
+        rows += write(messages.get(), None)
     return rows
 
 
@@ -129,30 +128,25 @@ def _run(options: argparse.Namespace) -> int:
     # no progress bar where it would run into rows that are shown
     unit = 'message' if options.bags else 'row'
     with _output(options) as handle, Progress(unit=unit, disable=handle.isatty()) as bar:
-        writer = _writer(handle, topic, options)
-        rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
-                follow_topic(topic, writer, handle, bar))
+        write = _writer(handle, topic, options)
+        rows = (bags_to_csv(options.bags, topic, write, options.time == 'stamp', bar) if options.bags else
+                follow_topic(topic, write, handle, bar))
     if options.output:
-        sys.stdout.write(f'{rows} detections of {topic.part} from {topic.name} in {options.output}\n')
+        sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
 
 
-def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Writer:
+def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Write:
     if topic.part == 'people':
-        return KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        people = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        return lambda message, time: people.write(list(keypoint_bag.rows_of(message, topic.dimensions, time)))
     if topic.part == 'signals':
-        return SignalCsvWriter(handle)
-    return LandmarkCsvWriter(handle, topic.part, topic.dimensions, options.missing_joints)
-
-
-def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
-    """Write what is in a message; return the number of people, hands, faces or rows of signals."""
-    if isinstance(writer, SignalCsvWriter):
-        return writer.write(message.header.stamp.to_nsec() or time or 0, message.header.frame_id,
-                            signals_from_array(message))
-    if isinstance(writer, LandmarkCsvWriter):
-        return writer.write(list(keypoint_bag.landmark_rows(message, writer.dimensions, time)))
-    return writer.write(list(keypoint_bag.rows_of(message, writer.dimensions, time)))
+        signals = LongCsvWriter(handle, SIGNAL_COLUMNS)
+        return lambda message, time: signals.write(message.header.stamp.to_nsec() or time or 0, signal_rows(
+            message.header.frame_id, signals_from_array(message)))
+    points = LongCsvWriter(handle, landmark_columns(topic.part, topic.dimensions))
+    return lambda message, time: points.write(message.header.stamp.to_nsec() or time or 0, keypoint_bag.landmark_rows(
+        message, topic, options.missing_joints)) if getattr(message, topic.part) else 0
 
 
 @contextmanager

@@ -9,7 +9,6 @@ nodes, in space or in the image. No master is needed. The plots in FOLDER:
     trajectory_JOINT       coordinates of a joint over time
     visibility_person_ID   when each joint was measured, inferred or missing
 
-    rosrun openpose_ros_tools plot_keypoints poses.csv --list
     rosrun openpose_ros_tools plot_keypoints poses.csv -o plots/
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
@@ -23,7 +22,6 @@ are complete.
 import argparse
 import logging
 import re
-import sys
 from functools import partial
 from typing import Callable, Dict, List, Optional, Sequence
 
@@ -31,14 +29,14 @@ from matplotlib.figure import Figure
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import add_up, checked, command_parser, plain_path, seconds
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints, read_signals
-from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
+from openpose_ros_tools.tables.keypoint_selection import Selection, select
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from openpose_ros_tools.tables.signal_timeline import timeline_of
 
@@ -54,8 +52,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    if options.output is None and not options.list:
-        parser.error('give -o FOLDER for the plots, or --list')
     if None not in (options.start, options.end) and options.start >= options.end:
         parser.error('--start must be less than --end')
     return run_command('plot_keypoints', lambda: _run(options))
@@ -68,25 +64,17 @@ def _run(options: argparse.Namespace) -> int:
         selection = select(table, frames, joints, options.persons, options.start, options.end)
     except BadInputError as error:
         raise BadInputError(f'{options.file}: {error}') from error
-    if options.list:
-        sys.stdout.write(description(options.file.name, selection))
-    if options.output is None:
-        return DONE
     folder = writable_folder('output', options.output)
     if len(set(selection.all_people.frame_ids.tolist())) > 1:
         _log.warning('the people are in several frames of reference (%s), which are drawn as one',
                      selection.frame_id)
     if selection.left_out:
-        _log.warning('%d people with few rows are left out; --persons shows them, --list names all',
-                     selection.left_out)
+        _log.warning('%d people with few rows are left out; --persons shows them', selection.left_out)
     plots = _plots(selection, options, table)
     paths = {folder / f'{name}.{options.format}': draw for name, draw in plots.items()}
     check_outputs(list(paths), options.overwrite)
     for path, draw in Progress(paths.items(), unit=' plots', leave=False):
-        try:
-            save_figure(draw(), path)
-        except OSError as error:
-            raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
+        save_figure(draw(), path)
         Progress.write(str(path))
     of_people = re.compile(_OF_PEOPLE + options.format)
     for former in files_of(folder, lambda name: bool(of_people.fullmatch(name))):
@@ -119,9 +107,8 @@ def _words(text: str) -> List[str]:
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('plot_keypoints', __doc__)
     parser.add_argument('file', type=plain_path, metavar='FILE', help='CSV of keypoints, or bag')
-    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='where the plots go')
+    parser.add_argument('-o', '--output', type=plain_path, required=True, metavar='FOLDER', help='where the plots go')
     parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
-    parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
     joints = checked(_words, {*MESSAGE_JOINTS, 'all'}.issuperset, f'names separated by commas: {MESSAGE_JOINTS}')
     parser.add_argument('--joints', metavar='A,B', type=joints,
