@@ -19,8 +19,9 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'matplotlib': 'python3-matplotlib',
                'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
-# openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch.
-CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'rosbag', 'roslaunch'}}
+# openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch; distributed needs jinja2.
+CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'rosbag', 'roslaunch'},
+          'openpose_ros_tools': {'python3-jinja2'}}
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
 
 

@@ -24,6 +24,8 @@ from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40
+# Two samples of the reference that are this far apart may be bridged [s], see `bridged_gap`.
+_MAX_GAP = 0.1
 # The fastest joints must reach this, or the clock can not be found [m/s]: standing people sway by less.
 _LEAST_SPEED = 0.1
 # Recordings are not longer [s]; a stamp of 0 among those that count from 1970 is a mistake.
@@ -64,7 +66,6 @@ class AlignmentParams:
     clock_offset: Optional[float] = None  # time of the reference minus that of the estimate [s]; None: to be found
     transform: Optional[np.ndarray] = None  # (4, 4), from the camera's frame to the reference's; None: to be found
     max_clock_offset: Optional[float] = None  # that is searched, either way [s]; None: any
-    max_gap: float = 0.1  # between two samples of the reference that may be bridged [s], see `bridged_gap`
     use_sigma: bool = False  # weigh joints by 1 / sigma^2, as far as the estimate tells sigma
     clock_option: str = '--clock-offset'  # of the program, by which the user tells the clocks: for errors
 
@@ -111,7 +112,7 @@ def align(estimate: MeasuredPeople, reference: Reference, params: Optional[Align
     params = params or AlignmentParams()
     observed, joints = _observed(estimate, reference, params.use_sigma)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, params.max_gap))
+                       bridged_gap(reference.times, _MAX_GAP))
     base = reference.times[0] - estimate.stamps.min() * 1e-9  # clock offset of lag 0
     free = np.r_[np.full(6, params.transform is None), params.clock_offset is None]
     tracks = observed.longest_tracks()

@@ -1,6 +1,6 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable, Dict, Iterable, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Callable, Dict, Iterable, Sequence, Tuple
 
 import numpy as np
 
@@ -17,14 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
-class EvaluationParams:
-    """What is compared."""
-
-    gate: float = 0.5  # largest median distance of a person's joints from those of its subject [m]
-    max_gap: float = 0.1  # between two samples of the reference that may be bridged [s], see `bridged_gap`
-    # names to compare; none: all that both have. Persons and subjects are paired by all joints in any case.
-    joints: Tuple[str, ...] = ()
+# Largest median distance of a person's joints from those of its subject [m].
+_GATE = 0.5
 
 
 @dataclass(frozen=True)
@@ -75,36 +69,38 @@ class Comparison:
 
 
 def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
-            params: Optional[EvaluationParams] = None, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
+            names: Sequence[str] = (), max_gap: float = 0.1, progress: Callable[[Iterable], Iterable] = iter
+            ) -> Comparison:
     """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
 
     Args:
+        names: of joints to compare; none: all that both have. People and subjects are paired by all joints.
+        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         progress: wraps the frames.
 
     Raises:
         ParameterError: a joint is unknown, or one that not both have.
         BadInputError: the recordings have no time in common, or no person is near a subject.
     """
-    params = params or EvaluationParams()
     theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
     ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
     joints = np.flatnonzero(ours & theirs)
-    compared = np.array([not params.joints or joint in params.joints for joint in MESSAGE_JOINTS])
+    compared = np.array([not names or joint in names for joint in MESSAGE_JOINTS])
     common = [MESSAGE_JOINTS[joint] for joint in joints if compared[joint]]
-    _check_joints(params.joints, common, [MESSAGE_JOINTS[joint] for joint in joints])
+    _check_joints(names, common, [MESSAGE_JOINTS[joint] for joint in joints])
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, params.max_gap))
+                       bridged_gap(reference.times, max_gap))
     lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
     inside = (stamps + lag > -SAME_TIME) & (stamps + lag < paths.times[-1] + SAME_TIME)
     if not inside.any():
         raise BadInputError('estimate and reference have no time in common with this clock offset')
     truth, positions = paths.at(stamps + lag), alignment.apply(estimate.positions[:, joints])
-    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth, params.gate)
+    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth)
     found = row >= 0
     if not found.any():
-        raise BadInputError(f'no person of the estimate is within {params.gate:g} m of a subject of the reference')
+        raise BadInputError(f'no person of the estimate is within {_GATE:g} m of a subject of the reference')
     kept = compared[joints]
     positions = np.where(found[:, None, None], positions[row][:, kept], np.nan)
     steps = np.diff(stamps[inside])
@@ -130,7 +126,7 @@ def _check_joints(names: Sequence[str], common: Sequence[str], of_both: Sequence
                              f"; both have: {', '.join(of_both) or 'none'}")
 
 
-def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray, gate: float
+def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray
              ) -> np.ndarray:
     """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N).
 
@@ -144,6 +140,6 @@ def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray,
         rows = rows_of[frame]
         subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
         found: Dict[int, int] = {subject: int(rows[person]) for person, subject
-                                 in pair_people(positions[rows], truth[subjects, frame], gate)}
+                                 in pair_people(positions[rows], truth[subjects, frame], _GATE)}
         matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects.tolist()))
     return np.array(matches, int).reshape(-1, 3).T

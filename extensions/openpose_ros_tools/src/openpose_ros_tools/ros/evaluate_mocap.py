@@ -72,10 +72,9 @@ def transform_of(values: Sequence[str]) -> np.ndarray:
         raise ParameterError(f'--transform: {values[0]} can not be read: {error.strerror}') from error
     except (ValueError, KeyError, OverflowError, TypeError):
         pass  # it is no transform
-    rotation = matrix[:3, :3]
-    if not (matrix.shape == (4, 4) and np.isfinite(matrix).all() and np.linalg.det(rotation) > 0
-            and np.allclose(rotation @ rotation.T, np.eye(3), atol=_ROTATION_TOLERANCE)
-            and np.allclose(matrix[3], [0, 0, 0, 1])):
+    if not (matrix.shape == (4, 4) and np.isfinite(matrix).all() and np.allclose(matrix[3], [0, 0, 0, 1])
+            and np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3), atol=_ROTATION_TOLERANCE)
+            and np.linalg.det(matrix[:3, :3]) > 0):
         raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion"
                              ' of length 1), or the summary.json of a report')
     return matrix
@@ -108,7 +107,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
 
 def _run(options: argparse.Namespace) -> int:
     from openpose_ros_tools.alignment.alignment import AlignmentParams, align
-    from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
+    from openpose_ros_tools.mocap.evaluation import compare
     from openpose_ros_tools.mocap.files import read_mocap
     from openpose_ros_tools.mocap.joints import chosen_map, joints_of
     from openpose_ros_tools.mocap.marker_map import read_marker_map
@@ -122,10 +121,8 @@ def _run(options: argparse.Namespace) -> int:
     reference = joints_of(recording, marker_map)
     alignment = align(measured_people(poses), reference, AlignmentParams(options.clock_offset, transform),
                       partial(Progress, desc='aligning', leave=False))
-    names = (options.joints or '').split(',')
-    comparison = compare(poses, reference, alignment, EvaluationParams(
-        joints=tuple(name.strip().replace(' ', '_') for name in names if name.strip())),
-        partial(Progress, desc='comparing', leave=False))
+    names = [name.strip().replace(' ', '_') for name in (options.joints or '').split(',') if name.strip()]
+    comparison = compare(poses, reference, alignment, names, progress=partial(Progress, desc='comparing', leave=False))
     inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name, 'marker map': Path(
         marker_map.name).name + ', chosen by the names of the markers' * (options.markers is None)}
     if poses.frame_ids[0]:

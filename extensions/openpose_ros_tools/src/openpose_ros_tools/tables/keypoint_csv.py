@@ -129,7 +129,7 @@ def read_csv(path: Path) -> KeypointCsv:
         names = [name.strip() for name in next(reader, [])]
         rows: Dict[int, List[str]] = {}  # by line
         for row in reader:
-            if row and not (row[0].strip() == names[0] and [name.strip() for name in row] == names):
+            if row and not ([row[0].strip()] == names[:1] and [name.strip() for name in row] == names):
                 rows[reader.line_num] = row
     except csv.Error as error:
         raise BadInputError(f'{path}, line {reader.line_num}: {error}') from error
