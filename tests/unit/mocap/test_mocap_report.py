@@ -1,12 +1,10 @@
-"""Report, pictures and command of the comparison with motion capture."""
-import base64
+"""Report and command of the comparison with motion capture."""
 import csv
 import dataclasses
 import json
 import re
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -46,9 +44,6 @@ def test_a_report_can_be_read_without_another_file_and_gives_its_transform(found
     np.testing.assert_allclose(matrix[:3, 3], found[0].translation, atol=1e-8)
     page = (tmp_path / 'report.html').read_text()
     assert not re.findall(r'(?:src|href)="(?!data:)', page)
-    picture, = re.findall('src="data:image/png;base64,([^"]*)"', page)
-    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(picture), np.uint8), cv2.IMREAD_COLOR)
-    assert (pixels < 128).any(axis=2).mean() > 0.002
     assert 'a &amp; b.csv' in page and 'look at &lt;it&gt;' in page
     assert f"{values['overall']['mean_mm']:.1f}" in page and 'Lengths of limbs' in page
     with (tmp_path / 'errors.csv').open() as handle:

@@ -1,14 +1,12 @@
 """Pictures of keypoints: what is chosen, what the axes hold, gaps, and files that are the same each time."""
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 
 from known_tables import known_table
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.plots import keypoint_plots
-from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, save_figure
+from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.tables.keypoint_selection import ground_places, select, vertical_axis
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 BEGIN = 1700000000 * 10 ** 9
 STEP = 10 ** 8
@@ -43,7 +41,7 @@ def test_same_bytes_each_time(tmp_path, kind):
 def test_a_single_frame_can_be_plotted(tmp_path):
     selection = select(a_table([0], (0, 5)))
     for figure in (keypoint_plots.detections(selection), keypoint_plots.paths_of_people(selection),
-                   keypoint_plots.trajectory(selection, 'neck'), keypoint_plots.visibility(selection, 0)):
+                   keypoint_plots.trajectory(selection, 'neck')):
         save_figure(figure, tmp_path / 'a.png')
         assert (tmp_path / 'a.png').stat().st_size > 5000
 
@@ -93,16 +91,3 @@ def test_trajectory_breaks_at_gaps_and_misses():
     table.positions[2, NUMBER['neck']] = np.nan
     line = keypoint_plots.trajectory(select(table), 'neck').axes[0].get_lines()[0]
     assert line.get_ydata() == pytest.approx(np.array([0, 0.1, np.nan, 0.3, 0.4, 0.4, np.nan, 1.4, 1.5]), nan_ok=True)
-
-
-def test_timeline_shows_each_status_when_it_was():
-    table = a_table([0, 1, 2, 3])
-    table.status[1, NUMBER['neck']], table.status[2, NUMBER['neck']] = INFERRED, MISSING
-    axes = keypoint_plots.visibility(select(table), 0).axes[0]
-    names = [text.get_text() for text in axes.get_yticklabels()]
-    image = np.asarray(axes.get_images()[0].get_array())[names.index('neck')]
-    # four frames of equal length; the middle of each
-    middles = image[np.array([1, 3, 5, 7]) * len(image) // 8]
-    expected = [to_rgb(STATUS_COLOURS[value]) for value in (MEASURED, INFERRED, MISSING, MEASURED)]
-    assert middles == pytest.approx(np.array(expected))
-    assert '50 / 25 / 25 %' in [text.get_text() for text in axes.texts]

@@ -1,5 +1,4 @@
 """The report of a comparison with motion capture: tables as text and as a page of HTML, all figures as JSON."""
-import base64
 import html
 import json
 from pathlib import Path
@@ -131,8 +130,6 @@ def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
     Raises:
         ParameterError: the folder can not be written to.
     """
-    from openpose_ros_tools.mocap.plots import has_limbs, stick_figures
-    from openpose_ros_tools.plots.plotting import figure_content
     errors = comparison.table().dropna(subset=['error']).drop(columns='found')
     errors = errors.assign(time=errors.time.map('{:.6f}'.format), status=errors.status.map(STATUS_WORDS))
     body = [f'<p>{html.escape(name)}: {html.escape(value)}</p>' for name, value in values['inputs'].items()]
@@ -141,9 +138,6 @@ def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
     for title, table in tables(values).items():
         body += [f'<h2>{html.escape(title)}</h2>', table.to_html(
             na_rep='-', float_format='{:.1f}'.format, formatters=_FORMS, border=0)]
-    if has_limbs(comparison):
-        picture = base64.b64encode(figure_content(stick_figures(comparison), 'png')).decode()
-        body.append(f'<h2>Estimate over reference</h2><img alt="stick figures" src="data:image/png;base64,{picture}">')
     folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
         part = parts.folder(folder, FILES.__contains__)

@@ -1,8 +1,7 @@
-"""Keypoints of a recording as plots: paths of people, and the status of joints over time."""
+"""Keypoints of a recording as plots: paths of people, joints over time, and when people were in view."""
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
@@ -10,22 +9,13 @@ from matplotlib.ticker import MaxNLocator
 
 from openpose_ros_tools.plots import plotting
 from openpose_ros_tools.tables.keypoint_selection import Selection, ground_places, vertical_axis
-from openpose_ros_tools.tables.keypoint_table import STATUS_WORDS
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.people import INFERRED, MEASURED
 
-# Joints from head to feet: the rows of a timeline.
-BODY_ORDER = (
-    'head_top', 'nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'neck', 'chest', 'right_shoulder',
-    'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow', 'left_wrist', 'mid_hip', 'right_hip', 'right_knee',
-    'right_ankle', 'right_heel', 'right_big_toe', 'right_small_toe', 'left_hip', 'left_knee', 'left_ankle', 'left_heel',
-    'left_big_toe', 'left_small_toe')
-# Number of columns of a timeline, each of which shows the frame at its middle.
-_COLUMNS = 1200
 # With more frames than this, points are small, and drawn as pixels also in PDF and SVG.
 _MANY_FRAMES = 600
 # Size of the camera in the view from above [m].
 _CAMERA_SIZE = 0.25
-_GREY = plotting.HELP_COLOUR
+_GREY, _BLUE = plotting.HELP_COLOUR, plotting.PALETTE[0]
 # Times without data.
 _GAP_STYLE: Dict[str, Any] = {'facecolor': '#F2F2F2', 'edgecolor': _GREY, 'hatch': '////', 'linewidth': 0}
 
@@ -113,39 +103,6 @@ def trajectory(selection: Selection, joint: str) -> Figure:
     return figure
 
 
-def visibility(selection: Selection, person: int) -> Figure:
-    """Draw for each joint of a person when it was measured, inferred or missing."""
-    rows, joints = selection.table.of_person(person), [joint for joint in BODY_ORDER if joint in selection.joints]
-    status = rows.status[:, [rows.joints.index(joint) for joint in joints]]
-    palette = np.array([to_rgb(plotting.STATUS_COLOURS[value]) for value in sorted(plotting.STATUS_COLOURS)])
-    colours = np.ones((len(selection.frames), len(joints), 3))
-    colours[np.searchsorted(selection.frames, rows.stamps)] = palette[status]
-    figure = plotting.new_figure(11.5, 1.5 + 0.25 * len(joints), f'Person {person}: status of each joint')
-    axes = figure.subplots()
-    begin, end = selection.span
-    end += selection.period
-    middles = begin + (end - begin) * (np.arange(_COLUMNS) + 0.5) / _COLUMNS
-    columns = colours[np.searchsorted(selection.seconds(selection.frames), middles) - 1]
-    axes.imshow(np.swapaxes(columns, 0, 1), aspect='auto', interpolation='nearest',
-                extent=(begin, end, len(joints) - 0.5, -0.5))
-    for row in range(1, len(joints)):
-        axes.axhline(row - 0.5, color='white', linewidth=1.0)
-    _shade_gaps(axes, selection, 2)
-    plotting.time_axis(axes, (begin, end))
-    plotting.label_rows(axes, joints)
-    in_image = selection.table.dimensions == 2
-    shown = (MEASURED, MISSING) if in_image else (MEASURED, INFERRED, MISSING)
-    axes.text(1.01, -1, 'of the rows', va='center', fontsize='small', transform=axes.get_yaxis_transform())
-    for row, of_joint in enumerate(status.T):
-        axes.text(1.01, row, ' / '.join(f'{100 * (of_joint == value).mean():.0f}' for value in shown) + ' %',
-                  va='center', fontsize='small', transform=axes.get_yaxis_transform())
-    names = {**STATUS_WORDS, MEASURED: 'detected'} if in_image else STATUS_WORDS
-    _legend_with_gaps(axes, selection, [
-        *(Patch(facecolor=plotting.STATUS_COLOURS[value], label=names[value]) for value in shown),
-        Patch(facecolor='white', edgecolor=_GREY, label='person not found')])
-    return figure
-
-
 def detections(selection: Selection) -> Figure:
     """Draw when there were frames and people, their rates, and the number of people in view."""
     table, persons = selection.all_people, selection.persons
@@ -161,12 +118,12 @@ def detections(selection: Selection) -> Figure:
     plotting.label_rows(marks, ['frames', *(f'person {person}' for person in persons)])
     rates.plot(*plotting.rates_over_time(frames, span), color='#000000', label='frames')
     rates.plot(*plotting.rates_over_time(selection.seconds(table.stamps), span),
-               color=plotting.STATUS_COLOURS[MEASURED], label='people found in them')
+               color=_BLUE, label='people found in them')
     rates.set_ylim(bottom=0.0)
     # of all rows: also of people that were not chosen
     in_view = np.bincount(np.searchsorted(selection.frames, table.stamps), minlength=len(frames)).astype(float)
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post',
-                color=plotting.STATUS_COLOURS[MEASURED])
+                color=_BLUE)
     counts.set_ylim(0, max(in_view.max(initial=0.0), 1.0) + 0.5)
     counts.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     for axes, label in ((rates, 'per second'), (counts, 'people in view')):
@@ -183,9 +140,9 @@ def _legend_with_gaps(axes: Any, selection: Selection, handles: Sequence[Any]) -
     plotting.legend_above(axes, [*handles, *gaps * bool(selection.gaps)])
 
 
-def _shade_gaps(axes: Any, selection: Selection, zorder: int = 0) -> None:
+def _shade_gaps(axes: Any, selection: Selection) -> None:
     for gap in selection.gaps:
-        axes.axvspan(*gap, **_GAP_STYLE, zorder=zorder)
+        axes.axvspan(*gap, **_GAP_STYLE, zorder=0)
 
 
 def _coordinate_labels(selection: Selection) -> Tuple[List[str], int]:

@@ -9,7 +9,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from openpose_ros_pkg.output.files import write_whole
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 FORMATS = ('png', 'pdf', 'svg')
 # Resolution of PNG, and of the rasterized parts of PDF and SVG [dots per inch].
@@ -18,7 +17,6 @@ DOTS_PER_INCH = 120
 # Okabe and Ito, "Color Universal Design" (2008): distinguishable with any colour vision. In place of their yellow,
 # which is hard to see on white, the wine of Tol's "muted" scheme (Colour Schemes, SRON technical note, 2021).
 PALETTE = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#56B4E9', '#E69F00', '#000000', '#882255')
-STATUS_COLOURS: Dict[int, str] = {MEASURED: '#0072B2', INFERRED: '#E69F00', MISSING: '#D9D9D9'}
 # Rates are counted in windows of at least this length [s], in at most this number of windows.
 _WINDOW, _MOST_WINDOWS = 1.0, 200
 # Colour of auxiliary lines and text.

@@ -141,7 +141,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser('evaluate_mocap', __doc__)
     parser.add_argument('poses', type=plain_path, metavar='POSES', help='people in space: .csv, or .bag')
     parser.add_argument('mocap', type=plain_path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d, .trc')
-    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='write report and plots here')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='write the report here')
     parser.add_argument('--overwrite', action='store_true', help='replace the report that is there')
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '

@@ -191,12 +191,12 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
     """Return the signals of people, and whether they are of the recording; else they are computed from the joints.
 
     Args:
-        path: bag, or table.
+        path: of the bag.
         table: all its people, in space.
-        topic: of the people in a bag; their signals are beside it, as the nodes and process_bag publish them.
+        topic: of the people; their signals are beside it, as the nodes and process_bag publish them.
         up: (3,) compute them, with this upwards; None: where the recording lacks them, see `computed_signals`.
     """
-    if is_bag(path) and up is None:
+    if up is None:
         with open_bag(path) as bag:
             types = topic_types(bag)
             signals = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'

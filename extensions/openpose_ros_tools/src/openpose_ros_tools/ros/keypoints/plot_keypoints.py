@@ -1,20 +1,15 @@
-"""Plot the people in a recording: their paths, and which joints were measured when.
+"""Plot the people in a recording: when they were in view, their paths, and their joints over time.
 
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
 nodes, in space or in the image. No master is needed. The plots in FOLDER:
 
-    detections             marks of frames and people over time, rates, number of people in view
-    signals                of people in space: postures and gestures over time, walking, falls
-    top_view               paths of the people from above (of keypoints in the image: image_paths)
-    trajectory_JOINT       coordinates of a joint over time
-    visibility_person_ID   when each joint was measured, inferred or missing
+    detections         marks of frames and people over time, rates, number of people in view
+    top_view           paths of the people from above (of keypoints in the image: image_paths)
+    trajectory_JOINT   coordinates of a joint over time, measured and inferred ones
 
     rosrun openpose_ros_tools plot_keypoints poses.csv -o plots/
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
-
-Signals are those of the topic people_signals beside the people; where a recording has none, they are computed from the
-joints, with that axis upwards along which people are most of the time, or --up.
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
 are complete.
@@ -28,22 +23,18 @@ from typing import Callable, Dict, List, Optional, Sequence
 from matplotlib.figure import Figure
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
-from openpose_ros_pkg.command_options import add_up, checked, command_parser, plain_path, seconds
+from openpose_ros_pkg.command_options import checked, command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.outputs import files_of
-from openpose_ros_tools.plots import keypoint_plots, signal_plots
+from openpose_ros_tools.plots import keypoint_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints, read_signals
-from openpose_ros_tools.tables.keypoint_selection import Selection, select
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
-from openpose_ros_tools.tables.signal_timeline import timeline_of
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
+from openpose_ros_tools.tables.keypoint_selection import select
 
 _log = logging.getLogger(__name__)
 
-# Names of plots of a joint or a person: with --overwrite those of a former recording are deleted.
-_OF_PEOPLE = r'(trajectory_\w+|visibility_person_\d+)\.'
 # Joints whose trajectories are plotted by default.
 _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
 
@@ -66,38 +57,25 @@ def _run(options: argparse.Namespace) -> int:
         raise BadInputError(f'{options.file}: {error}') from error
     folder = writable_folder('output', options.output)
     if len(set(selection.all_people.frame_ids.tolist())) > 1:
-        _log.warning('the people are in several frames of reference (%s), which are drawn as one',
-                     selection.frame_id)
+        _log.warning('the people are in several frames of reference (%s), which are drawn as one', selection.frame_id)
     if selection.left_out:
         _log.warning('%d people with few rows are left out; --persons shows them', selection.left_out)
-    plots = _plots(selection, options, table)
+    plots: Dict[str, Callable[[], Figure]] = {
+        'detections': partial(keypoint_plots.detections, selection),
+        'top_view' if table.dimensions == 3 else 'image_paths': partial(keypoint_plots.paths_of_people, selection)}
+    for joint in selection.joints:
+        if options.joints or joint in _TRAJECTORIES:
+            plots[f'trajectory_{joint}'] = partial(keypoint_plots.trajectory, selection, joint)
     paths = {folder / f'{name}.{options.format}': draw for name, draw in plots.items()}
     check_outputs(list(paths), options.overwrite)
     for path, draw in Progress(paths.items(), unit=' plots', leave=False):
         save_figure(draw(), path)
         Progress.write(str(path))
-    of_people = re.compile(_OF_PEOPLE + options.format)
-    for former in files_of(folder, lambda name: bool(of_people.fullmatch(name))):
+    of_joints = re.compile(rf'trajectory_\w+\.{options.format}')
+    for former in files_of(folder, lambda name: bool(of_joints.fullmatch(name))):
         if options.overwrite and former not in paths:
             former.unlink()
     return DONE
-
-
-def _plots(selection: Selection, options: argparse.Namespace, table: KeypointTable) -> Dict[str, Callable[[], Figure]]:
-    """Return what draws each plot, by the name of its file; `table`: all people of the recording."""
-    in_space = table.dimensions == 3
-    plots: Dict[str, Callable[[], Figure]] = {
-        'detections': partial(keypoint_plots.detections, selection),
-        'top_view' if in_space else 'image_paths': partial(keypoint_plots.paths_of_people, selection)}
-    if in_space:
-        timeline = timeline_of(read_signals(options.file, table, options.topic, options.up)[0])
-        plots['signals'] = partial(signal_plots.signals, selection, timeline)
-    for joint in selection.joints:
-        if options.joints or joint in _TRAJECTORIES:
-            plots[f'trajectory_{joint}'] = partial(keypoint_plots.trajectory, selection, joint)
-    for person in selection.persons:
-        plots[f'visibility_person_{person}'] = partial(keypoint_plots.visibility, selection, person)
-    return plots
 
 
 def _words(text: str) -> List[str]:
@@ -112,13 +90,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
     joints = checked(_words, {*MESSAGE_JOINTS, 'all'}.issuperset, f'names separated by commas: {MESSAGE_JOINTS}')
     parser.add_argument('--joints', metavar='A,B', type=joints,
-                        help='only these joints, and a trajectory of each; or all (default: all joints, trajectories '
-                        f"of {', '.join(_TRAJECTORIES)})")
+                        help=f"trajectories of these joints, or of all (default: {', '.join(_TRAJECTORIES)})")
     parser.add_argument('--persons', metavar='I,J',
                         type=checked(lambda text: list(map(int, _words(text))), bool, 'numbers, as 0,2'),
                         help='only these ids (default: the 8 with most rows)')
     parser.add_argument('--start', type=seconds, metavar='S', help='leave out what is before [s], from the first frame')
     parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
-    add_up(parser)
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser
