@@ -42,7 +42,7 @@ class MarkerRecording:
 
 
 def read_mocap(path: Union[str, Path]) -> MarkerRecording:
-    """Read the markers of a recording; the content decides on the format. Those with equal names are called NAME (2).
+    """Read the markers of a recording, whatever its suffix; of equal names the second is called NAME (2).
 
     Raises:
         BadInputError: the file is missing, of no known format, or damaged.

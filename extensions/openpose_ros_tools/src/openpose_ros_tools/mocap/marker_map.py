@@ -55,14 +55,7 @@ def shipped_maps() -> Tuple[str, ...]:
 
 
 def read_marker_map(path: Union[str, Path]) -> MarkerMap:
-    """Read a marker map.
-
-    Args:
-        path: of a YAML file, or the name of a shipped map.
-
-    Raises:
-        BadInputError: there is none, or it is not as expected.
-    """
+    """Read a marker map, a YAML file or a shipped map by name; BadInputError: there is none, or it is not one."""
     file = _FOLDER / f'{path}.yaml' if str(path) in shipped_maps() else Path(path).expanduser()
     if not file.is_file():
         raise BadInputError(f"marker map '{path}': there is no such file, nor a shipped map of this name "
@@ -76,8 +69,7 @@ def read_marker_map(path: Union[str, Path]) -> MarkerMap:
 
 
 def place(rule: Rule, markers: Points, joints: Points) -> Optional[np.ndarray]:
-    """Return the joint of a rule, (T, 3) [m], by the markers and the joints above it; None: one of these is not there.
-    """
+    """Return the joint of a rule, (T, 3) [m], by the markers and the joints above it; None: it has not all of these."""
     if 'first_of' in rule:
         placed = (place(each, markers, joints) for each in rule['first_of'])
         return next((points for points in placed if points is not None), None)
@@ -134,12 +126,7 @@ def _mean(points: Points, names: Sequence[str]) -> np.ndarray:
 
 
 def _rule(where: str, value: Any, above: Sequence[str]) -> Rule:
-    """Return the rule that a value of a map stands for.
-
-    Args:
-        where: it stands, for errors.
-        above: the joints that it may be computed from.
-    """
+    """Return the rule that a value stands for; where: it stands, for errors; above: joints that it may be made of."""
     value = {'markers': value} if isinstance(value, (str, list)) else _mapping(where, value)
     kinds = [kind for kind in _KINDS if kind in value]
     if len(kinds) != 1:

@@ -33,11 +33,7 @@ _FORMS = {'r': '{:.2f}'.format, 'samples': '{:.0f}'.format}
 
 
 def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]) -> Figures:
-    """Return everything that is told of a comparison, ready for JSON.
-
-    Args:
-        inputs: names of the files and the options, as they shall appear in the report.
-    """
+    """Return all figures of a comparison, ready for JSON; inputs: names of the files, as they appear in the report."""
     quaternion, = quaternions(alignment.rotation[None])
     matrix = np.vstack([np.column_stack([alignment.rotation, alignment.translation]), [0, 0, 0, 1]])
     return {
@@ -125,11 +121,7 @@ def text(values: Figures) -> str:
 
 
 def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
-    """Write report.html, summary.json and errors.csv into a folder; an interrupt leaves an older report as it was.
-
-    Raises:
-        ParameterError: the folder can not be written to.
-    """
+    """Write `FILES` into a folder; an interrupt leaves an older report. ParameterError: it can not be written to."""
     errors = comparison.table().dropna(subset=['error']).drop(columns='found')
     errors = errors.assign(time=errors.time.map('{:.6f}'.format), status=errors.status.map(STATUS_WORDS))
     body = [f'<p>{html.escape(name)}: {html.escape(value)}</p>' for name, value in values['inputs'].items()]

@@ -18,12 +18,9 @@ _ROUNDING = 1e-3
 
 
 def y_up(up: np.ndarray) -> np.ndarray:
-    """Return the rotation (3, 3) into a frame with y upwards.
+    """Return the rotation (3, 3) into a frame with y upwards, from one where `up`, (3,) of any length, is upwards.
 
     z up becomes x -> z, y -> x, z -> y, as Pose2Sim has it (common.py, zup2yup); a camera's frame becomes x, -y, -z.
-
-    Args:
-        up: (3,) upwards, any length.
     """
     y = up / np.linalg.norm(up)
     x = level_axis(y, 2)

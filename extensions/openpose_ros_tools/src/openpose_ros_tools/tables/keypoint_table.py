@@ -117,11 +117,7 @@ class KeypointTable:
 
 
 def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
-    """Return the table of all rows; those without a stamp get the %time of the first row of their frame.
-
-    Args:
-        dimensions: 3 in space, 2 in the image.
-    """
+    """Return the table of all rows; those without a stamp get the %time of the first row of their frame."""
     rows = list(rows)
     parts = np.array([row.parts for row in rows], np.float32).reshape(
         len(rows), len(MESSAGE_JOINTS), len(FIELDS[dimensions]))
@@ -138,11 +134,7 @@ def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
 
 
 def with_one_clock(table: KeypointTable, source: str) -> KeypointTable:
-    """Return a table whose time does not run back; it may be sorted by people.
-
-    Raises:
-        BadInputError: it does, as where the tables of two recordings were appended; the text begins with `source`.
-    """
+    """Return a table, which may be sorted by people; BadInputError of a source, if its time runs back."""
     back = np.diff(table.stamps) < -PAIRING.reset_backstep
     blocks = 1 + np.count_nonzero(np.diff(table.ids))
     if back.any() and (blocks > len(np.unique(table.ids)) or (back & (np.diff(table.ids) == 0)).any()):
@@ -181,11 +173,7 @@ def with_status(parts: np.ndarray) -> np.ndarray:
 
 
 def tidy_cells(part: Sequence[float], dimensions: int) -> Tuple[List[object], bool]:
-    """Return the cells of a joint in the long form, with the status as a word, and whether it is known.
-
-    Args:
-        part: values of `FIELDS`.
-    """
+    """Return the cells of a joint, values of `FIELDS`, in the long form, with the status as a word; is it known?"""
     if dimensions == 2:
         known = part[2] > 0
         return ([*part, STATUS_WORDS[MEASURED]] if known else [np.nan, np.nan, 0.0, STATUS_WORDS[MISSING]]), known

@@ -41,11 +41,7 @@ class SignalTimeline(NamedTuple):
 
 
 def timeline_of(frames: Iterable[SignalFrame], gap: float = SIGNALS.person.gap) -> SignalTimeline:
-    """Return the spans and falls of frames in the order of time.
-
-    Args:
-        gap: after a longer time without a person, its spans begin anew [s].
-    """
+    """Return the spans and falls of frames in the order of time; after a gap [s] without a person, spans begin anew."""
     spans: List[Span] = []
     held: Dict[int, Dict[Tuple[str, str, str], int]] = {}  # by person, the numbers of the spans that may go on
     latest: Dict[int, float] = {}
@@ -76,12 +72,7 @@ def _spans_of(person: PersonSignals, stamp: float) -> Iterator[Span]:
 
 
 def computed_signals(table: KeypointTable, up: Optional[Sequence[float]] = None) -> Iterator[SignalFrame]:
-    """Yield the signals of each frame, computed from the joints, for recordings without them.
-
-    Args:
-        table: in space.
-        up: (3,) upwards, any length; None: the axis along which people are most of the time, of a level frame.
-    """
+    """Yield the signals of each frame, computed from the joints in space; `up` as in `upwards_of`."""
     reader, upwards = SignalReader(), upwards_of(table, up)
     order = np.argsort(table.stamps, kind='stable')
     stamps, starts = np.unique(table.stamps[order], return_index=True)

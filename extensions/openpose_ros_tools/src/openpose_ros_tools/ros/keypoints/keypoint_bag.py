@@ -74,11 +74,7 @@ class KeypointTopic(NamedTuple):
 
 
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
-    """Yield the messages of a topic and their time of recording [ns], in its order.
-
-    Raises:
-        BadInputError: the bag is damaged, or the messages are of several types.
-    """
+    """Yield the messages of a topic and their time of recording [ns]; BadInputError, if they are of several types."""
     types = topic_types(bag)
     names = [name for name in types if _absolute(name) == _absolute(topic)]
     for name in names:
@@ -90,16 +86,12 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
 
 def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None, part: str = 'people'
                  ) -> KeypointTopic:
-    """Return the topic to read.
+    """Return the topic to read; BadInputError, if it is not there or has another part, or several come into question.
 
     Args:
         types: type of each topic.
         where: these topics are, for errors.
         topic: name; None: the only one of the most preferred type that is there, see `PARTS`.
-        part: what is in it, one of `PARTS`.
-
-    Raises:
-        BadInputError: it is not there or holds no people, or several come into question.
     """
     kinds = PARTS[part]
     known = {_absolute(name): kind for name, kind in types.items()}
@@ -147,14 +139,7 @@ def numbered_anew(paths: Sequence[Path]) -> Set[Path]:
 
 
 def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
-    """Read the keypoints of a bag.
-
-    Args:
-        topic: of messages of single people or arrays, in 2D or 3D; None: that of the bag, 3D before 2D.
-
-    Raises:
-        BadInputError: the bag can not be read, or it is not clear which topic is meant; the text names topics.
-    """
+    """Read the keypoints of a bag, from the topic, or see `choose_topic`; BadInputError, if they can not be read."""
     with open_bag(path) as bag:
         chosen = choose_topic(topic_types(bag), str(path), topic)
         rows = (row for message, time in bag_messages(bag, chosen.name)
@@ -163,14 +148,11 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
 
 
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
-    """Read a CSV or a bag.
+    """Read a CSV or a bag; BadInputError, if it can not be read.
 
     Returns:
         The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
         [ns]; else None.
-
-    Raises:
-        BadInputError: it can not be read.
     """
     if not is_bag(path):
         if topic is not None:
@@ -221,13 +203,11 @@ def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> I
 
 
 def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[PersonRow]:
-    """Yield the people of a message of one person, or of an array message.
+    """Yield the people of a message of one person, or of an array message, in space (3) or in the image (2).
 
-    Fields are found by name: what an older or newer definition of the message lacks is missing, further fields are
-    ignored.
+    Fields are found by name: what another definition of the message lacks is missing, further fields are ignored.
 
     Args:
-        dimensions: 3 for messages in space, 2 in the image.
         time: for the column %time [ns]; None: the stamp of the header, as `rostopic echo -p` has it on a live topic.
             With a bag it has the time of recording.
     """
