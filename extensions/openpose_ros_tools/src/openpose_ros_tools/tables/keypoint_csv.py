@@ -6,6 +6,8 @@ import csv
 import logging
 import re
 from io import StringIO
+from itertools import chain
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, TextIO, Tuple
 
@@ -40,6 +42,7 @@ _ORIGINAL_HEAD = ('time', 'number', 'person')
 _PART_COLUMN = re.compile(rf'field\.({"|".join(MESSAGE_JOINTS)})\.({"|".join(FIELDS[3])})')
 # Greatest whole numbers, as in messages: of times [ns], and of uint32.
 _LAST_TIME, _GREATEST = 2 ** 32 * 10 ** 9 - 1, 2 ** 32 - 1
+_STATUSES = np.arange(256)
 # What pandas, R and spreadsheets write for a missing number.
 _NOT_THERE = ('', 'NA', 'N/A', 'null')
 
@@ -197,16 +200,18 @@ def _parsed(path: Path, names: Sequence[str], rows: Dict[int, List[str]]) -> Key
     frames = [frame_name(text) for text in texts.get(_HEAD['frame_id'], [''] * len(rows))]
     unknown = (*MISSING_PART[3][:4], np.nan, np.nan) if dimensions == 3 else MISSING_PART[2]
     parts = np.tile(np.array(unknown, np.float32), (len(rows), len(MESSAGE_JOINTS), 1))
-    for number, joint in enumerate(MESSAGE_JOINTS):
-        for place, field in enumerate(FIELDS[dimensions]):
-            name = f'field.{joint}.{field}'
-            if name in texts and field == 'status':
-                parts[:, number, place] = column(name, _status, 'a whole number from 0 to 255')
-            elif name in texts:
-                try:
-                    parts[:, number, place] = np.array(texts[name], float)
-                except ValueError:
-                    parts[:, number, place] = column(name, _real, 'a number')
+    cells = [(number, place, name) for number, joint in enumerate(MESSAGE_JOINTS)
+             for place, field in enumerate(FIELDS[dimensions]) for name in [f'field.{joint}.{field}'] if name in texts]
+    values_of = itemgetter(*(names.index(name) for *_, name in cells))
+    numbers = map(float, chain.from_iterable(map(values_of, rows.values())))
+    try:
+        values = np.fromiter(numbers, np.float64, len(rows) * len(cells)).reshape(len(rows), len(cells)).T
+    except ValueError:  # slower
+        values = np.array([column(name, _real, 'a number') for *_, name in cells])
+    for (number, place, name), of_cell in zip(cells, values):
+        if FIELDS[dimensions][place] == 'status' and not np.isin(of_cell, _STATUSES).all():
+            column(name, _status, 'a whole number from 0 to 255')
+        parts[:, number, place] = of_cell
     if dimensions == 2:
         parts[np.isnan(parts).any(axis=2)] = MISSING_PART[2]
     else:
