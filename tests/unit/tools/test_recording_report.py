@@ -9,7 +9,7 @@ from known_tables import known_table
 from long_recording import UP, long_recording
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
 from openpose_ros_signals.records import PersonSignals, Posture
-from openpose_ros_tools.report.recording import Recording, Thumbnail, facts_of, frames_of, skeleton_of, z_up
+from openpose_ros_tools.report.recording import Recording, facts_of, frames_of, skeleton_of, z_up
 from openpose_ros_tools.tables.keypoint_selection import select
 from openpose_ros_tools.tables.signal_timeline import (
     GESTURE,
@@ -106,10 +106,3 @@ def test_a_camera_looks_along_x_of_the_page():
 @pytest.mark.parametrize('model', [COCO_18, BODY_25, MPI_15])
 def test_the_joint_set_is_the_one_of_the_joints(model):
     assert skeleton_of(model.joints) is model
-
-
-def test_one_frame_and_thumbnails():
-    recording = long_recording(0.1, rate=10, people=1)
-    facts = facts_of(replace(recording, thumbnails=(Thumbnail(recording.selection.begin, b'jpeg'),)))
-    assert facts['stamps'] == [0.0] and facts['hello']['cameras'] == ['camera']
-    assert facts['images'][0][0] == 0.0
