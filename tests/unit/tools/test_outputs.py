@@ -44,6 +44,9 @@ def test_what_a_killed_worker_of_a_run_left_is_deleted(tmp_path):
     other = PartFiles().file(tmp_path / 'a.bag')
     delete_parts(tmp_path / 'a.bag', run)
     assert everything(tmp_path) == sorted([f'.a.{run}-0.part', other.name])
+    with PartFiles(run) as parts:  # the worker that takes its place
+        parts.file(tmp_path / 'a').write_text('whole')
+    assert everything(tmp_path) == sorted(['a', other.name])
 
 
 def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):

@@ -73,6 +73,7 @@ class PartFiles:
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(f'.{path.name}.{self._run}-{len(self._outputs)}.part')
         self._outputs.append((part, path, move))
+        _delete(part)  # a killed worker of this run may have left it
         return part
 
     def _move_all(self) -> None:
