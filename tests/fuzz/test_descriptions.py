@@ -15,7 +15,7 @@ from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields
 from openpose_ros_tools.calibration.known_cameras import read_known_cameras
-from openpose_ros_tools.mocap.marker_map import read_marker_map, shipped_maps
+from openpose_ros_tools.mocap.marker_map import place, read_marker_map, shipped_maps
 from openpose_ros_web.protocol import WIDTHS, read_want
 from skeleton_extract_3d.node_params import PeopleSettings
 from skeleton_extract_3d.points import rgbd_folder
@@ -120,7 +120,7 @@ def test_marker_map(tmp_path_factory, content):
         points = {name: np.ones((3, 3)) for name in read.markers}
         joints = {}
         for joint, rule in read.rules.items():
-            joints[joint] = rule.place(points, joints)
+            joints[joint] = place(rule, points, joints)
             assert joints[joint] is None or joints[joint].shape == (3, 3)
 
 

@@ -12,7 +12,7 @@ def known_table(stamps, ids, joints, names=COCO_18.joints, confidence=1.0):
     Args:
         stamps, ids: (R,) [ns], and numbers of people.
     """
-    positions = np.full((len(joints), len(MESSAGE_JOINTS), np.shape(joints)[2]), np.nan)
+    positions = np.full((len(joints), len(MESSAGE_JOINTS), np.shape(joints)[2]), np.nan, np.float32)
     positions[:, [MESSAGE_JOINTS.index(name) for name in names]] = joints
     known = np.isfinite(positions).all(axis=2)
     return KeypointTable(np.asarray(stamps), np.full(len(joints), 'camera'), np.asarray(ids), positions,

@@ -122,6 +122,7 @@ def _estimate(truth: Truth, random: np.random.RandomState, noise: float, outlier
     positions = positions + spread[..., None] * random.normal(size=positions.shape)
     missing = np.isnan(positions).any(axis=2) | (random.uniform(size=visible.shape) < 0.02)
     positions[missing] = np.nan
+    positions = positions.astype(np.float32)
     status = np.where(missing, MISSING, np.where(visible, MEASURED, INFERRED))
     return KeypointTable(
         stamps=np.rint((CAMERA_START + truth.joints.times[frame]) * 1e9).astype(np.int64),

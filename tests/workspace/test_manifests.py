@@ -13,16 +13,18 @@ from imports import imported_modules
 
 # Modules that are named otherwise than the rosdep key that brings them. OpenVINO has none; ./run setup
 # brings it.
-ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',
+ROSDEP_KEYS = {'cv2': 'python3-opencv', 'matplotlib': 'python3-matplotlib',
                'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'rospkg': 'python3-rospkg',
                'scipy': 'python3-scipy', 'toml': 'python3-toml', 'tornado': 'python3-tornado',
                'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
-# openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch; people_cloud is C++.
+# openpose_models makes an environment to fetch weights with; camera_driver becomes roslaunch; people_cloud is C++;
+# distributed needs jinja2.
 CALLED = {'openpose_ros_pkg': {'python3-venv'}, 'openpose_ros_bringup': {'rosbag', 'roslaunch'},
           'openpose_ros_nodelets': {'diagnostic_updater', 'libpcl-all', 'message_filters', 'nodelet',
-                                    'nodelet_topic_tools', 'openpose_ros_msgs', 'pluginlib', 'roscpp'}}
+                                    'nodelet_topic_tools', 'openpose_ros_msgs', 'pluginlib', 'roscpp'},
+          'openpose_ros_tools': {'python3-jinja2'}}
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
 
 

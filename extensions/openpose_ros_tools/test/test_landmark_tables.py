@@ -15,13 +15,10 @@ from openpose_ros_pkg.landmarks.records import (
     Hands2D,
     Landmarks2D,
 )
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
 from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
-from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag import work
 from openpose_ros_tools.ros.process_bag.program import main
-from openpose_ros_tools.tables.landmark_csv import landmark_columns
-from openpose_ros_tools.tables.signal_csv import SIGNAL_COLUMNS
+from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, landmark_columns
 
 BOTH = ['--set', 'hands=true', '--set', 'face=true']
 
@@ -127,22 +124,6 @@ def test_tables_have_a_row_for_each_point(processed, tmp_path):
     faces = rows(tmp_path / 'faces.csv', out, '--faces')
     assert list(faces[0]) == landmark_columns('faces', 3) and faces[1]['point'] == '1'
     assert np.linalg.norm([float(faces[0][f'orientation_{axis}']) for axis in 'xyzw']) == pytest.approx(1)
-
-
-def test_points_of_hands_are_plotted(processed, tmp_path):
-    out, _ = processed(*BOTH)
-    table = read_keypoint_bag(out, part='hands')
-    found = [hand for message, _ in messages(out, '/openpose_ros/skeleton_3d/detected_hands_3d')
-             for hand in message.hands]
-    tip, right = (table.joints.index(name) for name in ('left_hand_index_4', 'right_hand_index_4'))
-    assert len(table) == len(found)
-    np.testing.assert_array_equal(table.positions[:, tip], [(p.x, p.y, p.z) for p in (
-        hand.keypoints[8] for hand in found)])
-    assert np.isnan(table.positions[:, right]).all()
-    assert plot_keypoints([str(out), '-o', str(tmp_path / 'plots'), '--hand-points', 'left_hand_index_4']) == 0
-    assert [path.name for path in (tmp_path / 'plots').iterdir()] == ['trajectory_left_hand_index_4.png']
-    with pytest.raises(SystemExit):
-        plot_keypoints([str(out), '-o', str(tmp_path / 'plots'), '--hand-points', 'sixth_finger'])
 
 
 def test_without_the_parameters_there_are_neither_and_tables_say_so(processed, tmp_path, capsys, caplog):

@@ -71,25 +71,15 @@ def test_without_signals_they_are_computed(tmp_path):
     assert computed in facts['notes']
 
 
-def test_images_of_frames(tmp_path):
-    results = write_results(tmp_path / 'a.bag')
-    write_recording(tmp_path / 'images.bag', image=IMAGE)
-    _, (facts, *_) = report(results, '--images', tmp_path / 'images.bag', '--thumbnails', 3)
-    assert len(facts['images']) == 3
-    taken, message = facts['images'][0]
-    assert taken == 0.0 and facts['cameras']['cameras'] == []
-    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(message)[16:], np.uint8), cv2.IMREAD_COLOR)
-    assert pixels.shape == (180, 320, 3)
-    _, (facts, *_) = report(results, '--overwrite', '--thumbnails', 0)
-    assert facts['images'] == []
-
-
 def test_hands_and_the_camera_in_whose_frame_people_are(tmp_path):
     write_recording(tmp_path / 'images.bag', image=IMAGE)
     path = write_results(tmp_path / 'a.bag', frame=FRAME_ID, hands=True)
     _, (facts, *frames) = report(path, '--images', tmp_path / 'images.bag')
     camera, = facts['cameras']['cameras']
     assert camera['size'] == [320, 180] and camera['position'] == [0, 0, 0]
+    assert len(facts['images']) == FRAMES and facts['images'][0][0] == 0.0
+    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(facts['images'][0][1])[16:], np.uint8), cv2.IMREAD_COLOR)
+    assert pixels.shape == (180, 320, 3)
     assert [message['type'] for message in frames[3]] == ['signals', 'people', 'hands']
     assert frames[3][2]['hands'][0]['side'] == 'left' and frames[3][2]['hands'][0]['xyz'] == [500] * 63
 
@@ -110,25 +100,16 @@ def test_recordings_without_people_in_space_are_refused(tmp_path, capsys):
     assert not list(tmp_path.glob('*.html'))
 
 
-def test_without_three_js_the_page_names_what_fetches_it(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
-    assert main([str(write_results(tmp_path / 'a.bag'))]) == 2
-    assert 'rosrun openpose_ros_web fetch_three' in capsys.readouterr().err
-
-
-def test_the_page_is_beside_the_recording_and_stays(tmp_path):
-    path = write_results(tmp_path / 'a.1.bag')
+def test_the_page_is_beside_the_recording_and_no_file_is_replaced(tmp_path, capsys):
+    path, images = write_results(tmp_path / 'a.1.bag'), tmp_path / 'images.bag'
+    write_recording(images, image=IMAGE)
+    before = [each.read_bytes() for each in (path, images)]
     assert main([str(path)]) == 0
     assert main([str(path)]) == 2
     assert main([str(path), '--overwrite']) == 0
     assert (tmp_path / 'a.1.html').is_file()
-
-
-def test_the_recordings_are_never_replaced(tmp_path, capsys):
-    results, images = write_results(tmp_path / 'a.bag'), tmp_path / 'images.bag'
-    write_recording(images, image=IMAGE)
-    before = [path.read_bytes() for path in (results, images)]
-    for output in (results, images):
-        assert main([str(results), '--images', str(images), '-o', str(output), '--overwrite']) == 2
+    capsys.readouterr()
+    for output in (path, images):
+        assert main([str(path), '--images', str(images), '-o', str(output), '--overwrite']) == 2
         assert 'is an input' in capsys.readouterr().err
-    assert [path.read_bytes() for path in (results, images)] == before
+    assert [each.read_bytes() for each in (path, images)] == before

@@ -38,7 +38,7 @@ def recording(tmp_path):
 
 @pytest.mark.parametrize('main, options', [
     (keypoints_to_csv.main, ('-o', 'a.csv')), (keypoints_to_csv.main, ('-o', 'a.csv', '--topic', TOPIC)),
-    (plot_keypoints.main, ('--list',)), (process_bag, ('-o', 'out.bag')),
+    (plot_keypoints.main, ('-o', 'a.csv')), (process_bag, ('-o', 'out.bag')),
     (process_bag, ('-o', 'out.bag', '--image', TOPIC))])
 def test_it_is_refused_with_its_types(recording, tmp_path, capsys, main, options):
     assert main([str(recording), *(str(tmp_path / word) if '.' in word else word for word in options)]) == 2

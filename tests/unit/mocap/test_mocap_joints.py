@@ -47,7 +47,6 @@ def joint(joints, name, subject=0):
     ('A', (0, 0, 0)),
     ('[A, B]', (0.5, 1, 0)),
     ('{markers: [A], shift: {metres: 0.1, from: [B], to: [C]}}', (0, 0, 0.1)),
-    ('{markers: [A], shift: {metres: 0.5, to: [D]}}', (0.5, 0, 0)),
     ('{markers: [A], shift: {metres: -0.5, to: [D, A]}}', (-0.5, 0, 0)),
     ('{joints: [left_knee, right_knee]}', (9, 9, 9)),
     ('{first_of: [none, [A, none], [A, B], A]}', (0.5, 1, 0)),
@@ -62,15 +61,13 @@ def test_rules_by_hand(tmp_path, rule, expected):
 
 
 @pytest.mark.parametrize('rule, expected', [
-    ('A', [(np.nan,) * 3, (0, 0, 0)]),
     ('[A, B]', [(np.nan,) * 3, (0.5, 1, 0)]),
     ('{first_of: [A, B]}', [(np.nan,) * 3, (0, 0, 0)]),
     ('{markers: [B], shift: {metres: 1, to: [A]}}', [(np.nan,) * 3, np.array((1, 2, 0)) * (1 - 1 / 5 ** 0.5)]),
 ])
-def test_missing_markers(tmp_path, rule, expected):
-    hidden = [(np.nan,) * 3, (0, 0, 0)]
+def test_hidden_markers(tmp_path, rule, expected):
     rule = marker_map(tmp_path, f'joints: {{{LEGS}, nose: {rule}}}')
-    joints = joints_of(with_six({'A': hidden, 'B': (1, 2, 0), 'C': (1, 2, 6)}), rule)
+    joints = joints_of(with_six({'A': [(np.nan,) * 3, (0, 0, 0)], 'B': (1, 2, 0)}), rule)
     np.testing.assert_allclose(joint(joints, 'nose'), expected, atol=1e-12)
 
 
@@ -86,22 +83,15 @@ def test_plug_in_gait_by_hand():
     np.testing.assert_allclose(joint(joints, 'left_shoulder')[0], STANDING['LSHO'] + 0.05 * down)
     shoulders, hips = (joint(joints, f'left_{pair}')[0] + joint(joints, f'right_{pair}')[0]
                        for pair in ('shoulder', 'hip'))
-    np.testing.assert_allclose(joint(joints, 'neck')[0], shoulders / 2)
     np.testing.assert_allclose(joint(joints, 'chest')[0], (shoulders + hips) / 4)
     assert np.isnan(joint(joints, 'nose')).all()
-
-
-def test_a_sacrum_does_for_the_hips():
-    markers = {name: point for name, point in STANDING.items() if not name.endswith('PSI')}
-    whole = joints_of(recording(STANDING), read_marker_map('plug_in_gait'))
-    joints = joints_of(recording({**markers, 'SACR': (0, -0.08, 1.0)}), read_marker_map('plug_in_gait'))
-    np.testing.assert_allclose(joints.positions, whole.positions)
+    sacrum = {name: point for name, point in STANDING.items() if not name.endswith('PSI')}
+    by_sacrum = joints_of(recording({**sacrum, 'SACR': (0, -0.08, 1.0)}), read_marker_map('plug_in_gait'))
+    np.testing.assert_allclose(by_sacrum.positions, joints.positions)
 
 
 @pytest.mark.parametrize('prefixes, subjects', [
-    (('',), ('subject',)), (('Ann:',), ('Ann',)), (('Ann_',), ('Ann',)), (('Ann:', 'Ben:'), ('Ann', 'Ben')),
-    (('Skeleton 001_', 'x_y_'), ('Skeleton 001', 'x_y')),
-])
+    (('Ann_',), ('Ann',)), (('Ann:', 'Ben:'), ('Ann', 'Ben')), (('Skeleton 001_', 'x_y_'), ('Skeleton 001', 'x_y'))])
 def test_subjects_by_prefix(prefixes, subjects):
     markers = {prefix + name: np.array(point) + i
                for i, prefix in enumerate(prefixes) for name, point in STANDING.items()}
@@ -112,8 +102,7 @@ def test_subjects_by_prefix(prefixes, subjects):
 
 
 @pytest.mark.parametrize('prefix, subject, style', [
-    ('', 'subject', str.upper), ('Ann:', 'Ann', str.title), ('Ann_', 'Ann', lambda joint: joint.replace('_', ' ')),
-    ('p0.', 'p0', lambda joint: joint.title().replace('_', '')),
+    ('', 'subject', str.upper), ('Ann:', 'Ann', str.title), ('p0.', 'p0', lambda joint: joint.title().replace('_', '')),
     # as OpenPose has them
     ('person 2 ', 'person 2',
      lambda joint: joint.replace('left', 'l').replace('right', 'r').title().replace('_', ''))])
@@ -123,18 +112,6 @@ def test_joints_in_other_spellings(prefix, subject, style):
     joints = joints_of(markers, chosen_map(markers))
     assert joints.subjects == (subject,)
     np.testing.assert_array_equal(joints.positions[0, 0, :, 0], np.arange(len(MESSAGE_JOINTS)))
-
-
-def test_the_exact_name_goes_before_other_spellings():
-    markers = {'Left Knee': (1, 0, 0), **dict.fromkeys(SIX, (2, 0, 0)), 'LEFT_KNEE': (3, 0, 0)}
-    joints = joints_of(recording(markers), read_marker_map('joint_names'))
-    assert joint(joints, 'left_knee')[0, 0] == 2
-
-
-def test_ones_own_map_knows_markers_by_their_names_alone(tmp_path):
-    joints = ', '.join(f'{joint}: "{number}"' for number, joint in enumerate(SIX))
-    markers = {f'{prefix}{number}': (0, 0, 0) for prefix in ('', 'Unlabeled ') for number in range(6)}
-    assert joints_of(recording(markers), marker_map(tmp_path, f'joints: {{{joints}}}')).subjects == ('subject',)
 
 
 def test_props_and_subjects_without_positions_are_left_out(caplog):
@@ -154,23 +131,19 @@ def test_shipped_maps_are_symmetric_and_chosen_for_their_markers(name):
     assert {mirrored_joint(joint) for joint in one.rules} == set(one.rules)
     rng = np.random.default_rng(0)
     everything = recording({f'Ann:{marker}': rng.uniform(-1, 1, 3) for marker in one.markers})
-    chosen = chosen_map(everything)
-    assert chosen.name == name and chosen.is_choice
-    joints = joints_of(everything, chosen)
+    assert chosen_map(everything).name == name
+    joints = joints_of(everything, one)
     assert set(np.array(MESSAGE_JOINTS)[np.isfinite(joints.positions[0, 0, :, 0])]) == set(one.rules)
 
 
-@pytest.mark.parametrize('name, told', [
-    ('plug_in_gait', r"'plug_in_gait' gives no person 6 joints: it knows 1 of 2 markers, not Foo. It expects LSHO"),
-    (None, 'No shipped map .*joint_names, optitrack.* fits better; write one for these markers'),
-])
-def test_markers_that_no_map_knows_are_named(name, told):
+def test_markers_that_no_map_knows_are_named():
     markers = recording({'LELB': (0, 0, 0), 'Foo': (1, 1, 1)})
-    with pytest.raises(BadInputError, match=told):
-        joints_of(markers, read_marker_map(name) if name else chosen_map(markers))
+    with pytest.raises(BadInputError, match=r"'plug_in_gait' gives no person 6 joints: it knows 1 of 2 markers, LELB, "
+                       r'Foo. It expects LSHO.*The shipped maps are joint_names, optitrack'):
+        joints_of(markers, read_marker_map('plug_in_gait'))
 
 
-@pytest.mark.parametrize('text, told', [
+@pytest.mark.parametrize('text, expected', [
     ('', 'expected keys with values, got None'),
     ('joints: {', 'can not be read'),
     ('joint: {nose: A}', 'unknown joint; allowed: description, joints'),
@@ -183,11 +156,8 @@ def test_markers_that_no_map_knows_are_named(name, told):
     ('joints: {left_hip: {hip_centre: up, asis: [A, B], psis: [C]}}', 'expected hip_centre left or right'),
     ('joints: {left_hip: {hip_centre: left, asis: [A, B]}}', 'psis = None, expected a name'),
 ])
-def test_wrong_maps_are_refused(tmp_path, text, told):
-    with pytest.raises(BadInputError, match=told):
+def test_wrong_maps_are_refused(tmp_path, text, expected):
+    with pytest.raises(BadInputError, match=expected):
         marker_map(tmp_path, text)
-
-
-def test_a_map_that_is_not_there_is_refused():
     with pytest.raises(BadInputError, match=r'no such file, nor a shipped map of this name .joint_names, optitrack'):
         read_marker_map('nothing.yaml')

@@ -12,15 +12,6 @@ from simulated_mocap import errors, simulate, walkers
 RATE = 15
 
 
-def crowd(frames, *paths):
-    """Return times, ids and positions of people along x [m] who have three joints each; NaN: not there."""
-    places = np.array(paths, float).T
-    there = np.isfinite(places)
-    frame, person = np.nonzero(there)
-    positions = places[frame, person][:, None, None] * (1, 0, 0) + np.eye(3)
-    return np.arange(frames)[frame] / RATE, person, positions
-
-
 @pytest.mark.parametrize('people, others, gate, expected', [
     ([], [0.0], 1, []), ([0.0], [], 1, []), ([0.0], [2.0], 1, []), ([0.0], [2.0], [4.0], [(0, 0)]),
     ([0.1, 1.1], [1.0, 0.0], 0.5, [(0, 1), (1, 0)]), ([np.nan, 1.0], [1.0, 1.2], 0.5, [(1, 0)])])
@@ -29,23 +20,19 @@ def test_pairs(people, others, gate, expected):
     assert pair_people(*points, np.array(gate)) == expected
 
 
-def test_ids_that_stay_are_kept():
-    times, ids, positions = crowd(20, np.linspace(0, 2, 20), np.linspace(3, 1, 20))
-    np.testing.assert_array_equal(steady_ids(times, 7 + ids, positions), 7 + ids)
-
-
 def test_numbers_in_a_frame_become_ids():
     """Two people pass each other 0.7 m apart; a third is away for 4 frames, then for a second."""
     third = np.full(40, 5.0)
     third[10:14] = third[20:35] = np.nan
-    times, person, positions = crowd(40, np.linspace(0, 2, 40), np.linspace(2, 0, 40), third)
+    places = np.array([np.linspace(0, 2, 40), np.linspace(2, 0, 40), third]).T
+    frame, person = np.nonzero(np.isfinite(places))
+    times, positions = frame / RATE, places[frame, person][:, None, None] * (1, 0, 0) + np.eye(3)
     positions[person == 1, :, 1] += 0.7
-    random = np.random.RandomState(0)
-    order = np.lexsort((random.uniform(size=len(times)), times))
+    np.testing.assert_array_equal(steady_ids(times, 7 + person, positions), 7 + person)  # ids that stay are kept
+    order = np.lexsort((np.random.RandomState(0).uniform(size=len(times)), times))
     number = np.concatenate([np.arange((times == time).sum()) for time in np.unique(times)])
     found = steady_ids(times[order], number, positions[order])
-    who = {tuple(sorted(set(person[order][found == one].tolist()))) for one in np.unique(found)}
-    assert who == {(0,), (1,), (2,)}
+    assert {tuple(sorted(set(person[order][found == one].tolist()))) for one in np.unique(found)} == {(0,), (1,), (2,)}
     assert [len(np.unique(found[person[order] == one])) for one in range(3)] == [1, 1, 2]
 
 

@@ -1,12 +1,10 @@
-"""Report, pictures and command of the comparison with motion capture."""
-import base64
+"""Report and command of the comparison with motion capture."""
 import csv
 import dataclasses
 import json
 import re
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -39,57 +37,33 @@ def values(found):
     return summary(found[1], dataclasses.replace(found[0], warnings=('look at <it>',)), {'poses': 'a & b.csv'})
 
 
-@pytest.fixture(scope='module')
-def folder(found, values, tmp_path_factory):
-    folder = tmp_path_factory.mktemp('report') / 'new'
-    write_report(folder, found[1], values)
-    return folder
-
-
-def test_transform_can_be_read_back(found, folder):
-    matrix = transform_of([str(folder / 'summary.json')])
+def test_a_report_can_be_read_without_another_file_and_gives_its_transform(found, values, tmp_path):
+    write_report(tmp_path, found[1], values)
+    matrix = transform_of([str(tmp_path / 'summary.json')])
     np.testing.assert_allclose(matrix[:3, :3], found[0].rotation, atol=1e-8)
     np.testing.assert_allclose(matrix[:3, 3], found[0].translation, atol=1e-8)
-
-
-def test_html_needs_no_other_file(folder, values):
-    text = (folder / 'report.html').read_text()
-    assert not re.findall(r'(?:src|href)="(?!data:)', text)
-    pictures = re.findall('src="data:image/png;base64,([^"]*)"', text)
-    assert len(pictures) == 1
-    for picture in pictures:
-        pixels = cv2.imdecode(np.frombuffer(base64.b64decode(picture), np.uint8), cv2.IMREAD_COLOR)
-        assert (pixels < 128).any(axis=2).mean() > 0.002
-    assert 'a &amp; b.csv' in text and 'look at &lt;it&gt;' in text
-    assert f"{values['overall']['mean_mm']:.0f} mm" in text
-
-
-def test_the_table_of_errors(folder, found):
-    with (folder / 'errors.csv').open() as handle:
+    page = (tmp_path / 'report.html').read_text()
+    assert not re.findall(r'(?:src|href)="(?!data:)', page)
+    assert 'a &amp; b.csv' in page and 'look at &lt;it&gt;' in page
+    assert f"{values['overall']['mean_mm']:.1f}" in page and 'Lengths of limbs' in page
+    with (tmp_path / 'errors.csv').open() as handle:
         rows = list(csv.DictReader(handle))
     assert len(rows) == np.isfinite(found[1].errors).sum()
-    row = rows[7]
-    distance = np.linalg.norm([float(row[axis]) - float(row[f'{axis}_reference']) for axis in 'xyz'])
-    assert float(row['error']) == pytest.approx(distance, abs=2e-5)
+    distance = np.linalg.norm([float(rows[7][axis]) - float(rows[7][f'{axis}_reference']) for axis in 'xyz'])
+    assert float(rows[7]['error']) == pytest.approx(distance, abs=2e-5)
 
 
-def test_transform_of_numbers_and_files(tmp_path):
-    numbers = ['1', '-2', '3e-1', '0', '0', '0.70711', '0.70711']
+def test_transform_of_numbers():
     expected = np.eye(4)
     expected[:3, :3], expected[:3, 3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]], (1, -2, 0.3)
-    np.testing.assert_allclose(transform_of(numbers), expected, atol=1e-4)
-    np.testing.assert_allclose(transform_of([', '.join(numbers)]), expected, atol=1e-4)
-    path = tmp_path / 'camera.txt'
-    np.savetxt(str(path), expected)
-    np.testing.assert_allclose(transform_of([str(path)]), expected, atol=1e-12)
+    np.testing.assert_allclose(transform_of(['1', '-2', '3e-1', '0', '0', '0.70711', '0.70711']), expected, atol=1e-4)
 
 
 @pytest.mark.parametrize('values', [
-    [], ['1'], ['no/file'], [str(SHIPPED / 'gt.json')],
-    ['1', '2', '3', '0', '0', '0', '0'], ['1', '2', '3', '0', '0', '0', 'nan'],
-    list('2000020000200001'), list('1000010000100002')])
+    [], ['1'], ['no/file'], [str(SHIPPED / 'gt.json')], list('1234567'),
+    ['1', '2', '3', '0', '0', '0', '0'], ['1', '2', '3', '0', '0', '0', 'nan']])
 def test_wrong_transforms_are_refused(values):
-    with pytest.raises(ParameterError, match='qx qy qz qw'):
+    with pytest.raises(ParameterError, match='--transform'):
         transform_of(values)
 
 
@@ -107,44 +81,39 @@ def files(scene, tmp_path_factory):
     return folder
 
 
-class TestCommand:
-    """The whole way, from files to a report."""
+def test_report(files, tmp_path, capsys):
+    (tmp_path / 'report').mkdir()
+    (tmp_path / 'report' / 'summary.json').write_text('of another tool')
+    command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
+               '--joints', 'nose,neck,right_wrist']
+    assert main(command) == 2
+    assert 'summary.json is there already' in capsys.readouterr().err
+    assert main([*command, '--overwrite']) == 0
+    out = capsys.readouterr().out
+    assert 'all joints' in out and 'report.html' in out
+    values = json.loads((tmp_path / 'report' / 'summary.json').read_text())
+    assert values['clock']['offset_s'] == pytest.approx(12.5 - 1.6e9, abs=0.005)
+    np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
+    assert values['inputs']['frame of the camera'] == 'camera'
+    assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
-    def test_report(self, files, tmp_path, capsys):
-        assert main([str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
-                     '--joints', 'nose,neck,right_wrist']) == 0
-        out = capsys.readouterr().out
-        assert 'all joints' in out and 'report.html' in out
-        values = json.loads((tmp_path / 'report' / 'summary.json').read_text())
-        assert values['clock']['offset_s'] == pytest.approx(12.5 - 1.6e9, abs=0.005)
-        np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
-        assert values['inputs']['frame of the camera'] == 'camera'
-        assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
-    def test_a_report_is_replaced_only_when_asked_for(self, files, tmp_path, capsys):
-        (tmp_path / 'summary.json').write_text('of another tool')
-        command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path), '--joints', 'nose,neck']
-        assert main(command) == 2
-        assert f"{tmp_path / 'summary.json'} is there already" in capsys.readouterr().err
-        assert [path.name for path in tmp_path.iterdir()] == ['summary.json']
-        assert main([*command, '--overwrite']) == 0
-        assert json.loads((tmp_path / 'summary.json').read_text())
+def test_given_alignment(files, capsys):
+    arguments = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '--clock-offset', str(12.5 - 1.6e9),
+                 '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']
+    assert main(arguments) == 0
+    out = capsys.readouterr().out
+    assert out.count('given') == 2 and '\nright wrist' in out and '\nneck' not in out
 
-    def test_given_alignment(self, files, capsys):
-        arguments = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '--clock-offset', str(12.5 - 1.6e9),
-                     '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']
-        assert main(arguments) == 0
-        out = capsys.readouterr().out
-        assert out.count('given') == 2 and '\nright wrist' in out and '\nneck' not in out
 
-    @pytest.mark.parametrize('arguments, message', [
-        (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
-        (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
-        (['poses.csv', 'mocap.trc', '--transform', '1'], '--transform'),
-        (['poses.csv', 'mocap.trc', '--topic', '/a'], '--topic'),
-        (['poses.csv', 'mocap.trc', '--clock-offset', '0'], 'same time')])
-    def test_wrong_input_is_told_in_a_line(self, files, arguments, message, capsys, monkeypatch):
-        monkeypatch.chdir(files)
-        assert main(arguments) == 2
-        error = capsys.readouterr().err
-        assert message in error and error.count('\n') == 1 and error.startswith('evaluate_mocap: ')
+@pytest.mark.parametrize('arguments, message', [
+    (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
+    (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
+    (['poses.csv', 'mocap.trc', '--transform', '1'], '--transform'),
+    (['poses.csv', 'mocap.trc', '--topic', '/a'], '--topic'),
+    (['poses.csv', 'mocap.trc', '--clock-offset', '0'], 'same time')])
+def test_wrong_input_is_told_in_a_line(files, arguments, message, capsys, monkeypatch):
+    monkeypatch.chdir(files)
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count('\n') == 1 and error.startswith('evaluate_mocap: ')

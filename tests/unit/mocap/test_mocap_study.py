@@ -10,7 +10,7 @@ from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.mocap.evaluation import compare
 from openpose_ros_tools.mocap.joints import JointRecording
-from openpose_ros_tools.mocap.study import AXES, anatomical_axes, study, study_figures, trajectories
+from openpose_ros_tools.mocap.study import AXES, anatomical_axes, study
 from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import STANDING
 from skeleton_extract_3d.people import INFERRED
@@ -88,16 +88,6 @@ def test_known_delay():
     assert found['vertical']['r'] is None and found['vertical']['rmse'] == pytest.approx(0, abs=1e-3)
 
 
-def test_known_correlation():
-    """A movement of twice the frequency is uncorrelated: with as much of it, r = 1 / sqrt(2)."""
-    truth, noisy = standing(), standing()
-    truth[..., 2] += 0.05 * np.sin(PHASE)[:, None]
-    noisy[..., 2] += 0.05 * (np.sin(PHASE) + np.sin(2 * PHASE))[:, None]
-    found = figures(noisy, truth)['trunk']['vertical']
-    assert found['r'] == pytest.approx(np.sqrt(0.5), abs=1e-4)
-    assert found['rmse'] == pytest.approx(50 / np.sqrt(2), abs=0.01)
-
-
 def legs(bend):
     """Return a person whose left knee bends by angles (F,) [deg], in the plane of x and z."""
     body = standing()
@@ -117,15 +107,6 @@ def test_known_angles():
     assert found['hip']['angle']['rmse'] == pytest.approx(0, abs=0.01)
 
 
-def test_right_angle_of_the_elbow():
-    """The angle itself is the included one: 90 degrees against 180."""
-    bent, straight = standing(), standing()
-    for body, wrist in ((bent, (0.25, 0.2, 1.13)), (straight, (0, 0.2, 0.85))):
-        body[:, MESSAGE_JOINTS.index('left_shoulder')] = (0, 0.2, 1.41)
-        body[:, MESSAGE_JOINTS.index('left_wrist')] = wrist
-    assert figures(bent, straight)['elbow']['angle']['rmse'] == pytest.approx(90 / np.sqrt(2), abs=0.01)
-
-
 def test_inferred_joints_are_told_apart():
     """A knee 80 mm off that is inferred is not among the measured, nor are angles with it."""
     estimate = standing()
@@ -138,10 +119,3 @@ def test_inferred_joints_are_told_apart():
     assert answered['knees']['vertical']['rmse'] == pytest.approx(80 / np.sqrt(2), abs=0.01)
     assert measured['knees']['vertical']['rmse'] == pytest.approx(0, abs=1e-3)
     assert (answered['knee']['angle']['samples'], measured['knee']['angle']['samples']) == (2 * FRAMES, FRAMES)
-
-
-def test_no_answer_no_figure():
-    """Of a joint that the estimate never has there is no row, and of no rows no figure."""
-    found = comparison(standing(), standing())
-    empty = trajectories(dataclasses.replace(found, estimate=np.full_like(found.estimate, np.nan)), np.eye(3))
-    assert len(empty) == 0 and study_figures(empty) == {}

@@ -16,7 +16,7 @@ LAYERS = [PACKAGES[name] / 'src' / name
 # start.py belongs to the scripts: it imports the module that each of them names.
 CORE = sorted(path for package in LAYERS for path in package.rglob('*.py')
               if 'ros' not in path.relative_to(package).parts[:-1] and path.name != 'start.py')
-ALLOWED = {'c3d', 'cv2', 'distributed', 'jinja2', 'matplotlib', 'numpy', 'onnxruntime', 'openpose_ros_decode',
+ALLOWED = {'c3d', 'cv2', 'distributed', 'matplotlib', 'numpy', 'onnxruntime', 'openpose_ros_decode',
            'openvino', 'pandas', 'scipy', 'skeleton_extract_3d_lifting', 'toml', 'tomllib', 'tornado', 'tqdm', 'yaml',
            'openpose_ros_bridges', 'openpose_ros_bringup', 'openpose_ros_fusion', 'openpose_ros_pkg',
            'openpose_ros_nodelets', 'openpose_ros_signals', 'openpose_ros_tools', 'openpose_ros_web',

@@ -92,13 +92,6 @@ def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
         align(measured_people(one), long_scene.reference)
 
 
-@pytest.mark.parametrize('rate', [5.0, 10.0])
-def test_a_reference_of_a_low_rate(rate):
-    scene = simulate(walkers(12, 2, seed=3), seed=4, rate=rate)
-    offset, angle, at_people, _ = errors(scene, align(measured_people(scene.estimate), scene.reference))
-    assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5
-
-
 def test_offset_is_searched_within_its_limit(long_scene):
     """With clocks of one epoch. A true offset above the limit is not found, and that is told."""
     shifted = dataclasses.replace(long_scene.estimate, stamps=long_scene.estimate.stamps

@@ -57,10 +57,13 @@ def test_values_come_back(tmp_path):
 
 
 def test_the_originals_columns_tell_no_status(tmp_path):
-    person = row(nose=(1.0, 2.0, 3.0, 0.5, MEASURED, 0.25), neck=(1.0, 2.0, 3.0, 0.0, INFERRED, 0.5))
-    table = read(tmp_path, text_of([person], 'original'))
-    assert table.status[0].tolist() == [MEASURED, MEASURED] + [MISSING] * 25
-    assert np.isnan(table.sigma).all() and table.frame_ids[0] == '' and table.stamps[0] == STAMP
+    people = [row(nose=(1.0, 2.0, 3.0, 0.5, MEASURED, 0.25), neck=(1.0, 2.0, 3.0, 0.0, INFERRED, 0.5)),
+              # a message that was never filled in, from a node whose messages have no status
+              row(person=2, nose=(0.0, 0.0, 0.0, 0.0, MISSING, np.nan))]
+    table = read(tmp_path, text_of(people, 'original'))
+    assert table.status.tolist() == [[MEASURED, MEASURED] + [MISSING] * 25, [MISSING] * 27]
+    assert np.isnan(table.sigma).all() and np.isnan(table.positions[1]).all()
+    assert table.frame_ids[0] == '' and table.stamps[0] == STAMP
 
 
 def test_in_the_image_confidence_0_is_missing(tmp_path):
@@ -70,12 +73,6 @@ def test_in_the_image_confidence_0_is_missing(tmp_path):
         np.testing.assert_array_equal(table.positions[0, NOSE], [0, 0])
         assert np.isnan(table.positions[0, 1:]).all()
         assert table.status[0].tolist() == [MEASURED] + [MISSING] * 26
-
-
-def test_a_position_of_zeros_without_confidence_is_missing(tmp_path):
-    # a message that was never filled in, from a node whose messages have no status
-    table = read(tmp_path, text_of([row(nose=(0.0, 0.0, 0.0, 0.0, MISSING, np.nan))], 'original'))
-    assert np.isnan(table.positions).all() and not table.status.any()
 
 
 def test_people_of_a_frame_have_one_stamp_without_a_header(tmp_path):
@@ -101,9 +98,6 @@ def test_the_long_form_has_a_row_per_joint():
     every = text_of(rows, 'tidy', missing_joints=True).splitlines()
     assert len(every) == 1 + 3 * 27 and set(lines) < set(every)
     assert f'{STAMP},0,camera,3,chest,nan,nan,nan,0.0,missing,nan' in every
-
-
-def test_the_long_form_in_the_image():
     assert text_of([row(2, nose=(1.0, 2.0, 0.5))], 'tidy', 2).splitlines() == [
         'time,frame,frame_id,person_ID,joint,x,y,confidence,status', f'{STAMP},0,camera,1,nose,1.0,2.0,0.5,measured']
 

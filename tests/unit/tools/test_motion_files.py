@@ -13,8 +13,8 @@ from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.motion.angles import ANGLES, joint_angles
 from openpose_ros_tools.motion.bvh import bvh_text
-from openpose_ros_tools.motion.samples import sample_people, y_up
-from openpose_ros_tools.motion.trc import marker_name, markers_of, trc_text
+from openpose_ros_tools.motion.sampling import sample_people, y_up
+from openpose_ros_tools.motion.trc import marker_name, trc_text
 from openpose_ros_tools.ros.keypoints import keypoints_to_motion
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow
@@ -45,101 +45,83 @@ def table_of(*people, first=0, jitter=0.0, joints=COCO_18.joints):
                          known.astype(float), np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
 
 
+def sampled(*people, up=None, begin=None, **options):
+    """Return the first of the people, sampled."""
+    return sample_people(table_of(*people, **options), up=up, begin=begin)[3]
+
+
+def of(person, joint):
+    return person.positions[:, person.names.index(joint)]
+
+
 # ---- samples
 
 
 @pytest.mark.parametrize('up, expected', [
-    ((0, 0, 1), [[0, 1, 0], [0, 0, 1], [1, 0, 0]]), ((0, -1, 0), np.diag([1, -1, -1])), ((0, 5, 0), np.eye(3)),
-    ((1, 0, 0), [[0, 0, 1], [1, 0, 0], [0, 1, 0]])])
+    ((0, 0, 1), [[0, 1, 0], [0, 0, 1], [1, 0, 0]]), ((0, -1, 0), np.diag([1, -1, -1])), ((0, 5, 0), np.eye(3))])
 def test_y_is_up(up, expected):
     np.testing.assert_allclose(y_up(np.array(up, float)), expected, atol=1e-12)
-
-
-def test_any_direction_may_be_up():
-    turn = y_up(np.array([0.1, -0.9, 0.3]))
+    turn = y_up(np.array([0.1, -0.9, 0.3]))  # any direction may be up
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(turn @ [0.1, -0.9, 0.3], [0, np.sqrt(0.91), 0], atol=1e-12)
     assert np.linalg.det(turn) > 0
 
 
 def test_samples_are_where_the_person_was_whatever_the_stamps():
-    person, = sample_people(table_of(moving(), jitter=0.004))
-    assert (person.person, person.rate, person.joints) == (3, pytest.approx(RATE, rel=0.03), COCO_18.joints)
-    exact, = sample_people(table_of(moving(), jitter=0.004), RATE)
-    true = moving()[exact.first:exact.first + len(exact.positions)] @ y_up(np.array([0, 0, 1.0])).T
-    order = [exact.joints.index(joint) for joint in COCO_18.joints]
+    person = sampled(moving(), jitter=0.004)
+    assert (person.rate, person.names) == (pytest.approx(RATE, rel=0.03), COCO_18.joints)
+    exact = sample_people(table_of(moving(), jitter=0.004), RATE)[3]
+    first = round(exact.times[0] * RATE)
+    true = moving()[first:first + len(exact)] @ y_up(np.array([0, 0, 1.0])).T
     # against the grid that begins with the first frame, whose stamp is off by up to 4 ms
-    assert np.linalg.norm(exact.positions[:, order] - true, axis=2).max() < 0.05
+    assert np.linalg.norm(exact.positions - true, axis=2).max() < 0.05
 
 
 def test_long_gaps_stay_and_short_ones_are_bridged():
-    joints = moving()
-    wrist = COCO_18.index['left_wrist']
+    joints, wrist = moving(), COCO_18.index['left_wrist']
     joints[10:13, wrist] = np.nan
     joints[30:45, wrist] = np.nan
     joints[:, COCO_18.index['nose']] = np.nan
-    person, = sample_people(table_of(joints))
-    missing = np.isnan(person.positions[:, person.joints.index('left_wrist'), 0])
-    assert np.flatnonzero(missing).tolist() == list(range(30, 45))
-    assert 'nose' not in person.joints
+    person = sampled(joints)
+    assert np.flatnonzero(np.isnan(of(person, 'left_wrist')[:, 0])).tolist() == list(range(30, 45))
+    assert 'nose' not in person.names
 
 
 def test_people_begin_when_they_came():
     late = np.where(np.arange(FRAMES)[:, None, None] < 20, np.nan, moving(place=(2, 0, 0)))
     table = table_of(moving(), late)
-    table = table.select(np.isfinite(table.positions[..., 0]).any(axis=1))
-    first, second = sample_people(table)
-    assert (first.first, len(first.positions), second.first, len(second.positions)) == (0, FRAMES, 20, FRAMES - 20)
-
-
-def test_one_frame_is_no_motion():
-    table = table_of(moving()[:1])
+    people = sample_people(table.select(np.isfinite(table.positions[..., 0]).any(axis=1)))
+    assert [(round(one.times[0] * RATE), len(one)) for one in people.values()] == [(0, FRAMES), (20, FRAMES - 20)]
     with pytest.raises(BadInputError, match='one frame'):
-        sample_people(table)
+        sample_people(table_of(moving()[:1]))
 
 
 # ---- TRC
 
 
-def test_markers_have_pose2sims_names():
-    """Those of OpenSim_Setup/Markers_Body25.xml and Markers_Halpe26.xml, in any order."""
-    assert {marker_name(joint) for joint in BODY_25.joints} == {
-        'Nose', 'Neck', 'CHip', 'REye', 'LEye', 'REar', 'LEar', *(f'{side}{part}' for side in 'LR' for part in (
-            'Shoulder', 'Elbow', 'Wrist', 'Hip', 'Knee', 'Ankle', 'BigToe', 'SmallToe', 'Heel'))}
-
-
-def test_trc_is_read_as_it_was_written(tmp_path):
-    joints = moving()
-    joints[20:40, COCO_18.index['left_wrist']] = np.nan
-    person, = sample_people(table_of(joints, first=0))
-    late = replace(person, first=15)
-    path = tmp_path / 'person_3.trc'
-    path.write_text(trc_text(markers_of(late), path.name))
-    read = read_mocap(path)
-    assert read.names == tuple(map(marker_name, COCO_18.joints))
-    np.testing.assert_allclose(read.times, (15 + np.arange(FRAMES)) / RATE, atol=1e-6)
-    np.testing.assert_allclose(read.positions, person.positions, atol=1e-6)
-    assert np.isnan(read.positions[20:40, COCO_18.index['left_wrist']]).all()
-    rows = [line.split('\t') for line in path.read_text().splitlines()]
-    assert rows[5] == [''] and rows[2][2:5] == ['60', '18', 'm']
-    assert read.positions[0, read.names.index('Nose'), 1] > 1.4  # y is up
-
-
 @pytest.mark.parametrize('hidden', [(), (0,), (17,), (0, 17), range(18)])
-def test_opensim_reads_a_trc_whatever_markers_are_hidden(tmp_path, hidden):
-    """By its own reader where that is installed, else by its rule: a last cell ends with a tab, or is none."""
+def test_trc_is_read_as_it_was_written(tmp_path, hidden):
+    """Also by OpenSim where that is installed, else by its rule: a last cell ends with a tab, or is none."""
     joints = moving()
     joints[20:40, list(hidden)] = np.nan
-    person, = sample_people(table_of(joints))
-    (tmp_path / 'a.trc').write_text(trc_text(markers_of(person), 'a.trc'))
+    person = sampled(joints)
+    late = replace(person, times=person.times + 15 / RATE)
+    path = tmp_path / 'person_3.trc'
+    path.write_text(trc_text(late, path.name))
+    read = read_mocap(path)
+    assert read.names == COCO_18.joints
+    np.testing.assert_allclose(read.times, (15 + np.arange(FRAMES)) / RATE, atol=1e-6)
+    np.testing.assert_allclose(read.positions, person.positions, atol=1e-6)
+    assert np.isnan(read.positions[20:40, list(hidden)]).all()
+    lines = path.read_text().splitlines()
+    assert lines[5] == '' and lines[2].split('\t')[2:5] == ['60', '18', 'm'] and lines[6].startswith('16\t')
+    assert of(read, 'nose')[0, 1] > 1.4  # y is up
     try:
         import opensim
-        read = opensim.TimeSeriesTableVec3(str(tmp_path / 'a.trc'))
-        assert (read.getNumRows(), read.getNumColumns()) == (FRAMES, 18)
+        table = opensim.TimeSeriesTableVec3(str(path))
+        assert (table.getNumRows(), table.getNumColumns()) == (FRAMES, 18)
     except ImportError:
-        lines = (tmp_path / 'a.trc').read_text().splitlines()
-        cells = [len(re.findall(r'[^\t]*\t|[^\t]+$', line)) for line in lines[3:5] + lines[6:]]
-        assert set(cells) == {2 + 3 * 18}
+        assert {len(re.findall(r'[^\t]*\t|[^\t]+$', line)) for line in lines[3:5] + lines[6:]} == {2 + 3 * 18}
 
 
 # ---- BVH
@@ -188,17 +170,17 @@ JOINTS_OF_BVH = {'LeftUpLeg': 'left_hip', 'LeftLeg': 'left_knee', 'LeftLeg end':
 @pytest.mark.parametrize('turn', [Z_UP, np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])])
 def test_joints_of_a_bvh_are_where_they_were(turn):
     """z up, and the frame of a camera."""
-    person, = sample_people(table_of(moving(turn)))
+    person = sampled(moving(turn))
     places = bvh_positions(bvh_text(person))
     for name, joint in JOINTS_OF_BVH.items():
-        apart = np.linalg.norm(places[name] - 100 * person.positions[:, person.joints.index(joint)], axis=1)
+        apart = np.linalg.norm(places[name] - 100 * of(person, joint), axis=1)
         assert apart.max() < 0.1, (joint, apart.max())  # 1 mm
 
 
 def test_a_bvh_stands_up_at_rest_and_faces_z():
     """The rest pose, by its offsets alone; a person who stands still turns its limbs, not its trunk."""
     still = np.stack([joints_of(STANDING)] * 3)
-    person, = sample_people(table_of(still), up=(0, 0, 1))
+    person = sampled(still, up=(0, 0, 1))
     text = bvh_text(person)
     header, motion = text.split('MOTION\n')
     values = np.array(motion.split('\n')[2].split(), float)
@@ -207,7 +189,7 @@ def test_a_bvh_stands_up_at_rest_and_faces_z():
     assert flat['LeftForeArm end'][0, 0] > 50 and flat['Head end'][0, 2] > flat['Head'][0, 2] + 5
     # the person looks along x of the room, which is z of the file
     np.testing.assert_allclose(values[3:6], 0, atol=1e-6)
-    assert values[1] == pytest.approx(100 * person.positions[0, person.joints.index('left_hip'), 1], abs=1)
+    assert values[1] == pytest.approx(100 * of(person, 'left_hip')[0, 1], abs=1)
 
 
 def test_missing_joints_are_interpolated_and_bones_that_never_were_left_out():
@@ -217,15 +199,15 @@ def test_missing_joints_are_interpolated_and_bones_that_never_were_left_out():
         joints[20:24, COCO_18.index[joint]] = np.nan
     joints[:, COCO_18.index['right_ankle']] = np.nan
     joints[:5, COCO_18.index['neck']] = np.nan
-    person, = sample_people(table_of(joints))
+    person = sampled(joints)
     places = bvh_positions(bvh_text(person))
     assert not [name for name in places if name.startswith('RightLeg')] and 'RightUpLeg end' in places
     wrist = 100 * (true @ y_up(np.array([0, 0, 1.0])).T)[:, COCO_18.index['left_wrist']]
     apart = np.linalg.norm(places['LeftForeArm end'] - wrist, axis=1)
     assert np.delete(apart, range(20, 24)).max() < 2 and apart.max() < 15
     joints[:, COCO_18.index['left_hip']] = np.nan
-    with pytest.raises(BadInputError, match='person 3 has no hips or no neck'):
-        bvh_text(sample_people(table_of(joints))[0])
+    with pytest.raises(BadInputError, match='no hips or no neck'):
+        bvh_text(sampled(joints))
 
 
 def test_opposite_directions_have_a_rotation():
@@ -233,10 +215,10 @@ def test_opposite_directions_have_a_rotation():
     standing = joints_of(STANDING)
     left, right = (standing[COCO_18.index[f'{side}_shoulder']] for side in ('left', 'right'))
     standing[COCO_18.index['left_elbow']] = left + 0.8 * (right - left)
-    person, = sample_people(table_of(np.stack([standing] * 2)), up=(0, 0, 1))
+    person = sampled(np.stack([standing] * 2), up=(0, 0, 1))
     places = bvh_positions(bvh_text(person))
     for name, joint in JOINTS_OF_BVH.items():
-        np.testing.assert_allclose(places[name], 100 * person.positions[:, person.joints.index(joint)], atol=0.1)
+        np.testing.assert_allclose(places[name], 100 * of(person, joint), atol=0.1)
 
 
 # ---- angles
@@ -296,25 +278,16 @@ def test_angles_of_known_poses():
         assert {name: float(value[0]) for name, value in found.items()} == pytest.approx(known, abs=1e-3)
 
 
-def test_signs_in_words():
-    """A person who faces x, z up: the left leg forward, the right arm sidewards, the head to the left."""
-    straight = dict.fromkeys(ANGLES, 0.0)
-    for change in ({'left_hip_flexion': 30}, {'right_shoulder_elevation': 90}, {'neck_rotation': 40},
-                   {'neck_bending': 10}, {'right_hip_adduction': -20}):
-        joints = dict(zip(BODY_25.joints, posed({**straight, **change})))
-        name, = change
-        if name == 'left_hip_flexion':
-            assert joints['left_knee'][0] > 0.1
-        elif name == 'right_shoulder_elevation':
-            assert joints['right_elbow'][2] > joints['right_shoulder'][2] + 0.2
-        elif name == 'neck_rotation':
-            assert joints['nose'][2] < -0.05
-        elif name == 'neck_bending':
-            assert joints['nose'][2] > 0.02
-        else:
-            assert joints['right_knee'][2] > joints['right_hip'][2] + 0.1
-        found = joint_angles(BODY_25.joints, np.array(list(joints.values()))[np.newaxis])
-        assert found[name][0] == pytest.approx(change[name], abs=0.01)
+@pytest.mark.parametrize('angle, value, joint, axis, sign', [
+    ('left_hip_flexion', 30, 'left_knee', 0, 1), ('right_shoulder_elevation', 90, 'right_elbow', 2, 1),
+    ('neck_rotation', 40, 'nose', 2, -1), ('neck_bending', 10, 'nose', 2, 1),
+    ('right_hip_adduction', -20, 'right_knee', 2, 1)])
+def test_signs(angle, value, joint, axis, sign):
+    """A person who faces x, y up: leg forward, arm sidewards, head to the left and bent to the right, leg outwards."""
+    straight, changed = (posed({**dict.fromkeys(ANGLES, 0.0), angle: degrees}) for degrees in (0.0, value))
+    number = BODY_25.index[joint]
+    assert sign * (changed - straight)[number, axis] > 0.02
+    assert joint_angles(BODY_25.joints, changed[np.newaxis])[angle][0] == pytest.approx(value, abs=0.01)
 
 
 def test_angles_of_missing_joints_are_missing():
@@ -354,6 +327,8 @@ def test_a_file_for_each_person(poses, tmp_path, capsys):
     out = tmp_path / 'out'
     assert keypoints_to_motion.trc([str(poses), '-o', str(out)]) == 0
     assert {path.name for path in out.iterdir()} == {'person_3.trc', 'person_4.trc'}
+    # those of Pose2Sim's OpenSim_Setup/Markers_Body25.xml
+    assert {'Nose', 'RWrist', 'LBigToe', 'CHip'} <= {*map(marker_name, BODY_25.joints)}
     assert 'RWrist' in read_mocap(out / 'person_4.trc').names
     assert keypoints_to_motion.trc([str(poses), '-o', str(out)]) == 2
     assert 'person_3.trc is there already' in capsys.readouterr().err
@@ -371,37 +346,34 @@ def test_a_file_for_each_person(poses, tmp_path, capsys):
     assert 'person 7 is not in' in capsys.readouterr().err and not (tmp_path / 'no').exists()
 
 
-@pytest.mark.parametrize('persons', [(), ('--persons', '4')])
-def test_all_exports_of_a_recording_have_one_clock(poses, tmp_path, persons):
+def test_all_exports_of_a_recording_have_one_clock(poses, tmp_path):
     """Person 4 comes a second after person 3, whether that is exported as well or not."""
     head, *rows = poses.read_text().splitlines()
     late = [row for row in rows if row.split(',')[5] == '3' or int(row.split(',')[0]) >= BEGIN + 10 ** 9]
     poses.write_text('\n'.join([head, *late]) + '\n')
-    assert keypoints_to_motion.trc([str(poses), '-o', str(tmp_path), *persons]) == 0
-    assert read_mocap(tmp_path / 'person_4.trc').times[0] == pytest.approx(1)
+    for persons in ((), ('--persons', '4')):
+        assert keypoints_to_motion.trc([str(poses), '-o', str(tmp_path), '--overwrite', *persons]) == 0
+        assert read_mocap(tmp_path / 'person_4.trc').times[0] == pytest.approx(1)
 
 
 def test_a_bvh_rests_until_the_person_comes():
-    person, = sample_people(table_of(moving()), begin=BEGIN - 2 * 10 ** 9)
+    person = sampled(moving(), begin=BEGIN - 2 * 10 ** 9)
     places = bvh_positions(bvh_text(person))
-    assert person.first == 2 * RATE and len(places['Neck']) == FRAMES + 2 * RATE
-    neck = 100 * person.positions[:, person.joints.index('neck')]
-    np.testing.assert_allclose(places['Neck'][2 * RATE:], neck, atol=0.1)
+    assert person.times[0] == 2 and len(places['Neck']) == FRAMES + 2 * RATE
+    np.testing.assert_allclose(places['Neck'][2 * RATE:], 100 * of(person, 'neck'), atol=0.1)
     assert np.ptp(places['LeftForeArm end'][:2 * RATE], axis=0).max() == 0
 
 
 @pytest.mark.parametrize('order, is_refused', [
-    (lambda rows: rows + rows, True), (lambda rows: rows + rows[::2], True),
-    (lambda rows: rows[:50] + [row for row in rows if row.split(',')[5] == '3'], True),
+    (lambda rows: rows + rows[::2], True),
     (lambda rows: rows + [','.join([*row.split(',')[:5], '9', *row.split(',')[6:]]) for row in rows], True),
     (lambda rows: sorted(rows, key=lambda row: row.split(',')[5]), False)])
 def test_time_that_runs_back_is_refused(poses, tmp_path, capsys, order, is_refused):
     """Two recordings in one table; one that is sorted by people is fine."""
     head, *rows = poses.read_text().splitlines()
     poses.write_text('\n'.join([head, *order(rows)]) + '\n')
-    for program in (keypoints_to_motion.trc, keypoints_to_motion.bvh, keypoints_to_motion.angles):
-        assert program([str(poses), '-o', str(tmp_path / program.__name__)]) == 2 * is_refused
-        assert ('time runs back by' in capsys.readouterr().err) == is_refused
+    assert keypoints_to_motion.angles([str(poses), '-o', str(tmp_path / 'angles.csv')]) == 2 * is_refused
+    assert ('time runs back by' in capsys.readouterr().err) == is_refused
 
 
 def test_the_table_of_angles(poses, tmp_path):

@@ -1,12 +1,8 @@
 """Outputs appear whole, all at once, or not at all."""
-import os
-import subprocess
-import sys
-
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools.outputs import PartFiles, output_file, output_folder
+from openpose_ros_tools.outputs import PartFiles, delete_parts, new_run, output_file, output_folder
 
 
 def everything(folder):
@@ -19,9 +15,11 @@ def is_of_a(name):
 
 def test_outputs_are_in_their_places_afterwards_and_not_before(tmp_path):
     (tmp_path / 'json').mkdir()
-    (tmp_path / 'json/other.json').write_text('of another bag')
+    for name in ('other.json', 'a_1.json'):
+        (tmp_path / 'json' / name).write_text('of another bag, of a former run')
     with PartFiles() as parts:
         parts.file(tmp_path / 'new/a.bag').write_text('bag')
+        (parts.scratch_folder(tmp_path / 'new/a.bag') / 'half').write_text('of the work')
         (parts.folder(tmp_path / 'json', is_of_a) / 'a_0.json').write_text('frame')
         assert not (tmp_path / 'new/a.bag').exists()
         assert not (tmp_path / 'json/a_0.json').exists()
@@ -39,46 +37,16 @@ def test_after_an_error_all_is_as_before(tmp_path, error):
     assert (tmp_path / 'a.bag').read_text() == 'older'
 
 
-def test_what_a_killed_process_left_is_deleted_by_the_next_one(tmp_path):
-    script = ('import os, sys; from pathlib import Path; from openpose_ros_tools.outputs import PartFiles\n'
-              'parts = PartFiles().__enter__()\n'
-              'parts.file(Path(sys.argv[1], "a.bag")).write_text("half")\n'
-              '(parts.folder(Path(sys.argv[1], "a.bag"), bool) / "half").write_text("half")\n'
-              'os.kill(os.getpid(), 9)')
-    subprocess.run([sys.executable, '-c', script, str(tmp_path)], check=False,
-                   env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
-    left = everything(tmp_path)
-    assert len(left) == 2 and all(name.startswith('.a.bag.') for name in left)
-    with PartFiles() as parts:
+def test_what_a_killed_worker_of_a_run_left_is_deleted(tmp_path):
+    run = new_run()
+    for path in ('a.bag', 'a'):
+        PartFiles(run).file(tmp_path / path).write_text('half')
+    other = PartFiles().file(tmp_path / 'a.bag')
+    delete_parts(tmp_path / 'a.bag', run)
+    assert everything(tmp_path) == sorted([f'.a.{run}-0.part', other.name])
+    with PartFiles(run) as parts:  # the worker that takes its place
         parts.file(tmp_path / 'a').write_text('whole')
-    assert everything(tmp_path) == [*left, 'a']
-    with PartFiles() as parts:
-        parts.file(tmp_path / 'a.bag').write_text('whole')
-    assert everything(tmp_path) == ['a', 'a.bag']
-
-
-@pytest.mark.parametrize('name', ['walk', 'walk.csv'])
-def test_unfinished_outputs_of_a_running_program_stay(tmp_path, name):
-    with PartFiles() as running:
-        table, folder = running.file(tmp_path / 'walk.csv'), running.folder(tmp_path / 'walk.csv.d', bool)
-        table.write_text('rows')
-        with pytest.raises(ValueError, match='fails'), PartFiles() as other:
-            other.file(tmp_path / name).write_text('half')
-            other.folder(tmp_path / 'walk.csv.d', bool)
-            raise ValueError('fails')
-        assert table.read_text() == 'rows' and folder.is_dir()
-    assert everything(tmp_path) == ['walk.csv']
-    assert (tmp_path / 'walk.csv').read_text() == 'rows'
-
-
-def test_of_two_that_make_the_same_at_a_time_the_first_that_is_done_has_made_it(tmp_path):
-    with pytest.raises(FileExistsError, match='another program'), PartFiles() as later:
-        later.file(tmp_path / 'b.bag').write_text('is not moved either')
-        later.file(tmp_path / 'a.bag').write_text('later')
-        with PartFiles() as earlier:
-            earlier.file(tmp_path / 'a.bag').write_text('earlier')
-    assert everything(tmp_path) == ['a.bag']
-    assert (tmp_path / 'a.bag').read_text() == 'earlier'
+    assert everything(tmp_path) == sorted(['a', other.name])
 
 
 def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
@@ -94,6 +62,10 @@ def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
 
 def test_folders_with_other_things_are_never_replaced(tmp_path):
     (tmp_path / 'thesis.tex').write_text('years of work')
-    for path, told in ((tmp_path, 'thesis'), (tmp_path / 'thesis.tex', 'is a file')):
-        with pytest.raises(ParameterError, match=told), output_folder(path, True, ('own',)):
+    for path, words in ((tmp_path, 'thesis'), (tmp_path / 'thesis.tex', 'is a file')):
+        with pytest.raises(ParameterError, match=words), output_folder(path, True, ('own',)):
             pass
+    for text in ('first', 'second'):
+        with output_folder(tmp_path / 'new', text == 'second', ('own',)) as part:
+            (part / 'own').write_text(text)
+    assert everything(tmp_path / 'new') == ['own'] and (tmp_path / 'new/own').read_text() == 'second'

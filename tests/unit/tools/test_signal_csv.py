@@ -16,7 +16,7 @@ from openpose_ros_signals.records import (
     Ray,
     Walk,
 )
-from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
+from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, LongCsvWriter, signal_rows
 
 LAMP = np.array([3.0, 0.0, 1.5])
 RAY = Pointing(np.array([0.5, 0.0, 1.5]), np.array([1.0, 0.0, 0.0]), 0.25, Hit(LAMP, 'lamp, left'),
@@ -31,8 +31,8 @@ HIDDEN = PersonSignals(8, np.full(3, np.nan))
 
 def table(*frames):
     handle = io.StringIO()
-    writer = SignalCsvWriter(handle)
-    numbers = [writer.write(time, 'room', persons) for time, persons in frames]
+    writer = LongCsvWriter(handle, SIGNAL_COLUMNS)
+    numbers = [writer.write(time, signal_rows('room', persons)) for time, persons in frames]
     return numbers, list(csv.DictReader(io.StringIO(handle.getvalue())))
 
 

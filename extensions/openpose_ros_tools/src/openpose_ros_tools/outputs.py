@@ -3,72 +3,55 @@
 An output that is there already is never replaced unless the command is told to.
 """
 import errno
-import fcntl
-import io
+import glob
 import os
-import re
 import shutil
 import uuid
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import check_outputs, naming
-
-_DIGITS = 8
-
-
-class _Output(NamedTuple):
-    """An output in progress: its temporary path, its place, whether that is (and was) taken, and how it gets there."""
-
-    part: Path
-    path: Path
-    is_there: Callable[[], bool]
-    was_there: bool
-    move: Optional[Callable[[], object]]  # None: the part is deleted at the end
 
 
 class PartFiles:
     """The outputs of one piece of work; use it as a context manager.
 
-    On leaving without an error they are moved to their places, in the order in which they were named, if these are
-    not taken by then; on an error or an interrupt they are deleted. A part is locked while its process runs: the next
-    process that makes the same output deletes unlocked parts of it, which a killed process has left, and nothing else.
-    Where the file system has no locks, these stay. An OSError names the output, not its temporary path.
+    On leaving without an error they are moved to their places, in the order in which they were named; on an error or
+    an interrupt they are deleted. An OSError names the output, not its temporary path.
 
     Args:
-        run: of `new_run`, if `delete_parts` is to find what is left; empty: one of its own.
+        run: of `new_run`, if `delete_parts` is to find what a killed process leaves; empty: one of its own.
     """
 
     def __init__(self, run: str = '') -> None:
         self._run = run or new_run()
-        self._outputs: List[_Output] = []
-        self._locks: List[int] = []
+        self._outputs: List[Tuple[Path, Path, Callable[[], object]]] = []  # temporary path, place, and what moves it
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made."""
-        part = self._part(path, lambda: os.path.lexists(str(path)), lambda: part.replace(path))
-        self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666))
+        part = self._part(path, lambda: part.replace(path))
+        part.touch(exist_ok=False)
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
-        """Return a new folder; its files will be moved into the folder `path`, beside the files that it has already.
-
-        Args:
-            is_own: tells by its name whether a file there is one of this output; older ones are deleted.
-        """
-        part = self._part(path, lambda: bool(files_of(path, is_own)), lambda: _merge(part, path, is_own))
-        return self._made(part)
+        """Return a new folder; its files will be moved into `path`, where older files with own names are deleted."""
+        part = self._part(path, lambda: _merge(part, path, is_own))
+        part.mkdir()
+        return part
 
     def new_folder(self, path: Path) -> Path:
         """Return a new folder that will take the place of the folder `path`."""
-        part = self._part(path, lambda: path.is_dir() and any(path.iterdir()), lambda: _exchange(part, path))
-        return self._made(part)
+        part = self._part(path, lambda: _exchange(part, path))
+        part.mkdir()
+        return part
 
     def scratch_folder(self, path: Path) -> Path:
         """Return a new folder for intermediate files of an output, which is deleted at the end."""
-        return self._made(self._part(path, lambda: False, None))
+        part = self._part(path, lambda: None)
+        part.mkdir()
+        return part
 
     def __enter__(self) -> 'PartFiles':
         return self
@@ -83,127 +66,53 @@ class PartFiles:
         finally:
             if isinstance(error, OSError):
                 self._name_output(error)
-            for output in self._outputs:
-                _delete(output.part)
-            for lock in self._locks:
-                os.close(lock)
+            for part, _path, _move in self._outputs:
+                _delete(part)
 
-    def _part(self, path: Path, is_there: Callable[[], bool], move: Optional[Callable[[], object]]) -> Path:
+    def _part(self, path: Path, move: Callable[[], object]) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for left in _parts_of(path):
-            _delete_unless_locked(left)
-        part = path.with_name(f'.{path.name}.{self._run}-{new_run()}.part')
-        self._outputs.append(_Output(part, path, is_there, is_there(), move))
+        part = path.with_name(f'.{path.name}.{self._run}-{len(self._outputs)}.part')
+        self._outputs.append((part, path, move))
+        _delete(part)  # a killed worker of this run may have left it
         return part
-
-    def _made(self, part: Path) -> Path:
-        part.mkdir()
-        self._lock(os.open(str(part), os.O_RDONLY))
-        return part
-
-    def _lock(self, opened: int) -> None:
-        """Lock a part until it is in its place; a file stays locked when another program opens it."""
-        self._locks.append(opened)
-        with suppress(OSError):  # a file system without locks
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
-        moved = [output for output in self._outputs if output.move is not None]
-        for output in moved:
-            if not output.part.exists():
-                raise FileNotFoundError(errno.ENOENT, 'another program deleted it', str(output.part))
-            for file in filter(Path.is_file, (output.part, *output.part.rglob('*'))):
+        for part, _, _ in self._outputs:
+            if not part.exists():
+                raise FileNotFoundError(errno.ENOENT, 'another program deleted it', str(part))
+            for file in filter(Path.is_file, (part, *part.rglob('*'))):
                 with naming(file), file.open('rb') as handle:
                     os.fsync(handle.fileno())
-        for output in moved:
-            if output.is_there() and not output.was_there:
-                raise FileExistsError(errno.EEXIST, 'another program has made it in the meantime', str(output.path))
-        for output in moved:
-            if output.move is not None:
-                output.move()
+        for _, _, move in self._outputs:
+            move()
 
     def _name_output(self, error: OSError) -> None:
-        for output in self._outputs:
-            if str(error.filename).startswith(str(output.part)):
-                error.filename = str(output.path) + str(error.filename)[len(str(output.part)):]
-
-
-class LiveFile(io.TextIOBase):
-    """A text file that has each write when it returns, whole or not at all; use it as a context manager.
-
-    Args:
-        path: of the file.
-        overwrite: whether one that is there is replaced.
-
-    Attributes:
-        lines: number of lines that the file has.
-
-    Raises:
-        OSError: with the name of the file.
-    """
-
-    def __init__(self, path: Path, overwrite: bool) -> None:
-        super().__init__()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._path, self.lines = path, 0
-        self._file = path.open('wb' if overwrite else 'xb', buffering=0)
-
-    def write(self, text: str) -> int:
-        """Write some lines; after an error the file ends with the lines before.
-
-        Raises:
-            OSError: they can not be written, with the name of the file.
-        """
-        size, rest = self._file.tell(), memoryview(text.encode())
-        try:
-            with naming(self._path):
-                while rest:
-                    rest = rest[self._file.write(rest):]
-        except BaseException:  # an interrupt as well
-            self._file.truncate(size)
-            self._file.seek(size)
-            raise
-        self.lines += text.count('\n')
-        return len(text)
-
-    def close(self) -> None:
-        """Close the file."""
-        super().close()
-        with naming(self._path):
-            self._file.close()
+        for part, path, _ in self._outputs:
+            if str(error.filename).startswith(str(part)):
+                error.filename = str(path) + str(error.filename)[len(str(part)):]
 
 
 @contextmanager
 def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Iterator[Path]:
     """Yield the path to write the only output of a command to.
 
-    Args:
-        inputs: which are never replaced.
-
     Raises:
         ParameterError: the file exists already, is a folder or an input, or can not be written.
     """
     check_outputs([path], overwrite, inputs)
-    with _told(path), PartFiles() as parts:
+    with _write_errors(path), PartFiles() as parts:
         yield parts.file(path)
 
 
 @contextmanager
 def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[Path]:
-    """Yield the folder to write the outputs of a command to.
-
-    Args:
-        path: of the folder; an empty one may exist.
-        overwrite: whether an older one is replaced.
-        own: names that a folder of this command contains; one with other files is never replaced.
+    """Yield the folder to write the outputs of a command to; one with names that are not its own is never replaced.
 
     Raises:
         ParameterError: the folder exists already, contains something else, or can not be written.
     """
-    content = sorted(item.name for item in path.iterdir()) if path.is_dir() else []
-    if path.exists() and not path.is_dir():
-        raise ParameterError(f'{path} is a file; name a folder')
+    content = [file.name for file in files_of(path, lambda _: True)]
     if content and not overwrite:
         raise ParameterError(f'{path} is there already, with {len(content)} files or folders in it; give another '
                              'name, or --overwrite')
@@ -211,16 +120,12 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     if foreign:
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
-    with _told(path), PartFiles() as parts:
+    with _write_errors(path), PartFiles() as parts:
         yield parts.new_folder(path.resolve())
 
 
 def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
-    """Return the files of a folder with names of an output, by name; none where the folder is not there.
-
-    Raises:
-        ParameterError: it is no folder.
-    """
+    """Return the files of a folder with own names, sorted; none where it is not there. ParameterError: it is a file."""
     if folder.exists() and not folder.is_dir():
         raise ParameterError(f'{folder} is a file; name a folder')
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
@@ -228,33 +133,17 @@ def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
 
 def new_run() -> str:
     """Return an identifier for the parts of a run."""
-    return uuid.uuid4().hex[:_DIGITS]
+    return uuid.uuid4().hex[:8]
 
 
 def delete_parts(path: Path, run: str) -> None:
     """Delete what a run has left of an unfinished output, also where a worker of it still writes."""
-    for part in _parts_of(path, run):
+    for part in path.parent.glob(f'.{glob.escape(path.name)}.{run}-*.part'):
         _delete(part)
 
 
-def _parts_of(path: Path, run: str = f'[0-9a-f]{{{_DIGITS}}}') -> List[Path]:
-    """Return the parts of exactly this output; `run`: of that run."""
-    name = re.compile(rf'\.{re.escape(path.name)}\.{run}-[0-9a-f]{{{_DIGITS}}}\.part')
-    return [part for part in path.parent.iterdir() if name.fullmatch(part.name)] if path.parent.is_dir() else []
-
-
-def _delete_unless_locked(part: Path) -> None:
-    with suppress(OSError):  # it is locked, its file system has no locks, or it has just been moved
-        opened = os.open(str(part), os.O_RDONLY if part.is_dir() else os.O_RDWR)
-        try:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            _delete(part)
-        finally:
-            os.close(opened)
-
-
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _write_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
@@ -272,17 +161,8 @@ def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
 
 
 def _exchange(part: Path, path: Path) -> None:
-    """Put a folder in the place of another one, which is back there if that fails."""
-    old = part.with_suffix('.old')
-    if path.exists():
-        path.replace(old)
-    try:
-        part.replace(path)
-    except BaseException:
-        if old.exists():
-            old.replace(path)
-        raise
-    _delete(old)
+    _delete(path)
+    part.replace(path)
 
 
 def _delete(path: Path) -> None:

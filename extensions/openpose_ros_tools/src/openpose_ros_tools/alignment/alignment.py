@@ -12,7 +12,7 @@ camera unless people turn; with many joints and people that turn it cancels. A c
 estimate is a part of the clock offset.
 """
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, Optional, Protocol, Tuple
+from typing import Callable, Iterable, List, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40
+# Two samples of the reference that are this far apart may be bridged [s], see `bridged_gap`.
+_MAX_GAP = 0.1
 # The fastest joints must reach this, or the clock can not be found [m/s]: standing people sway by less.
 _LEAST_SPEED = 0.1
 # Recordings are not longer [s]; a stamp of 0 among those that count from 1970 is a mistake.
@@ -36,21 +38,13 @@ _RIVAL = 0.9
 _LARGE_RESIDUAL, _UNCERTAIN_FRAMES = 0.1, 0.25
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredPeople:
-    """The joints that a camera measured, one row per person and frame, in any order.
+class MeasuredPeople(NamedTuple):
+    """The joints that a camera measured, one row per person and frame, in any order."""
 
-    Attributes:
-        stamps: (R,) int64 [ns], one for the people of a frame.
-        ids: (R,) int64, of tracks.
-        positions: (R, K, 3) float64 [m] in the frame of the camera; NaN where a joint was not measured.
-        sigma: (R, K) [m] standard deviation in space; NaN where not known.
-    """
-
-    stamps: np.ndarray
-    ids: np.ndarray
-    positions: np.ndarray
-    sigma: np.ndarray
+    stamps: np.ndarray  # (R,) int64 [ns], one for the people of a frame
+    ids: np.ndarray  # (R,) int64, of tracks
+    positions: np.ndarray  # (R, K, 3) float64 [m] in the frame of the camera; NaN where a joint was not measured
+    sigma: np.ndarray  # (R, K) [m] standard deviation in space; NaN where not known
 
 
 class Reference(Protocol):
@@ -67,58 +61,36 @@ class Reference(Protocol):
 
 @dataclass(frozen=True)
 class AlignmentParams:
-    """What is given, and how far is searched.
+    """What is given, and how far is searched."""
 
-    Attributes:
-        clock_offset: time of the reference minus time of the estimate [s]; None: to be found.
-        transform: (4, 4), from the camera's frame to the reference's [m]; None: to be found.
-        max_clock_offset: offsets up to this are searched, either way [s]; None: wherever the recordings overlap.
-        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
-        use_sigma: weigh joints by 1 / sigma^2, as far as the estimate tells sigma.
-        clock_option: of the program, by which the user tells the clocks: for errors.
-    """
-
-    clock_offset: Optional[float] = None
-    transform: Optional[np.ndarray] = None
-    max_clock_offset: Optional[float] = None
-    max_gap: float = 0.1
-    use_sigma: bool = False
-    clock_option: str = '--clock-offset'
+    clock_offset: Optional[float] = None  # time of the reference minus that of the estimate [s]; None: to be found
+    transform: Optional[np.ndarray] = None  # (4, 4), from the camera's frame to the reference's; None: to be found
+    max_clock_offset: Optional[float] = None  # that is searched, either way [s]; None: any
+    use_sigma: bool = False  # weigh joints by 1 / sigma^2, as far as the estimate tells sigma
+    clock_option: str = '--clock-offset'  # of the program, by which the user tells the clocks: for errors
 
 
 @dataclass(frozen=True)
 class Alignment:
     """How the recordings lie to each other.
 
-    Attributes:
-        clock_offset: time of the reference minus time of the estimate at the same instant [s].
-        rotation, translation: (3, 3) and (3,) [m]: x_reference = rotation x_camera + translation.
-        clock_given, transform_given: it was not found but given.
-        clock_std, rotation_std, translation_std: standard deviations [s, degrees, m], the last at the middle of the
-            people; NaN where given. Noise and what single joints err by always are in them, not what all joints of
-            all people err by alike.
-        residual: median distance of the joints used [m].
-        scale: by which the camera's people would have to be stretched to fit; not applied.
-        samples: joints in single frames that were used.
-        rival: merit of the best other solution, as a share of this one's.
-        speed_correlation: of the joints' speeds at the clock offset, None where that was given.
-        warnings: what makes the result doubtful.
+    Standard deviations hold noise and what single joints err by always, not what all joints of all people err by alike.
     """
 
-    clock_offset: float
-    rotation: np.ndarray
-    translation: np.ndarray
-    clock_given: bool
+    clock_offset: float  # time of the reference minus time of the estimate at the same instant [s]
+    rotation: np.ndarray  # (3, 3), x_reference = rotation x_camera + translation
+    translation: np.ndarray  # (3,) [m]
+    clock_given: bool  # not found
     transform_given: bool
-    clock_std: float
-    rotation_std: float
-    translation_std: float
-    residual: float
-    scale: float
-    samples: int
-    rival: float
-    speed_correlation: Optional[float]
-    warnings: Tuple[str, ...]
+    clock_std: float  # standard deviation [s], NaN where given, as the next two
+    rotation_std: float  # [degrees]
+    translation_std: float  # [m] at the middle of the people
+    residual: float  # median distance of the joints used [m]
+    scale: float  # by which the camera's people would have to be stretched to fit; not applied
+    samples: int  # joints in single frames that were used
+    rival: float  # merit of the best other solution, as a share of this one's
+    speed_correlation: Optional[float]  # of the joints' speeds at the clock offset, None where that was given
+    warnings: Tuple[str, ...]  # what makes the result doubtful
 
     def apply(self, positions: np.ndarray) -> np.ndarray:
         """Return positions (..., 3) of the camera's frame in the reference's [m]."""
@@ -140,12 +112,18 @@ def align(estimate: MeasuredPeople, reference: Reference, params: Optional[Align
     params = params or AlignmentParams()
     observed, joints = _observed(estimate, reference, params.use_sigma)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, params.max_gap))
+                       bridged_gap(reference.times, _MAX_GAP))
     base = reference.times[0] - estimate.stamps.min() * 1e-9  # clock offset of lag 0
     free = np.r_[np.full(6, params.transform is None), params.clock_offset is None]
     tracks = observed.longest_tracks()
     if params.clock_offset is None:
-        correlations = _correlations(observed, tracks, paths, params.clock_option)
+        fastest = moving_speed(paths)
+        if not fastest >= _LEAST_SPEED:
+            raise BadInputError(
+                f'the clock offset can not be found, as people hardly move in the reference: the fastest joints reach '
+                f'{fastest:.2f} m/s, expected {_LEAST_SPEED} or more; if the clocks are known, say so '
+                f'({params.clock_option})')
+        correlations = correlate_speeds([observed.track(track) for track in tracks], paths, observed.frame_time)
         lags = likely_lags(correlations, base, params.max_clock_offset, params.clock_option)
     else:
         correlations, lags = None, [params.clock_offset - base]
@@ -200,15 +178,6 @@ def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -
     steps = np.diff(np.unique(times[order]))
     return Observed(times[order], ids, positions[order], weights[order],
                     float(np.median(steps)) if len(steps) else 1 / 30), joints
-
-
-def _correlations(observed: Observed, tracks: np.ndarray, paths: JointPaths, option: str) -> Correlations:
-    fastest = moving_speed(paths)
-    if not fastest >= _LEAST_SPEED:
-        raise BadInputError(f'the clock offset can not be found, as people hardly move in the reference: the fastest '
-                            f'joints reach {fastest:.2f} m/s, expected {_LEAST_SPEED} or more; if the clocks '
-                            f'are known, say so ({option})')
-    return correlate_speeds([observed.track(track) for track in tracks], paths, observed.frame_time)
 
 
 def _speed_correlation(correlations: Correlations, best: Refined, ids: np.ndarray, tracks: np.ndarray) -> float:

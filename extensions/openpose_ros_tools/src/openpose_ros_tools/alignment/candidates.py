@@ -24,16 +24,13 @@ _OTHER_ANGLE = 10.0  # [degrees] as are those whose rotations do
 
 @dataclass(frozen=True)
 class Observed:
-    """The measured joints: times (R,) [s] from the beginning, ids (R,), positions (R, K, 3) [m] with NaN, weights.
+    """The measured joints, in the order of time."""
 
-    Ids are those that stay with people, see `steady_ids`; `frame_time` is usual between two frames [s].
-    """
-
-    times: np.ndarray
-    ids: np.ndarray
-    positions: np.ndarray
-    weights: np.ndarray
-    frame_time: float
+    times: np.ndarray  # (R,) [s] from the beginning
+    ids: np.ndarray  # (R,) that stay with people, see `steady_ids`
+    positions: np.ndarray  # (R, K, 3) [m], NaN where not measured
+    weights: np.ndarray  # (R, K)
+    frame_time: float  # usual between two frames [s]
 
     def some(self, count: int) -> 'Observed':
         """Return at most `count` rows, taken by chance (the same in each run), in their order."""
@@ -56,16 +53,12 @@ class Observed:
 
 @dataclass(frozen=True)
 class Solution:
-    """A lag [s] between the two beginnings, and a transform: x_reference = rotation x_camera + translation [m].
+    """A lag between the two beginnings, and a transform: x_reference = rotation x_camera + translation."""
 
-    Attributes:
-        merit: how many joints meet one of the reference, those that meet exactly counted as 1.
-    """
-
-    lag: float
+    lag: float  # [s]
     rotation: np.ndarray
-    translation: np.ndarray
-    merit: float = 0.0
+    translation: np.ndarray  # [m]
+    merit: float = 0.0  # how many joints meet one of the reference, those that meet exactly counted as 1
 
     def apply(self, positions: np.ndarray) -> np.ndarray:
         """Return positions (..., 3) of the camera's frame in the reference's [m]."""
@@ -80,13 +73,7 @@ class Solution:
 
 def find_candidates(observed: Observed, paths: JointPaths, lags: List[float],
                     transform: Optional[np.ndarray], progress: Callable[[Iterable], Iterable]) -> List[Solution]:
-    """Return the best solutions that single pairs of track and subject suggest.
-
-    Args:
-        lags: to try, see `likely_lags`.
-        transform: (4, 4), if it is known.
-        progress: wraps the lags.
-    """
+    """Return the best solutions that pairs of track and subject suggest, for lags [s]; transform: if it is known."""
     some = observed.some(_ROWS)
     found: List[Solution] = []
     for lag in progress(lags):
@@ -103,15 +90,12 @@ def find_candidates(observed: Observed, paths: JointPaths, lags: List[float],
 
 
 def likely_lags(correlations: Correlations, base: float, most: Optional[float], option: str) -> List[float]:
-    """Return the lags [s] for which speeds speak most.
+    """Return the lags [s] for which speeds speak most; BadInputError, if there are none.
 
     Args:
         base: clock offset of lag 0 [s].
         most: largest clock offset, either way [s]; None: any.
         option: by which the user tells the clocks, for the error.
-
-    Raises:
-        BadInputError: there are none.
     """
     # each track is the subject that it resembles most
     evidence = correlations.evidence().max(axis=1).sum(axis=0)
@@ -134,23 +118,15 @@ def least_points(free: np.ndarray) -> int:
 
 
 def merit(distances: np.ndarray, gate: float) -> float:
-    """Return how many joints meet a subject, those that meet exactly counted as 1, those `gate` [m] apart as 0.
-
-    Args:
-        distances: (S, R, K) from each subject [m].
-    """
+    """Return how many joints meet a subject by distances (S, R, K) [m]: 1 where they are 0, 0 from the gate [m] on."""
     return float(np.nansum(np.maximum(0, 1 - (distances / gate) ** 2), axis=2).max(axis=0).sum())
 
 
 def rigid_transform(points: np.ndarray, truth: np.ndarray, weights: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the rotation (3, 3) and translation (3,) that move points onto the truth with least squared distances.
+    """Return rotation (3, 3) and translation (3,) of points (N, 3) onto the truth by least weighted squares.
 
     Kabsch, Acta Crystallographica A32, 922 (1976); no mirror image, as in Umeyama, PAMI 13, 376 (1991). SciPy has it
     from 1.4 on.
-
-    Args:
-        points, truth: (N, 3) [m].
-        weights: (N,) not negative.
     """
     share = weights / weights.sum()
     middle, middle_truth = share @ points, share @ truth
@@ -166,11 +142,7 @@ def robust_weights(distances: np.ndarray) -> np.ndarray:
 
 
 def _pair_transforms(observed: Observed, truth: np.ndarray) -> List[Tuple[np.ndarray, np.ndarray]]:
-    """Return the transforms by which single tracks lie on single subjects, those that fit best and most joints first.
-
-    Args:
-        truth: (S, R, K, 3) at the times of the rows.
-    """
+    """Return the transforms of single tracks onto single subjects (S, R, K, 3), of the best fit and most joints."""
     pairs = []
     for track, subject in itertools.product(observed.longest_tracks(), range(len(truth))):
         rows = observed.ids == track
@@ -184,7 +156,6 @@ def _pair_transforms(observed: Observed, truth: np.ndarray) -> List[Tuple[np.nda
 
 
 def _robust_transform(points: np.ndarray, truth: np.ndarray) -> Tuple[np.ndarray, np.ndarray, float]:
-    """Return rotation and translation of (N, 3) points onto the truth, and the median distance that is left [m]."""
     weights = np.ones(len(points))
     for _ in range(10):
         rotation, translation = rigid_transform(points, truth, weights)

@@ -26,6 +26,9 @@ _BRIDGED = 0.25
 _STEPS_PER_FRAME, _FINEST_STEP = 2, 1 / 60
 # Shortest time that two speeds have in common, over all their joints [s].
 _LEAST_COMMON = 1.0
+# People move most in a stretch of this length [s]: they may stand still in most of a long recording. Of the joints and
+# times of a stretch, sampled in steps [s], this share reaches its speed.
+_STRETCH, _MOVING_STEP, _MOVING_SHARE = 2.0, 0.05, 0.03
 # Times that differ by less are the same [s]: floats of clocks that count from 1970 have steps of 0.2 us.
 SAME_TIME = 2e-6
 
@@ -96,41 +99,33 @@ def bridged_gap(times: np.ndarray, max_gap: float) -> float:
 
 @dataclass(frozen=True)
 class Correlations:
-    """How well the speeds of each track and subject agree, for each lag.
-
-    Attributes:
-        lags: (L,) [s]: the time of the reference minus that of the estimate, both from their own beginning.
-        covariance, track_variance, subject_variance: (A, S, L), summed over joints and common samples [m2/s2].
-        common: (A, S, L) samples in common, over all joints.
-        step: of the grid [s].
+    """How well the speeds of each of A tracks and S subjects agree, for each lag; sums over joints and common samples.
     """
 
-    lags: np.ndarray
-    covariance: np.ndarray
+    lags: np.ndarray  # (L,) [s]: the time of the reference minus that of the estimate, both from their own beginning
+    covariance: np.ndarray  # (A, S, L) [m2/s2], as the next two
     track_variance: np.ndarray
     subject_variance: np.ndarray
-    common: np.ndarray
-    step: float
+    common: np.ndarray  # (A, S, L) samples in common
+    step: float  # of the grid [s]
 
     def correlation(self, pairs: List[Tuple[int, int]]) -> np.ndarray:
         """Return the correlation (L,) of some tracks with their subjects together, NaN where too little is common."""
-        tracks, subjects = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
-        common = self.common[tracks, subjects].sum(axis=0)
-        floor = _SPEED_FLOOR ** 2 * common
-        with np.errstate(invalid='ignore', divide='ignore'):
-            value = self.covariance[tracks, subjects].sum(axis=0) / np.sqrt(
-                (self.track_variance[tracks, subjects].sum(axis=0) + floor)
-                * (self.subject_variance[tracks, subjects].sum(axis=0) + floor))
-        return np.where(common * self.step >= _LEAST_COMMON, value, np.nan)
+        chosen = tuple(zip(*pairs)) or ((), ())
+        tracks, subjects = list(chosen[0]), list(chosen[1])
+        covariance, of_tracks, of_subjects, common = (
+            values[tracks, subjects].sum(axis=0) for values in
+            (self.covariance, self.track_variance, self.subject_variance, self.common))
+        return np.where(common * self.step >= _LEAST_COMMON,
+                        _correlated(covariance, of_tracks, of_subjects, common), np.nan)
 
     def evidence(self) -> np.ndarray:
         """Return (A, S, L) how much likelier speeds are that follow each other than independent ones, as a logarithm.
 
         Unlike a correlation, it does not favour lags with little in common. Samples of one window count as one.
         """
-        floor = _SPEED_FLOOR ** 2 * self.common
+        correlation = _correlated(self.covariance, self.track_variance, self.subject_variance, self.common)
         with np.errstate(invalid='ignore', divide='ignore'):
-            correlation = self.covariance / np.sqrt((self.track_variance + floor) * (self.subject_variance + floor))
             evidence = -0.5 * self.common * (self.step / _SPEED_WINDOW) * np.log1p(-np.clip(correlation, 0, 0.999) ** 2)
         return np.where(self.common * self.step >= _LEAST_COMMON, np.nan_to_num(evidence), 0)
 
@@ -149,13 +144,12 @@ def correlate_speeds(tracks: List[Tuple[np.ndarray, np.ndarray]], reference: Joi
     length = int((max(times[-1] for times, _ in tracks) - begin) / step) + 1
     reference_begin = reference.times[0]
     reference_length = int((reference.times[-1] - reference_begin) / step) + 1
-    of_subjects = _speeds(reference, reference_begin + step * np.arange(reference_length))
     size = next_fast_len(length + reference_length)
     # lag index l: sample i of the estimate beside sample i + l of the reference
     order = np.arange(-(length - 1), reference_length)
-    subjects = [_spectra(speeds, size) for speeds in of_subjects]
-    shape = (len(tracks), len(subjects), len(order))
-    covariance, of_track, of_subject, common = (np.zeros(shape) for _ in range(4))
+    subjects = [_spectra(speeds, size) for speeds in _speeds(
+        reference, reference_begin + step * np.arange(reference_length))]
+    covariance, of_track, of_subject, common = np.zeros((4, len(tracks), len(subjects), len(order)))
     for a, (times, positions) in enumerate(tracks):
         paths = JointPaths(times, _without_jumps(positions)[None], max(_BRIDGED, 2.5 * frame_time))
         ours = _spectra(_speeds(paths, begin + step * np.arange(length))[0], size)
@@ -173,20 +167,21 @@ def correlate_speeds(tracks: List[Tuple[np.ndarray, np.ndarray]], reference: Joi
     return Correlations(order * step + reference_begin - begin, covariance, of_track, of_subject, common, step)
 
 
-def moving_speed(paths: JointPaths, step: float = 0.05, stretch: float = 2.0, share: float = 0.03) -> float:
-    """Return the speed that the fastest joints reach while people move most [m/s]; NaN if unknown.
-
-    Args:
-        step: between two speeds [s].
-        stretch: time that is judged by itself [s]: people may stand still in most of a long recording.
-        share: of the joints and times of a stretch that reach it.
-    """
-    speeds = _speeds(paths, np.arange(paths.times[0], paths.times[-1], step))
-    count = int(stretch / step)
+def moving_speed(paths: JointPaths) -> float:
+    """Return the speed that the fastest joints reach while people move most [m/s]; NaN if unknown."""
+    speeds = _speeds(paths, np.arange(paths.times[0], paths.times[-1], _MOVING_STEP))
+    count = int(_STRETCH / _MOVING_STEP)
     parts = [speeds[..., first:first + count] for first in range(0, speeds.shape[-1], count)]
-    fastest = [np.percentile(part[np.isfinite(part)], 100 * (1 - share)) for part in parts
-               if np.isfinite(part).mean() > share]
+    fastest = [np.percentile(part[np.isfinite(part)], 100 * (1 - _MOVING_SHARE)) for part in parts
+               if np.isfinite(part).mean() > _MOVING_SHARE]
     return float(max(fastest)) if fastest else float('nan')
+
+
+def _correlated(covariance: np.ndarray, of_track: np.ndarray, of_subject: np.ndarray, common: np.ndarray) -> np.ndarray:
+    floor = _SPEED_FLOOR ** 2 * common
+    with np.errstate(invalid='ignore', divide='ignore'):
+        correlation: np.ndarray = covariance / np.sqrt((of_track + floor) * (of_subject + floor))
+    return correlation
 
 
 def _without_jumps(positions: np.ndarray) -> np.ndarray:

@@ -17,21 +17,13 @@ _SHORTEST_HALF = 0.02  # [s] velocities are means over this, or half a frame, to
 
 @dataclass(frozen=True)
 class Refined(Solution):
-    """A solution with its uncertainty.
+    """A solution with its uncertainty."""
 
-    Attributes:
-        subjects: (R,) subject of each row, -1 none.
-        std: standard deviations of lag [s], rotation [degrees], translation [m], NaN where they were given.
-        residual: median distance of the joints used [m].
-        scale: by which the camera's people would have to be stretched to fit.
-        samples: joints that were used.
-    """
-
-    subjects: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
-    std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)
-    residual: float = np.nan
-    scale: float = np.nan
-    samples: int = 0
+    subjects: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # (R,) of each row, -1 none
+    std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)  # of lag [s], rotation [deg], translation [m]
+    residual: float = np.nan  # median distance of the joints used [m]
+    scale: float = np.nan  # by which the camera's people would have to be stretched to fit
+    samples: int = 0  # joints that were used
 
 
 def refine(observed: Observed, paths: JointPaths, solution: Solution, free: np.ndarray, steps: int) -> Refined:
@@ -88,12 +80,9 @@ def _matched(distances: np.ndarray) -> np.ndarray:
 
 
 def _derivatives(points: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return the matrices (N, 3, 7) by which rotation vector, translation and lag take away the residual.
+    """Return the matrices (N, 3, 7) by which rotation vector, translation and lag take away the residual:
 
-    residual = rotation x points + translation - velocity lag.
-
-    Args:
-        points, velocity: (N, 3), points from the middle of the rotation [m, m/s].
+    rotation x points + translation - velocity lag, points (N, 3) from the middle of the rotation.
     """
     rows = np.zeros((len(points), 3, 7))
     for axis in range(3):
@@ -106,13 +95,8 @@ def _derivatives(points: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 def _deviations(pulls: np.ndarray, groups: np.ndarray, inverse: np.ndarray, variance: float) -> np.ndarray:
     """Return standard deviations (7,) with samples of one group depending on each other.
 
-    The "sandwich" of Liang and Zeger, Biometrika 73, 13 (1986). Where few groups give too small a value, that of
-    independent samples is taken.
-
-    Args:
-        pulls, groups: (N, 7) weighted derivatives times residuals, and (N,).
-        inverse: (7, 7) of the normal equations.
-        variance: of a coordinate [m2].
+    The "sandwich" of Liang and Zeger, Biometrika 73, 13 (1986), of weighted derivatives times residuals (N, 7). Where
+    few groups give too small a value, that of independent samples is taken, by the variance of a coordinate [m2].
     """
     sums = np.zeros((groups.max() + 1, 7))
     np.add.at(sums, groups, pulls)

@@ -15,10 +15,7 @@ _MOST_UNITS = 65535
 
 
 def decode_image(content: bytes, source: str) -> np.ndarray:
-    """Return the image in a file's content with its channels and type.
-
-    Returns:
-        (H, W) or (H, W, 3 or 4) uint8 or uint16, BGR(A); a JPEG is turned as its EXIF orientation says.
+    """Return an image file as it is stored, (H, W[, 3 or 4]) uint8 or uint16, BGR(A), a JPEG turned as its EXIF says.
 
     Raises:
         BadInputError: it can not be decoded, or is of another type.
@@ -32,11 +29,7 @@ def decode_image(content: bytes, source: str) -> np.ndarray:
 
 
 def decode_depth(content: bytes, source: str) -> np.ndarray:
-    """Return the depth image in a file's content, (H, W) uint16 or float32, as it is stored.
-
-    Raises:
-        BadInputError: it can not be decoded, or is of another type.
-    """
+    """Return a depth image file as it is stored, (H, W) uint16 or float32; errors as `decode_image`."""
     depth = image_decoding.decode_image(content, source, cv2.IMREAD_UNCHANGED)
     if depth.ndim != 2 or depth.dtype not in (np.uint16, np.float32):
         raise BadInputError(f'{source}: expected one channel of uint16 or float32, got {depth.dtype} of shape '
@@ -45,11 +38,7 @@ def decode_depth(content: bytes, source: str) -> np.ndarray:
 
 
 def encoding_of(image: np.ndarray, source: str) -> str:
-    """Return the encoding of a sensor_msgs/Image for an image.
-
-    Raises:
-        BadInputError: there is none.
-    """
+    """Return the encoding of a sensor_msgs/Image for an image; BadInputError, where there is none."""
     channels = 1 if image.ndim == 2 else image.shape[2]
     encoding = _ENCODINGS.get((str(image.dtype), channels))
     if encoding is None:
@@ -68,14 +57,7 @@ def to_bgr8(image: np.ndarray) -> np.ndarray:
 
 
 def encode_image(image: np.ndarray, suffix: str, source: str) -> bytes:
-    """Return the content of an image file without loss.
-
-    Args:
-        suffix: '.png', or '.tiff' for float32.
-
-    Raises:
-        BadInputError: OpenCV can not write it.
-    """
+    """Return the content of an image file without loss, '.png', or '.tiff' of float32; BadInputError: none can be."""
     try:
         return cv2.imencode(suffix, image)[1].tobytes()
     except cv2.error as error:
@@ -91,13 +73,7 @@ def depth_to_metres(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
 
 
 def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> np.ndarray:
-    """Return depth as integers, rounded.
-
-    Args:
-        depth: (H, W) float [m]; 0, negative or not finite where missing.
-
-    Returns:
-        (H, W) uint16, 0 = missing.
+    """Return depth (H, W) float [m] as rounded uint16; what is 0, negative or not finite is missing, 0.
 
     Raises:
         BadInputError: a depth is too great for 16 bits.

@@ -1,9 +1,8 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Callable, Dict, Iterable, Sequence, Tuple
 
 import numpy as np
-import pandas as pd
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -14,15 +13,12 @@ from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import MISSING
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
-class EvaluationParams:
-    """What is compared."""
 
-    gate: float = 0.5  # largest median distance of a person's joints from those of its subject [m]
-    max_gap: float = 0.1  # between two samples of the reference that may be bridged [s], see `bridged_gap`
-    # names to compare; none: all that both have. Persons and subjects are paired by all joints in any case.
-    joints: Tuple[str, ...] = ()
+# Largest median distance of a person's joints from those of its subject [m].
+_GATE = 0.5
 
 
 @dataclass(frozen=True)
@@ -55,12 +51,13 @@ class Comparison:
         """Distances (N, K) of the estimate from the reference [m], NaN where one of both is missing."""
         return np.linalg.norm(self.estimate - self.truth, axis=2)
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> 'pd.DataFrame':
         """Return one row per subject, frame and joint that the reference has [s, m].
 
         Columns: time, subject (category), person_ID, joint (category), found, status, error (NaN where the estimate
         has no answer), sigma, and x, y, z of the estimate and of the reference.
         """
+        import pandas as pd
         row, joint = np.nonzero(np.isfinite(self.truth).all(axis=2))
         values = {'time': self.times[row], 'subject': pd.Categorical.from_codes(self.subject[row], self.subjects),
                   'person_ID': self.track[row], 'joint': pd.Categorical.from_codes(joint, self.joints),
@@ -72,90 +69,77 @@ class Comparison:
 
 
 def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
-            params: Optional[EvaluationParams] = None, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
+            names: Sequence[str] = (), max_gap: float = 0.1, progress: Callable[[Iterable], Iterable] = iter
+            ) -> Comparison:
     """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
 
     Args:
+        names: of joints to compare; none: all that both have. People and subjects are paired by all joints.
+        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         progress: wraps the frames.
 
     Raises:
         ParameterError: a joint is unknown, or one that not both have.
         BadInputError: the recordings have no time in common, or no person is near a subject.
     """
-    params = params or EvaluationParams()
-    # people are paired with subjects by all joints, also where only some are compared
-    joints, only_reference, only_estimate = _common_joints(estimate, reference, params.joints)
+    theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
+    ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
+    joints = np.flatnonzero(ours & theirs)
+    compared = np.array([not names or joint in names for joint in MESSAGE_JOINTS])
+    common = [MESSAGE_JOINTS[joint] for joint in joints if compared[joint]]
+    _check_joints(names, common, [MESSAGE_JOINTS[joint] for joint in joints])
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, params.max_gap))
+                       bridged_gap(reference.times, max_gap))
     lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
     inside = (stamps + lag > -SAME_TIME) & (stamps + lag < paths.times[-1] + SAME_TIME)
     if not inside.any():
         raise BadInputError('estimate and reference have no time in common with this clock offset')
     truth, positions = paths.at(stamps + lag), alignment.apply(estimate.positions[:, joints])
-    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth, params.gate)
+    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth)
     found = row >= 0
     if not found.any():
-        raise BadInputError(f'no person of the estimate is within {params.gate:g} m of a subject of the reference')
-    kept = np.array([not params.joints or MESSAGE_JOINTS[joint] in params.joints for joint in joints])
+        raise BadInputError(f'no person of the estimate is within {_GATE:g} m of a subject of the reference')
+    kept = compared[joints]
     positions = np.where(found[:, None, None], positions[row][:, kept], np.nan)
+    steps = np.diff(stamps[inside])
     return Comparison(
-        joints=tuple(MESSAGE_JOINTS[joint] for joint in joints[kept]), subjects=tuple(reference.subjects),
-        times=stamps[frame], subject=subject, found=found, track=np.where(found, estimate.ids[row], -1),
-        estimate=positions, truth=truth[subject, frame][:, kept],
+        joints=tuple(common), subjects=tuple(reference.subjects), times=stamps[frame], subject=subject, found=found,
+        track=np.where(found, estimate.ids[row], -1), estimate=positions, truth=truth[subject, frame][:, kept],
         status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints[kept]], MISSING),
         sigma=np.where(found[:, None], estimate.sigma[row][:, joints[kept]], np.nan).astype(np.float64),
-        frames=int(inside.sum()), frames_outside=int((~inside).sum()), frames_empty=_empty_frames(stamps[inside]),
+        frames=int(inside.sum()), frames_outside=int((~inside).sum()),
+        frames_empty=int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0,
         extra_people=int(inside[frame_of].sum() - found.sum()),
-        only_reference=only_reference, only_estimate=only_estimate)
+        only_reference=tuple(np.array(MESSAGE_JOINTS)[theirs & ~ours & compared].tolist()),
+        only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs & compared].tolist()))
 
 
-def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray, gate: float
-             ) -> np.ndarray:
-    """Return the frame, the row of the estimate (-1: not found) and the number of each subject that is there, (3, N).
-
-    Args:
-        frames: to compare.
-        frame_of: (R,) of each row of the estimate.
-        positions: (R, K, 3) of the estimate [m].
-        truth: (S, T, K, 3) [m].
-    """
-    rows_of = pd.Series(frame_of).groupby(frame_of).indices
-    matches: List[Tuple[int, int, int]] = []
-    for frame in frames:
-        rows = rows_of[frame]
-        subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
-        found = {subject: int(rows[person]) for person, subject
-                 in pair_people(positions[rows], truth[subjects, frame], gate)}
-        matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects.tolist()))
-    return np.array(matches, int).reshape(-1, 3).T
-
-
-def _common_joints(estimate: KeypointTable, reference: JointRecording, names: Sequence[str]
-                   ) -> Tuple[np.ndarray, Tuple[str, ...], Tuple[str, ...]]:
-    """Return the numbers of the joints that both have, and the names that only the reference, or the estimate, has.
-
-    Args:
-        names: of joints that both must have; the others are not named. Empty: all are named.
-    """
+def _check_joints(names: Sequence[str], common: Sequence[str], of_both: Sequence[str]) -> None:
     unknown = [name for name in names if name not in MESSAGE_JOINTS]
     if unknown:
         raise ParameterError(f"joints {', '.join(unknown)} are unknown; allowed: {', '.join(MESSAGE_JOINTS)}")
-    theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
-    ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
-
-    def named(mask: np.ndarray) -> Tuple[str, ...]:
-        return tuple(name for name, one in zip(MESSAGE_JOINTS, mask) if one)
-
-    lacking = [name for name in names if name not in named(ours & theirs)]
-    if lacking or not (ours & theirs).any():
+    lacking = [name for name in names if name not in common]
+    if lacking or not common:
         raise ParameterError(f"estimate and reference do not both have the joints {', '.join(lacking) or 'of a person'}"
-                             f"; both have: {', '.join(named(ours & theirs)) or 'none'}")
-    told = np.array([not names or name in names for name in MESSAGE_JOINTS])
-    return np.flatnonzero(ours & theirs), named(theirs & ~ours & told), named(ours & ~theirs & told)
+                             f"; both have: {', '.join(of_both) or 'none'}")
 
 
-def _empty_frames(stamps: np.ndarray) -> int:
-    steps = np.diff(stamps)
-    return int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0
+def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray
+             ) -> np.ndarray:
+    """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N).
+
+    Args:
+        frame_of: (R,) of each row of the estimate.
+        positions, truth: (R, K, 3) of the estimate, (S, T, K, 3) [m].
+    """
+    import pandas as pd
+    rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
+    for frame in frames:
+        rows = rows_of[frame]
+        subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
+        found: Dict[int, int] = {subject: int(rows[person]) for person, subject
+                                 in pair_people(positions[rows], truth[subjects, frame], _GATE)}
+        matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects.tolist()))
+    return np.array(matches, int).reshape(-1, 3).T

@@ -8,12 +8,12 @@
       left_wrist: [LWRA, LWRB]                           # mean of markers; missing when one of them is
       neck: {joints: [left_shoulder, right_shoulder]}    # mean of joints above
       left_ankle: {markers: [LANK], shift: {metres: 0.04, from: [LASI], to: [RASI]}}   # moved along a direction
-      left_hip: {hip_centre: left, asis: [LASI, RASI], psis: [LPSI, RPSI]}             # regression, see hip_centres
+      left_hip: {hip_centre: left, asis: [LASI, RASI], psis: [LPSI, RPSI]}             # regression, see _hip_centre
       head_top: {first_of: [HTOP, [LFHD, RFHD]]}         # the first whose markers the recording has
 """
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -22,25 +22,18 @@ from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_pkg.structured_text import file_values
 
 _FOLDER = Path(__file__).resolve().parents[1] / 'data' / 'marker_maps'
-_KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
-_SIDES = ('left', 'right')
+# Kinds of rules, and what each may have beside it.
+_KINDS = {'first_of': (), 'hip_centre': ('asis', 'psis'), 'markers': ('shift',), 'joints': ('shift',)}
 # Largest shift of a joint from its markers [m].
 _MOST_SHIFT = 1.0
 # Hip joint centre by Harrington et al. (2007): share of pelvis depth PD or width PW, and offset [m], per axis of the
 # pelvis: forwards (PD), up (PW), outwards (PW).
 _HIP_FORWARDS, _HIP_UP, _HIP_OUT = (-0.24, -0.0099), (-0.30, -0.0109), (0.33, 0.0073)
 
-Names = Tuple[str, ...]
+# A rule is what stands in the file, with lists of names for single ones.
+Rule = Dict[str, Any]
 # Positions (T, 3) [m] by name.
 Points = Mapping[str, np.ndarray]
-
-
-class Rule(NamedTuple):
-    """Where a joint lies."""
-
-    markers: Names  # names of those that it may use
-    # returns the joint, (T, 3) [m], by the markers and by the joints above it; None if the recording lacks one of these
-    place: Callable[[Points, Points], Optional[np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -49,70 +42,78 @@ class MarkerMap:
 
     name: str  # of a shipped map, or the path of a file
     rules: Mapping[str, Rule]  # by joint, in the order in which they are applied
-    is_shipped: bool  # it is part of this package; its markers are known by other spellings too
-    is_choice: bool = False  # it was chosen by the names of the markers
 
     @property
-    def markers(self) -> Names:
+    def markers(self) -> Tuple[str, ...]:
         """Names of all markers that it may use, each once."""
-        return tuple(dict.fromkeys(name for rule in self.rules.values() for name in rule.markers))
+        return tuple(dict.fromkeys(name for rule in self.rules.values() for name in _markers(rule)))
 
 
-def shipped_maps() -> Names:
+def shipped_maps() -> Tuple[str, ...]:
     """Return the names of the maps that are part of this package."""
     return tuple(sorted(path.stem for path in _FOLDER.glob('*.yaml')))
 
 
 def read_marker_map(path: Union[str, Path]) -> MarkerMap:
-    """Read a marker map.
-
-    Args:
-        path: of a YAML file, or the name of a shipped map.
-
-    Raises:
-        BadInputError: there is none, or it is not as expected.
-    """
-    file = Path(path).expanduser()
-    is_shipped = not file.is_file()
-    if is_shipped:
-        if str(path) not in shipped_maps():
-            raise BadInputError(f"marker map '{path}': there is no such file, nor a shipped map of this name "
-                                f"({', '.join(shipped_maps())})")
-        file = _FOLDER / f'{path}.yaml'
+    """Read a marker map, a YAML file or a shipped map by name; BadInputError: there is none, or it is not one."""
+    file = _FOLDER / f'{path}.yaml' if str(path) in shipped_maps() else Path(path).expanduser()
+    if not file.is_file():
+        raise BadInputError(f"marker map '{path}': there is no such file, nor a shipped map of this name "
+                            f"({', '.join(shipped_maps())})")
     where = f'marker map {path}'
     values = _mapping(where, file_values(file, f'marker map {file}'), ('description', 'joints'))
     rules: Dict[str, Rule] = {}
     for joint, value in _mapping(f'{where}, joints', values.get('joints'), MESSAGE_JOINTS).items():
         rules[joint] = _rule(f'{where}, {joint}', value, tuple(rules))
-    return MarkerMap(str(path), rules, is_shipped)
+    return MarkerMap(str(path), rules)
 
 
-def hip_centres(left_asis: np.ndarray, right_asis: np.ndarray, psis: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the left and right hip joint centre.
+def place(rule: Rule, markers: Points, joints: Points) -> Optional[np.ndarray]:
+    """Return the joint of a rule, (T, 3) [m], by the markers and the joints above it; None: it has not all of these."""
+    if 'first_of' in rule:
+        placed = (place(each, markers, joints) for each in rule['first_of'])
+        return next((points for points in placed if points is not None), None)
+    if not set(_markers(rule)) <= set(markers) or not set(rule.get('joints', ())) <= set(joints):
+        return None
+    if 'hip_centre' in rule:
+        left, right = (markers[name] for name in rule['asis'])
+        return _hip_centre(left, right, _mean(markers, rule['psis']), 1 if rule['hip_centre'] == 'right' else -1)
+    mean = _mean(joints, rule['joints']) if 'joints' in rule else _mean(markers, rule['markers'])
+    if 'shift' in rule:
+        shift = rule['shift']
+        start = _mean(markers, shift['from']) if 'from' in shift else mean
+        mean = mean + shift['metres'] * _unit(_mean(markers, shift['to']) - start)
+    return mean
+
+
+def _markers(rule: Rule) -> Iterator[str]:
+    for each in rule.get('first_of', ()):
+        yield from _markers(each)
+    for part, keys in ((rule, ('asis', 'psis', 'markers')), (rule.get('shift', {}), ('from', 'to'))):
+        for key in keys:
+            yield from part.get(key, ())
+
+
+def _hip_centre(left_asis: np.ndarray, right_asis: np.ndarray, psis: np.ndarray, side: int) -> np.ndarray:
+    """Return a hip joint centre, (T, 3) [m].
 
     Harrington et al., Prediction of the hip joint centre in adults, children, and patients with cerebral palsy based on
     magnetic resonance imaging, J. Biomech. 40 (2007) 595-602: 3 to 5 mm off in each axis, given the bones; markers on
-    skin and clothes add to that. The pelvis' frame has its origin in the middle of the ASIS, x forwards in the plane of
-    ASIS and PSIS.
+    skin and clothes add to that. The pelvis' frame has its origin in the middle of the anterior superior iliac spines
+    (ASIS), x forwards in the plane of these and the posterior ones (PSIS).
 
     Args:
-        left_asis, right_asis: (..., 3) [m] anterior superior iliac spines.
-        psis: (..., 3) [m] middle of the posterior superior iliac spines.
-
-    Returns:
-        (..., 3) [m] each; NaN where a marker is.
+        left_asis, right_asis, psis: (T, 3) [m], the last in their middle.
+        side: 1 right, -1 left.
     """
     middle = (left_asis + right_asis) / 2
     width = np.linalg.norm(right_asis - left_asis, axis=-1, keepdims=True)
     depth = np.linalg.norm(middle - psis, axis=-1, keepdims=True)
-    right = _unit(right_asis - left_asis)
-    forwards = middle - psis
+    right, forwards = _unit(right_asis - left_asis), middle - psis
     forwards = _unit(forwards - (forwards * right).sum(axis=-1, keepdims=True) * right)
-    up = np.cross(right, forwards)
     centre = (middle + (_HIP_FORWARDS[0] * depth + _HIP_FORWARDS[1]) * forwards
-              + (_HIP_UP[0] * width + _HIP_UP[1]) * up)
-    out = (_HIP_OUT[0] * width + _HIP_OUT[1]) * right
-    return centre - out, centre + out
+              + (_HIP_UP[0] * width + _HIP_UP[1]) * np.cross(right, forwards))
+    return centre + side * ((_HIP_OUT[0] * width + _HIP_OUT[1]) * right)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -124,97 +125,50 @@ def _mean(points: Points, names: Sequence[str]) -> np.ndarray:
     return np.mean([points[name] for name in names], axis=0)
 
 
-def _rule(where: str, value: Any, above: Names) -> Rule:
-    """Return the rule that a value of a map stands for.
-
-    Args:
-        where: it stands, for errors.
-        above: the joints that it may be computed from.
-    """
-    if isinstance(value, (str, list)):
-        value = {'markers': value}
-    value = _mapping(where, value, (*_KINDS, 'shift', 'asis', 'psis'))
-    kinds = [key for key in _KINDS if key in value]
+def _rule(where: str, value: Any, above: Sequence[str]) -> Rule:
+    """Return the rule that a value stands for; where: it stands, for errors; above: joints that it may be made of."""
+    value = {'markers': value} if isinstance(value, (str, list)) else _mapping(where, value)
+    kinds = [kind for kind in _KINDS if kind in value]
     if len(kinds) != 1:
         raise BadInputError(f"{where}: expected one of {', '.join(_KINDS)}, got {' and '.join(kinds) or 'none'}")
-    if kinds == ['first_of']:
-        value = _mapping(where, value, ('first_of',))
-        if not isinstance(value['first_of'], list) or not value['first_of']:
-            raise BadInputError(f"{where}: first_of = {value['first_of']!r}, expected a list")
-        return _first_of([_rule(where, one, above) for one in value['first_of']])
-    if kinds == ['hip_centre']:
-        return _hip_rule(where, _mapping(where, value, ('hip_centre', 'asis', 'psis')))
-    return _mean_rule(where, _mapping(where, value, (*kinds, 'shift')), above)
-
-
-def _first_of(rules: Sequence[Rule]) -> Rule:
-    """Return the rule of the first of several whose markers or joints a recording has."""
-    def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
-        placed = (rule.place(markers, joints) for rule in rules)
-        return next((points for points in placed if points is not None), None)
-
-    return Rule(tuple(name for rule in rules for name in rule.markers), place)
-
-
-def _hip_rule(where: str, value: Mapping[str, Any]) -> Rule:
-    """Return the rule of the centre of a hip joint by regression from markers on the pelvis, see `hip_centres`."""
-    asis, psis = (_names(where, key, value.get(key)) for key in ('asis', 'psis'))
-    if value['hip_centre'] not in _SIDES or len(asis) != 2 or len(psis) not in (1, 2):
-        raise BadInputError(f'{where}: expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, RIGHT] or '
-                            f'[SACRUM], got {dict(value)!r}')
-    side = _SIDES.index(value['hip_centre'])
-
-    def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
-        if not {*asis, *psis} <= set(markers):
-            return None
-        return hip_centres(markers[asis[0]], markers[asis[1]], _mean(markers, psis))[side]
-
-    return Rule(asis + psis, place)
-
-
-def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Rule:
-    """Return the rule of the mean of markers, or of joints that come before, moved by a distance if asked for."""
-    kind = 'joints' if 'joints' in value else 'markers'
-    names = _names(where, kind, value[kind])
-    unknown = [name for name in names if kind == 'joints' and name not in above]
+    kind = kinds[0]
+    rule = dict(_mapping(where, value, (kind, *_KINDS[kind])))
+    if kind == 'first_of':
+        if not isinstance(rule[kind], list) or not rule[kind]:
+            raise BadInputError(f'{where}: first_of = {rule[kind]!r}, expected a list')
+        return {kind: [_rule(where, each, above) for each in rule[kind]]}
+    if kind == 'hip_centre':
+        rule['asis'], rule['psis'] = (_names(where, key, rule.get(key)) for key in ('asis', 'psis'))
+        if rule[kind] not in ('left', 'right') or len(rule['asis']) != 2:
+            raise BadInputError(f'{where}: expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, '
+                                f'RIGHT] or [SACRUM], got {value!r}')
+        return rule
+    rule[kind] = _names(where, kind, rule[kind])
+    unknown = [name for name in rule.get('joints', ()) if name not in above]
     if unknown:
         raise BadInputError(f"{where}: uses {', '.join(unknown)}, which is not among the joints above it")
-    metres, start, end = _shift(where, value['shift']) if 'shift' in value else (0.0, (), ())
-
-    def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
-        source = joints if kind == 'joints' else markers
-        if not set(names) <= set(source) or not {*start, *end} <= set(markers):
-            return None
-        mean = _mean(source, names)
-        if end:
-            mean = mean + metres * _unit(_mean(markers, end) - (_mean(markers, start) if start else mean))
-        return mean
-
-    return Rule((names if kind == 'markers' else ()) + start + end, place)
+    if 'shift' in rule:
+        shift = dict(_mapping(f'{where}, shift', rule['shift'], ('metres', 'from', 'to')))
+        metres = shift.get('metres')
+        if not isinstance(metres, (int, float)) or isinstance(metres, bool) or not abs(metres) <= _MOST_SHIFT:
+            raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
+        rule['shift'] = {'metres': metres, **{key: _names(where, f'shift {key}', shift.get(key))
+                                              for key in ('from', 'to') if key == 'to' or key in shift}}
+    return rule
 
 
-def _shift(where: str, value: Any) -> Tuple[float, Names, Names]:
-    """Return a distance [m] and the markers between whose means it leads; without a start it starts at the joint."""
-    value = _mapping(f'{where}, shift', value, ('metres', 'from', 'to'))
-    metres = value.get('metres')
-    if not isinstance(metres, (int, float)) or isinstance(metres, bool) or not abs(metres) <= _MOST_SHIFT:
-        raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
-    start = _names(where, 'shift from', value['from']) if 'from' in value else ()
-    return float(metres), start, _names(where, 'shift to', value.get('to'))
-
-
-def _names(where: str, key: str, value: Any) -> Names:
+def _names(where: str, key: str, value: Any) -> List[str]:
     names: List[Any] = [value] if isinstance(value, str) else value
     if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
         raise BadInputError(f'{where}: {key} = {value!r}, expected a name or a list of names')
-    return tuple(names)
+    return names
 
 
-def _mapping(where: str, value: Any, known: Sequence[str]) -> Dict[str, Any]:
+def _mapping(where: str, value: Any, known: Optional[Sequence[str]] = None) -> Dict[str, Any]:
     """Return the value if it is a mapping with none but known keys."""
     if not isinstance(value, dict) or not value:
         raise BadInputError(f'{where}: expected keys with values, got {value!r}')
-    unknown = [str(key) for key in value if key not in known]
+    unknown = [] if known is None else [str(key) for key in value if key not in known]
     if unknown:
-        raise BadInputError(f"{where}: unknown {', '.join(unknown)}; allowed: {', '.join(known)}")
+        raise BadInputError(f"{where}: unknown {', '.join(unknown)}; allowed: {', '.join(known or ())}")
     return value

@@ -3,16 +3,18 @@
 The form is that of Bertram et al., PLoS ONE 18 (2023) e0279697 (Azure Kinect: RMSE 20-89 mm by region, axis and task),
 and, for angles, of Ma et al., APSIPA 2020 (two Azure Kinects in gait: knee 11.9, hip 15.1 degrees).
 """
-from typing import Any, Dict, Iterator, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterator, Tuple
 
 import numpy as np
-import pandas as pd
 
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import Figures, number_or_none
 from openpose_ros_tools.motion.angles import between
 from openpose_ros_tools.tables.keypoint_selection import upright_axis
 from skeleton_extract_3d.people import MEASURED
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Regions in which Bertram et al. compare landmarks, by the ends of the joints' names.
 REGIONS = {'head': ('nose', 'eye', 'ear', 'head_top'), 'trunk': ('neck', 'chest', 'shoulder', 'hip'),
@@ -47,7 +49,7 @@ def anatomical_axes(comparison: Comparison, rotation: np.ndarray) -> np.ndarray:
     return np.stack([np.cross(away, up), up, away])
 
 
-def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = False) -> pd.DataFrame:
+def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = False) -> 'pd.DataFrame':
     """Return a row for each subject, joint and axis [m], and for each angle [deg].
 
     Columns: part (region, or angle), axis (of `AXES`, or angle), samples, square (mean square of the error), variance
@@ -57,10 +59,11 @@ def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = Fals
         axes: (3, 3) unit vectors of `AXES` in the frame of the reference, one per row.
         measured: leave out joints that are inferred.
     """
+    import pandas as pd
     used = comparison.status == MEASURED if measured else np.ones(comparison.status.shape, bool)
     ours = np.where(used[..., None], comparison.estimate, np.nan) @ axes.T
     rows = []
-    for part, axis, estimate, truth in _series(comparison, ours, comparison.truth @ axes.T):
+    for part, axis, estimate, truth in _series(comparison.joints, ours, comparison.truth @ axes.T):
         both = np.isfinite(estimate) & np.isfinite(truth)
         for subject in np.unique(comparison.subject[both]):
             a, b = (values[both & (comparison.subject == subject)] for values in (estimate, truth))
@@ -68,25 +71,6 @@ def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = Fals
             rows.append((part, axis, len(a), np.mean((a - b) ** 2), np.var(a - b),
                          np.mean((a - a.mean()) * (b - b.mean())) / spread if spread > 0 else np.nan, b.std()))
     return pd.DataFrame(rows, columns=['part', 'axis', 'samples', 'square', 'variance', 'r', 'motion'])
-
-
-def study_figures(table: pd.DataFrame) -> Dict[str, Dict[str, Figures]]:
-    """Return the figures of `trajectories` by part and axis, ready for JSON: [mm], of angles [deg].
-
-    Root mean squares are over all samples; r and motion are means over the trajectories.
-    """
-    figures: Dict[str, Dict[str, Figures]] = {}
-    for part in (*REGIONS, *ANGLES):
-        for axis in AXES if part in REGIONS else ('angle',):
-            rows = table[(table.part == part) & (table.axis == axis)]
-            if len(rows):
-                scale = 1e3 if part in REGIONS else 1.0
-                square, variance = (np.average(rows[name], weights=rows.samples) for name in ('square', 'variance'))
-                figures.setdefault(part, {})[axis] = {
-                    'samples': int(rows.samples.sum()), 'rmse': number_or_none(scale * np.sqrt(square)),
-                    'rmse_without_offset': number_or_none(scale * np.sqrt(variance)),
-                    'r': number_or_none(rows.r.mean()), 'motion': number_or_none(scale * rows.motion.mean())}
-    return figures
 
 
 def study(comparison: Comparison, rotation: np.ndarray) -> Dict[str, Any]:
@@ -97,10 +81,25 @@ def study(comparison: Comparison, rotation: np.ndarray) -> Dict[str, Any]:
             'measured': study_figures(trajectories(comparison, axes, measured=True))}
 
 
-def _series(comparison: Comparison, ours: np.ndarray, theirs: np.ndarray
+def study_figures(table: 'pd.DataFrame') -> Dict[str, Dict[str, Figures]]:
+    """Return the figures of `trajectories` by part and axis, ready for JSON: [mm], of angles [deg].
+
+    Root mean squares are over all samples; r and motion are means over the trajectories.
+    """
+    figures: Dict[str, Dict[str, Figures]] = {}
+    for (part, axis), rows in table.groupby(['part', 'axis'], sort=False):
+        scale = 1e3 if part in REGIONS else 1.0
+        square, variance = (np.average(rows[name], weights=rows.samples) for name in ('square', 'variance'))
+        figures.setdefault(part, {})[axis] = {
+            'samples': int(rows.samples.sum()), 'rmse': number_or_none(scale * np.sqrt(square)),
+            'rmse_without_offset': number_or_none(scale * np.sqrt(variance)),
+            'r': number_or_none(rows.r.mean()), 'motion': number_or_none(scale * rows.motion.mean())}
+    return {part: figures[part] for part in (*REGIONS, *ANGLES) if part in figures}
+
+
+def _series(joints: Tuple[str, ...], ours: np.ndarray, theirs: np.ndarray
             ) -> Iterator[Tuple[str, str, np.ndarray, np.ndarray]]:
     """Yield part, axis, and the values (N,) of both, for each joint and axis and for each angle."""
-    joints = comparison.joints
     for number, joint in enumerate(joints):
         region = next(name for name, ends in REGIONS.items() if joint.endswith(ends))
         for column, axis in enumerate(AXES):
@@ -109,11 +108,7 @@ def _series(comparison: Comparison, ours: np.ndarray, theirs: np.ndarray
         for side in ('left', 'right'):
             names = [f'{side}_{end}' for end in ends]
             if set(names) <= set(joints):
-                numbers = [joints.index(name) for name in names]
-                yield angle, 'angle', _included(ours[:, numbers]), _included(theirs[:, numbers])
-
-
-def _included(points: np.ndarray) -> np.ndarray:
-    """Return the angles (N,) [deg] at the second of three points, (N, 3, 3)."""
-    return between(points[:, 0] - points[:, 1], points[:, 2] - points[:, 1])
-
+                first, middle, last = (joints.index(name) for name in names)
+                estimate, truth = (between(points[:, first] - points[:, middle], points[:, last] - points[:, middle])
+                                   for points in (ours, theirs))
+                yield angle, 'angle', estimate, truth

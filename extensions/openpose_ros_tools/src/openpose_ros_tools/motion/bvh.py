@@ -4,12 +4,12 @@ Joints have the names of the BVH files of the CMU Graphics Lab's motions. At res
 sides and faces z, y up. Each bone turns from its direction at rest to where its joints are by the shortest way: joints
 do not tell how it is twisted. What is not known at a time is interpolated between the times before and after.
 """
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Sequence
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.motion.samples import SampledPerson
+from openpose_ros_tools.mocap.files import MarkerRecording
 
 _X, _Y, _Z = np.eye(3)
 _ROOT, _CENTIMETRES = 'Hips', 100
@@ -29,32 +29,35 @@ class _Bone(NamedTuple):
     rest: np.ndarray  # direction at rest
 
 
-def _side(side: str, hip: str, sign: float) -> Tuple[_Bone, ...]:
-    low, outwards = side.lower(), sign * _X
-    return (_Bone(hip, _ROOT, 'hips', f'{low}_hip', outwards),
+def _side(side: str, hip: str, outwards: np.ndarray) -> List[_Bone]:
+    low = side.lower()
+    return [_Bone(hip, _ROOT, 'hips', f'{low}_hip', outwards),
             _Bone(f'{side}UpLeg', hip, f'{low}_hip', f'{low}_knee', -_Y),
             _Bone(f'{side}Leg', f'{side}UpLeg', f'{low}_knee', f'{low}_ankle', -_Y),
             _Bone(f'{side}Foot', f'{side}Leg', f'{low}_ankle', f'{low}_big_toe', _Z),
             _Bone(f'{side}Shoulder', 'Spine', 'neck', f'{low}_shoulder', outwards),
             _Bone(f'{side}Arm', f'{side}Shoulder', f'{low}_shoulder', f'{low}_elbow', outwards),
-            _Bone(f'{side}ForeArm', f'{side}Arm', f'{low}_elbow', f'{low}_wrist', outwards))
+            _Bone(f'{side}ForeArm', f'{side}Arm', f'{low}_elbow', f'{low}_wrist', outwards)]
 
 
 _BONES = (_Bone('Spine', _ROOT, 'hips', 'neck', _Y), _Bone('Neck', 'Spine', 'neck', 'head', _Y),
-          _Bone('Head', 'Neck', 'head', 'nose', _Z), *_side('Left', 'LHipJoint', 1), *_side('Right', 'RHipJoint', -1))
+          _Bone('Head', 'Neck', 'head', 'nose', _Z), *_side('Left', 'LHipJoint', _X), *_side('Right', 'RHipJoint', -_X))
 
 
-def bvh_text(person: SampledPerson) -> str:
-    """Return the file of a person [cm, deg]; until the person comes it is at rest, as the format has no begin.
+def bvh_text(person: MarkerRecording) -> str:
+    """Return the file of a person's joints with y up [cm, deg]; before the first it is at rest, from 0 s on.
 
     Raises:
         BadInputError: its hips or its neck are never known.
     """
     points = _points(person)
-    known = {bone.name: vectors for bone, vectors in ((bone, _vectors(points, bone)) for bone in _BONES)
-             if vectors is not None}
+    known: Dict[str, np.ndarray] = {}
+    for bone in _BONES:
+        vectors = points.get(bone.end, np.nan) - points.get(bone.start, np.full((len(person), 3), np.nan))
+        if np.isfinite(vectors).all(axis=1).any() and _median_length(vectors) > _SHORTEST:
+            known[bone.name] = vectors
     if not {'LHipJoint', 'RHipJoint', 'Spine'} <= set(known):
-        raise BadInputError(f'person {person.person} has no hips or no neck at any time')
+        raise BadInputError('no hips or no neck at any time')
     turns = {_ROOT: _pelvis(_filled(known['LHipJoint'] - known['RHipJoint']), _filled(known['Spine']))}
     local = dict(turns)  # in the frame of the parent
     bones = []
@@ -69,28 +72,20 @@ def bvh_text(person: SampledPerson) -> str:
     lines = ['HIERARCHY', *_joint(_ROOT, np.zeros(3), bones, ends, order)]
     rows = np.concatenate([_CENTIMETRES * _filled(points['hips']), *(_degrees(local[name]) for name in order)], axis=1)
     rest = np.concatenate([rows[0, :3], np.zeros(rows.shape[1] - 3)])
-    rows = np.concatenate([np.tile(rest, (person.first, 1)), rows])
+    rows = np.concatenate([np.tile(rest, (round(person.times[0] * person.rate), 1)), rows])
     lines += ['MOTION', f'Frames: {len(rows)}', f'Frame Time: {1 / person.rate:.7f}']
     lines += [' '.join(f'{value:.5f}' for value in row) for row in rows.tolist()]
     return '\n'.join(lines) + '\n'
 
 
-def _points(person: SampledPerson) -> Dict[str, np.ndarray]:
+def _points(person: MarkerRecording) -> Dict[str, np.ndarray]:
     """Return the joints (T, 3), the middle of the hips, and the head: the middle of the ears, or its top."""
-    nowhere = np.full((len(person.positions), 3), np.nan)
-    points = {joint: person.positions[:, column] for column, joint in enumerate(person.joints)}
+    nowhere = np.full((len(person), 3), np.nan)
+    points = {joint: person.positions[:, column] for column, joint in enumerate(person.names)}
     points['hips'], ears = ((points.get(f'left_{part}', nowhere) + points.get(f'right_{part}', nowhere)) / 2
                             for part in ('hip', 'ear'))
     points['head'] = ears if np.isfinite(ears).any() else points.get('head_top', points.get('nose', nowhere))
     return points
-
-
-def _vectors(points: Dict[str, np.ndarray], bone: _Bone) -> Optional[np.ndarray]:
-    """Return a bone at all times, (T, 3), NaN where it is not known; None, if it never is."""
-    if bone.start not in points or bone.end not in points:
-        return None
-    vectors = points[bone.end] - points[bone.start]
-    return vectors if np.isfinite(vectors).all(axis=1).any() and _median_length(vectors) > _SHORTEST else None
 
 
 def _median_length(vectors: np.ndarray) -> float:
@@ -137,8 +132,7 @@ def _joint(name: str, offset: np.ndarray, bones: Sequence[_Bone], ends: Dict[str
                       ('JOINT', f'3 {_ROTATION}'))
     below = [line for bone in bones if bone.parent == name
              for line in _joint(bone.name, ends[name], bones, ends, order)]
-    if not below:
-        below = ['End Site', '{', f'\t{_offset(ends[name])}', '}']
+    below = below or ['End Site', '{', f'\t{_offset(ends[name])}', '}']
     return [f'{kind} {name}', '{', f'\t{_offset(offset)}', f'\tCHANNELS {channels}',
             *(f'\t{line}' for line in below), '}']
 

@@ -2,8 +2,7 @@
 import numpy as np
 
 from openpose_ros_pkg.skeletons import openpose_name
-from openpose_ros_tools.mocap.files.recording import MarkerRecording
-from openpose_ros_tools.motion.samples import SampledPerson
+from openpose_ros_tools.mocap.files import MarkerRecording
 
 # Names of markers in Pose2Sim's models (OpenSim_Setup/Markers_Body25.xml) that are not those of the joints.
 _MARKERS = {'mid_hip': 'CHip', 'head_top': 'Head'}
@@ -14,27 +13,16 @@ def marker_name(joint: str) -> str:
     return _MARKERS.get(joint) or openpose_name(joint)
 
 
-def markers_of(person: SampledPerson) -> MarkerRecording:
-    """Return a person with Pose2Sim's markers; 0 s is where the recording begins."""
-    times = (person.first + np.arange(len(person.positions))) / person.rate
-    return MarkerRecording(tuple(map(marker_name, person.joints)), times, person.positions)
-
-
-def trc_text(recording: MarkerRecording, name: str) -> str:
-    """Return the file [m]; cells of hidden markers are empty.
+def trc_text(recording: MarkerRecording, file_name: str) -> str:
+    """Return the file [m] of two samples or more at a constant rate; cells of hidden markers are empty.
 
     Source: OpenSim's documentation, "Marker (.trc) Files", and its TRCFileAdapter: a tab ends the lines of a table, as
     its reader takes a last empty cell without one for a missing column.
-
-    Args:
-        recording: two samples at least, at a constant rate.
-        name: of the file.
     """
-    count, names = len(recording), recording.names
-    rate = (count - 1) / (recording.times[-1] - recording.times[0])
+    count, names, rate = len(recording), recording.names, recording.rate
     values = {'DataRate': f'{rate:.2f}', 'CameraRate': f'{rate:.2f}', 'NumFrames': count, 'NumMarkers': len(names),
               'Units': 'm', 'OrigDataRate': f'{rate:.2f}', 'OrigDataStartFrame': 1, 'OrigNumFrames': count}
-    lines = [['PathFileType', '4', '(X/Y/Z)', name], [*values], [str(value) for value in values.values()],
+    lines = [['PathFileType', '4', '(X/Y/Z)', file_name], [*values], [str(value) for value in values.values()],
              ['Frame#', 'Time', *(cell for name in names for cell in (name, '', '')), ''],
              ['', '', *(f'{axis}{number}' for number in range(1, len(names) + 1) for axis in 'XYZ'), ''], []]
     for time, positions in zip(recording.times.tolist(), recording.positions):

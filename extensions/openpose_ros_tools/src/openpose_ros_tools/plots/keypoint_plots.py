@@ -1,68 +1,68 @@
-"""Keypoints of a recording as plots: paths of people, and the status of joints over time."""
+"""Keypoints of a recording as plots: paths of people, joints over time, and when people were in view."""
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
-from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.plots import plotting
 from openpose_ros_tools.tables.keypoint_selection import Selection, ground_places, vertical_axis
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.people import INFERRED, MEASURED
 
-# Joints from head to feet: the rows of a timeline.
-BODY_ORDER = (
-    'head_top', 'nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'neck', 'chest', 'right_shoulder',
-    'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow', 'left_wrist', 'mid_hip', 'right_hip', 'right_knee',
-    'right_ankle', 'right_heel', 'right_big_toe', 'right_small_toe', 'left_hip', 'left_knee', 'left_ankle', 'left_heel',
-    'left_big_toe', 'left_small_toe')
-# Number of columns of a timeline, each of which shows the frame at its middle.
-_COLUMNS = 1200
 # With more frames than this, points are small, and drawn as pixels also in PDF and SVG.
 _MANY_FRAMES = 600
 # Size of the camera in the view from above [m].
 _CAMERA_SIZE = 0.25
-_AXES = 'xyz'
+_GREY, _BLUE = plotting.HELP_COLOUR, plotting.PALETTE[0]
 # Times without data.
-_GAP_STYLE: Dict[str, Any] = {'facecolor': '#F2F2F2', 'edgecolor': plotting.HELP_COLOUR, 'hatch': '////',
-                              'linewidth': 0}
+_GAP_STYLE: Dict[str, Any] = {'facecolor': '#F2F2F2', 'edgecolor': _GREY, 'hatch': '////', 'linewidth': 0}
 
 
-def top_view(selection: Selection) -> Figure:
-    """Draw the paths of the people as seen from above, with the camera where the coordinates are the camera's.
+def paths_of_people(selection: Selection) -> Figure:
+    """Draw the paths of the people, each from a ring at its begin to a dot at its end.
 
-    Raises:
-        ValueError: the keypoints are in the image.
+    They are seen from above, with the camera where the coordinates are the camera's; in the image, right and down.
     """
-    if selection.table.dimensions != 3:
-        raise ValueError('a view from above needs keypoints in space')
-    axis, sign = vertical_axis(selection.table)
-    after, before = (axis + 1) % 3, (axis + 2) % 3
-    # right-handed, seen against "up": across x along = up
-    across, along = (after, before) if sign > 0 else (before, after)
-    figure, axes = _draw_paths(selection, [across, along], 'Paths of the people, seen from above')
-    if (axis, sign) == (1, -1):
+    in_space, (axis, sign) = selection.table.dimensions == 3, (1, -1)
+    if in_space:
+        axis, sign = vertical_axis(selection.table)
+        # right-handed, seen against "up": across x along = up
+        columns = [(axis + 1) % 3, (axis + 2) % 3][::sign]
+    else:
+        columns = [0, 1]
+    figure = plotting.new_figure(
+        9.5, 7.0, 'Paths of the people' + (', seen from above' if in_space else ' in the image'))
+    axes = figure.subplots()
+    axes.set_aspect('equal', adjustable='datalim')
+    axes.margins(0.08)
+    for person, colour in plotting.person_colours(selection.persons).items():
+        rows = selection.table.of_person(person)
+        places, joint = ground_places(rows)
+        known = np.isfinite(places[:, columns]).all(axis=1)
+        if known.any():
+            right, up = (_broken(selection.seconds(rows.stamps), places[:, column], selection.gap)[1]
+                         for column in columns)
+            axes.plot(right, up, '.-', color=colour, linewidth=1.2, markersize=3, rasterized=len(rows) > _MANY_FRAMES,
+                      label=f'person {person} ({plotting.joint_title(joint)})')
+            for row, fill in ((0, 'white'), (-1, colour)):
+                axes.plot(*places[known][row][columns], 'o', color=colour, markerfacecolor=fill, markersize=9, zorder=4)
+    ends = [Line2D([], [], marker='o', color=_GREY, linestyle='', markerfacecolor=fill, label=label)
+            for fill, label in (('white', 'begin'), (_GREY, 'end'))]
+    plotting.legend_beside(axes, [*axes.get_legend_handles_labels()[0], *ends])
+    labels, _ = _coordinate_labels(selection)
+    if not in_space:
+        axes.invert_yaxis()
+    elif (axis, sign) == (1, -1):
         axes.add_patch(Polygon([(0, 0), (-_CAMERA_SIZE / 2, _CAMERA_SIZE), (_CAMERA_SIZE / 2, _CAMERA_SIZE)],
                                color='#000000', zorder=3))
         axes.annotate('camera', (0, 0), (0, -4), textcoords='offset points', ha='center', va='top')
-        labels = ('x: to the right of the camera [m]', 'z: away from the camera [m]')
     else:
         axes.plot(0, 0, '+', color='#000000', markersize=12)
         axes.annotate(f'origin of {selection.frame_id}' if selection.frame_id else 'origin', (0, 0), (6, -4),
                       textcoords='offset points', va='top')
-        labels = (f'{_AXES[across]} [m]', f'{_AXES[along]} [m]')
-    plotting.tidy_axes(axes, *labels)
-    return figure
-
-
-def image_paths(selection: Selection) -> Figure:
-    """Draw the paths of the people in the image, pixels to the right and down."""
-    figure, axes = _draw_paths(selection, [0, 1], 'Paths of the people in the image')
-    plotting.tidy_axes(axes, 'x: to the right [px]', 'y: down [px]')
-    axes.invert_yaxis()
+    plotting.tidy_axes(axes, *(labels[column] for column in columns))
     return figure
 
 
@@ -72,12 +72,11 @@ def trajectory(selection: Selection, joint: str) -> Figure:
     figure = plotting.new_figure(11.0, 1.4 + 2.2 * dimensions, plotting.joint_title(joint).capitalize())
     panels = figure.subplots(dimensions, 1, sharex=True)
     colours, small = plotting.person_colours(selection.persons), len(selection.frames) > _MANY_FRAMES
-    for person in selection.persons:
-        rows = selection.rows_of(person)
+    for person, colour in colours.items():
+        rows = selection.table.of_person(person)
         seconds, status, spread = selection.seconds(rows.stamps), rows.status[:, number], rows.sigma[:, number]
-        style = {'color': colours[person], 'rasterized': small}
-        for axis, axes in enumerate(panels):
-            values = rows.positions[:, number, axis]
+        style = {'color': colour, 'rasterized': small}
+        for axes, values in zip(panels, rows.positions[:, number].T):
             axes.plot(*_broken(seconds, values, selection.gap), '-', linewidth=0.9, **style)
             axes.plot(seconds[status == MEASURED], values[status == MEASURED], '.', markersize=2 if small else 4.5,
                       **style)
@@ -85,40 +84,22 @@ def trajectory(selection: Selection, joint: str) -> Figure:
                       markerfacecolor='white', markeredgewidth=0.8, **style)
             if np.isfinite(spread).any():
                 axes.fill_between(*_broken(seconds, values - spread, selection.gap),
-                                  _broken(seconds, values + spread, selection.gap)[1], color=colours[person],
-                                  alpha=0.15, linewidth=0)
+                                  _broken(seconds, values + spread, selection.gap)[1], color=colour, alpha=0.15,
+                                  linewidth=0)
     labels, inverted = _coordinate_labels(selection)
     for axis, axes in enumerate(panels):
         _shade_gaps(axes, selection)
         plotting.tidy_axes(axes, ylabel=labels[axis])
-        if axis in inverted:
+        if axis == inverted:
             axes.invert_yaxis()
     plotting.time_axis(panels[-1], selection.span)
-    _legend_with_gaps(panels[0], selection, _legend_of_people(selection, colours))
-    return figure
-
-
-def visibility(selection: Selection, person: int) -> Figure:
-    """Draw for each joint of a person when it was measured, inferred or missing."""
-    rows, joints = selection.rows_of(person), [joint for joint in BODY_ORDER if joint in selection.joints]
-    status = rows.status[:, [MESSAGE_JOINTS.index(joint) for joint in joints]]
-    colours = np.ones((len(selection.frames), len(joints), 3))
-    palette = np.array([to_rgb(plotting.STATUS_COLOURS[value]) for value in sorted(plotting.STATUS_COLOURS)])
-    colours[np.searchsorted(selection.frames, rows.stamps)] = palette[status]
-    figure = plotting.new_figure(11.5, 1.5 + 0.25 * len(joints), f'Person {person}: status of each joint')
-    axes = figure.subplots()
-    _draw_timeline(axes, selection, joints, colours)
-    in_image = selection.table.dimensions == 2
-    shown = (MEASURED, MISSING) if in_image else (MEASURED, INFERRED, MISSING)
-    names = {**plotting.STATUS_NAMES, MEASURED: 'detected'} if in_image else plotting.STATUS_NAMES
-    shares = 100 * np.array([(status == value).mean(axis=0) for value in shown]) if len(rows) else np.zeros((3, 0))
-    axes.text(1.01, -1, 'of the rows', va='center', fontsize='small', transform=axes.get_yaxis_transform())
-    for row, values in enumerate(shares.T):
-        axes.text(1.01, row, ' / '.join(f'{value:.0f}' for value in values) + ' %', va='center', fontsize='small',
-                  transform=axes.get_yaxis_transform())
-    handles = [Patch(facecolor=plotting.STATUS_COLOURS[value], label=names[value]) for value in shown]
-    handles.append(Patch(facecolor='white', edgecolor=plotting.HELP_COLOUR, label='person not found'))
-    _legend_with_gaps(axes, selection, handles)
+    handles: List[Any] = [Line2D([], [], color=colour, label=f'person {person}') for person, colour in colours.items()]
+    if dimensions == 3:
+        handles += [Line2D([], [], color=_GREY, marker=marker, linestyle='', markerfacecolor=fill, label=label)
+                    for marker, fill, label in (('.', _GREY, 'measured'), ('o', 'white', 'inferred'))]
+        if np.isfinite(selection.table.sigma).any():
+            handles.append(Patch(color=_GREY, alpha=0.3, label='1 sigma'))
+    _legend_with_gaps(panels[0], selection, handles)
     return figure
 
 
@@ -129,20 +110,20 @@ def detections(selection: Selection) -> Figure:
                                  f'Detections over time; first frame: {selection.first_moment}')
     marks, rates, counts = figure.subplots(3, 1, sharex=True, gridspec_kw={
         'height_ratios': (0.6 + 0.24 * len(persons), 1.6, 1.3)})
-    colours, frames, span = plotting.person_colours(persons), selection.seconds(selection.frames), selection.span
-    times = [frames, *[selection.seconds(selection.rows_of(person).stamps) for person in persons]]
-    for row, (moments, colour) in enumerate(zip(times, ['#000000', *colours.values()])):
+    frames, span = selection.seconds(selection.frames), selection.span
+    times = [frames, *(selection.seconds(selection.table.of_person(person).stamps) for person in persons)]
+    for row, (moments, colour) in enumerate(zip(times, ['#000000', *plotting.person_colours(persons).values()])):
         marks.vlines(moments, row - 0.38, row + 0.38, color=colour, linewidth=0.8 if len(frames) < 1000 else 0.3,
                      rasterized=len(frames) > _MANY_FRAMES)
-    plotting.label_rows(marks, ['frames', *[f'person {person}' for person in persons]])
+    plotting.label_rows(marks, ['frames', *(f'person {person}' for person in persons)])
     rates.plot(*plotting.rates_over_time(frames, span), color='#000000', label='frames')
     rates.plot(*plotting.rates_over_time(selection.seconds(table.stamps), span),
-               color=plotting.STATUS_COLOURS[MEASURED], label='people found in them')
+               color=_BLUE, label='people found in them')
     rates.set_ylim(bottom=0.0)
     # of all rows: also of people that were not chosen
     in_view = np.bincount(np.searchsorted(selection.frames, table.stamps), minlength=len(frames)).astype(float)
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post',
-                color=plotting.STATUS_COLOURS[MEASURED])
+                color=_BLUE)
     counts.set_ylim(0, max(in_view.max(initial=0.0), 1.0) + 0.5)
     counts.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     for axes, label in ((rates, 'per second'), (counts, 'people in view')):
@@ -154,83 +135,26 @@ def detections(selection: Selection) -> Figure:
     return figure
 
 
-def _draw_paths(selection: Selection, columns: List[int], title: str) -> Tuple[Figure, Any]:
-    """Draw the paths of all people, each from a ring at its begin to a dot at its end.
-
-    Args:
-        columns: coordinates to the right and upwards.
-    """
-    figure = plotting.new_figure(9.5, 7.0, title)
-    axes = figure.subplots()
-    axes.set_aspect('equal', adjustable='datalim')
-    axes.margins(0.08)
-    for person, colour in plotting.person_colours(selection.persons).items():
-        rows = selection.rows_of(person)
-        places, joint = ground_places(rows)
-        places, seconds = places[:, columns], selection.seconds(rows.stamps)
-        known = np.isfinite(places).all(axis=1)
-        if not known.any():
-            continue
-        right, up = (_broken(seconds, places[:, side], selection.gap)[1] for side in (0, 1))
-        axes.plot(right, up, '.-', color=colour, linewidth=1.2, markersize=3, rasterized=len(rows) > _MANY_FRAMES,
-                  label=f'person {person} ({plotting.joint_title(joint)})')
-        for row, fill in ((0, 'white'), (-1, colour)):
-            axes.plot(*places[known][row], 'o', color=colour, markerfacecolor=fill, markersize=9, zorder=4)
-    ends = [Line2D([], [], marker='o', color=plotting.HELP_COLOUR, linestyle='', markerfacecolor=fill, label=label)
-            for fill, label in (('white', 'begin'), (plotting.HELP_COLOUR, 'end'))]
-    plotting.legend_beside(axes, [*axes.get_legend_handles_labels()[0], *ends])
-    return figure, axes
+def _legend_with_gaps(axes: Any, selection: Selection, handles: Sequence[Any]) -> None:
+    gaps = [Patch(**_GAP_STYLE, label='no frames' if selection.knows_empty_frames else 'no people found, or no frames')]
+    plotting.legend_above(axes, [*handles, *gaps * bool(selection.gaps)])
 
 
-def _legend_of_people(selection: Selection, colours: Dict[int, str]) -> List[Any]:
-    handles: List[Any] = [Line2D([], [], color=colour, label=f'person {person}') for person, colour in colours.items()]
-    grey = plotting.HELP_COLOUR
-    if selection.table.dimensions == 3:
-        handles += [Line2D([], [], color=grey, marker=marker, linestyle='', markerfacecolor=fill, label=label)
-                    for marker, fill, label in (('.', grey, 'measured'), ('o', 'white', 'inferred'))]
-        if np.isfinite(selection.table.sigma).any():
-            handles.append(Patch(color=grey, alpha=0.3, label='1 sigma'))
-    return handles
-
-
-def _legend_with_gaps(axes: Any, selection: Selection, handles: List[Any]) -> None:
-    if selection.gaps:
-        handles = [*handles, Patch(**_GAP_STYLE, label=(
-            'no frames' if selection.knows_empty_frames else 'no people found, or no frames'))]
-    if handles:
-        plotting.legend_above(axes, handles)
-
-
-def _shade_gaps(axes: Any, selection: Selection, zorder: int = 0) -> None:
+def _shade_gaps(axes: Any, selection: Selection) -> None:
     for gap in selection.gaps:
-        axes.axvspan(*gap, **_GAP_STYLE, zorder=zorder)
+        axes.axvspan(*gap, **_GAP_STYLE, zorder=0)
 
 
-def _coordinate_labels(selection: Selection) -> Tuple[List[str], Sequence[int]]:
-    """Return the labels of the axes of coordinates, and which of them point down."""
+def _coordinate_labels(selection: Selection) -> Tuple[List[str], int]:
+    """Return the labels of the axes of coordinates, and which of them points down; -1: none."""
     if selection.table.dimensions == 2:
-        return ['x: to the right [px]', 'y: down [px]'], [1]
+        return ['x: to the right [px]', 'y: down [px]'], 1
     axis, sign = vertical_axis(selection.table)
     if (axis, sign) == (1, -1):
-        return ['x: to the right [m]', 'y: down [m]', 'z: away from\nthe camera [m]'], [1]
-    labels = [f'{name} [m]' for name in _AXES]
-    labels[axis] = f'{_AXES[axis]}: {"up" if sign > 0 else "down"} [m]'
-    return labels, [axis] if sign < 0 else []
-
-
-def _draw_timeline(axes: Any, selection: Selection, joints: Sequence[str], colours: np.ndarray) -> None:
-    """Draw (N, K, 3) colours of the frames, each until the next one, as rows over time; gaps are shaded."""
-    begin, end = selection.span
-    end += selection.period
-    middles = begin + (end - begin) * (np.arange(_COLUMNS) + 0.5) / _COLUMNS
-    columns = colours[np.searchsorted(selection.seconds(selection.frames), middles) - 1]
-    axes.imshow(np.swapaxes(columns, 0, 1), aspect='auto', interpolation='nearest',
-                extent=(begin, end, len(joints) - 0.5, -0.5))
-    for row in range(1, len(joints)):
-        axes.axhline(row - 0.5, color='white', linewidth=1.0)
-    _shade_gaps(axes, selection, 2)
-    plotting.time_axis(axes, (begin, end))
-    plotting.label_rows(axes, joints)
+        return ['x: to the right [m]', 'y: down [m]', 'z: away from\nthe camera [m]'], 1
+    labels = ['x [m]', 'y [m]', 'z [m]']
+    labels[axis] = f'{"xyz"[axis]}: {"up" if sign > 0 else "down"} [m]'
+    return labels, axis if sign < 0 else -1
 
 
 def _broken(seconds: np.ndarray, values: np.ndarray, gap: float, hold: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,5 @@
 """Distance, speed and joint angles of people over time, on the time axis of a page."""
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import matplotlib
 import numpy as np
@@ -19,13 +19,8 @@ _SIMPLIFIED = 0.5
 
 Line = Tuple[np.ndarray, np.ndarray]
 """Times [s] and values."""
-
-
-class Row(NamedTuple):
-    """A plot over time."""
-
-    label: str
-    lines: List[Tuple[Line, str]]  # with their colours
+# A plot over time: its label, and its lines with their colours.
+_Row = Tuple[str, List[Tuple[Line, str]]]
 
 
 def way_plot(selection: Selection, speeds: Dict[int, Line], colours: Dict[int, str]) -> str:
@@ -37,47 +32,41 @@ def way_plot(selection: Selection, speeds: Dict[int, Line], colours: Dict[int, s
     """
     distances = []
     for person in selection.persons:
-        rows = selection.rows_of(person)
+        rows = selection.table.of_person(person)
         places = np.linalg.norm(ground_places(rows)[0].astype(np.float64), axis=1)
         distances.append(((selection.seconds(rows.stamps), places), colours[person]))
-    return _svg(selection, [Row('distance [m]', distances), Row('speed [m/s]', [
-        (line, colours[person]) for person, line in speeds.items()])])
+    return _svg(selection, [('distance [m]', distances),
+                            ('speed [m/s]', [(line, colours[person]) for person, line in speeds.items()])])
 
 
 def angle_plot(selection: Selection, person: int) -> str:
     """Return the SVG of the joint angles of a person that are known."""
-    rows = selection.rows_of(person)
-    seconds = selection.seconds(rows.stamps)
-    angles = joint_angles(rows.joints, rows.positions)
-    plots = [Row(name, [((seconds, angles[f'{side}_{name}']), colour) for side, colour in _SIDES.items()])
-             for name in SIDED_ANGLES]
-    plots += [Row(name, [((seconds, angles[name]), plotting.HELP_COLOUR)]) for name in ANGLES if 'neck' in name]
-    known = [row._replace(label=plotting.joint_title(row.label).replace(' ', '\n', 1)) for row in plots
-             if any(np.isfinite(values).any() for (_, values), _ in row.lines)]
+    rows = selection.table.of_person(person)
+    seconds, angles = selection.seconds(rows.stamps), joint_angles(rows.joints, rows.positions)
+    plots = [(name, {f'{side}_{name}': colour for side, colour in _SIDES.items()}) for name in SIDED_ANGLES]
+    plots += [(name, {name: plotting.HELP_COLOUR}) for name in ANGLES if 'neck' in name]
+    known = [(plotting.joint_title(label).replace(' ', '\n', 1),
+              [((seconds, angles[name]), colour) for name, colour in lines.items()])
+             for label, lines in plots if any(np.isfinite(angles[name]).any() for name in lines)]
     return _svg(selection, known) if known else ''
 
 
-def _svg(selection: Selection, rows: Sequence[Row]) -> str:
+def _svg(selection: Selection, rows: Sequence[_Row]) -> str:
     height = _TOP + _ROW * len(rows) + _BOTTOM
     figure = Figure(figsize=(_WIDTH, height))
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False, gridspec_kw={
         'left': LEFT, 'right': RIGHT, 'bottom': _BOTTOM / height, 'top': 1 - _TOP / height, 'hspace': 0.25})[:, 0]
-    for axes, row in zip(panels, rows):
-        _draw(axes, row, selection.gap)
+    for axes, (label, lines) in zip(panels, rows):
+        for (seconds, values), colour in lines:
+            # the line breaks where frames are missing
+            breaks = np.flatnonzero(np.diff(seconds) > selection.gap) + 1
+            axes.plot(np.insert(seconds, breaks, np.nan), np.insert(values.astype(float), breaks, np.nan),
+                      color=colour, linewidth=0.9)
+        plotting.tidy_axes(axes, ylabel=label)
+        axes.yaxis.label.set_fontsize('small')
+        axes.tick_params(labelsize='small')
     begin, end = selection.span
-    panels[-1].set_xlim(begin, max(end, begin + 1e-3))
-    panels[-1].set_xlabel('time since the first frame [s]')
+    panels[-1].set(xlim=(begin, max(end, begin + 1e-3)), xlabel='time since the first frame [s]')
     with matplotlib.rc_context({'path.simplify_threshold': _SIMPLIFIED, 'svg.fonttype': 'none'}):
         return plotting.figure_content(figure, 'svg').decode()
-
-
-def _draw(axes: Any, row: Row, gap: float) -> None:
-    for (seconds, values), colour in row.lines:
-        # the line breaks where frames are missing
-        breaks = np.flatnonzero(np.diff(seconds) > gap) + 1
-        axes.plot(np.insert(seconds, breaks, np.nan), np.insert(values.astype(float), breaks, np.nan), color=colour,
-                  linewidth=0.9)
-    plotting.tidy_axes(axes, ylabel=row.label)
-    axes.yaxis.label.set_fontsize('small')
-    axes.tick_params(labelsize='small')

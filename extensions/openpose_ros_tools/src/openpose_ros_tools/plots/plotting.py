@@ -9,7 +9,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from openpose_ros_pkg.output.files import write_whole
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 FORMATS = ('png', 'pdf', 'svg')
 # Resolution of PNG, and of the rasterized parts of PDF and SVG [dots per inch].
@@ -18,8 +17,6 @@ DOTS_PER_INCH = 120
 # Okabe and Ito, "Color Universal Design" (2008): distinguishable with any colour vision. In place of their yellow,
 # which is hard to see on white, the wine of Tol's "muted" scheme (Colour Schemes, SRON technical note, 2021).
 PALETTE = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#56B4E9', '#E69F00', '#000000', '#882255')
-STATUS_COLOURS: Dict[int, str] = {MEASURED: '#0072B2', INFERRED: '#E69F00', MISSING: '#D9D9D9'}
-STATUS_NAMES: Dict[int, str] = {MEASURED: 'measured', INFERRED: 'inferred', MISSING: 'missing'}
 # Rates are counted in windows of at least this length [s], in at most this number of windows.
 _WINDOW, _MOST_WINDOWS = 1.0, 200
 # Colour of auxiliary lines and text.
@@ -35,14 +32,13 @@ def new_figure(width: float, height: float, title: str = '') -> Figure:
     return figure
 
 
-def save_figure(figure: Figure, path: Path) -> Path:
-    """Write a figure atomically, in the format of the path's suffix, one of FORMATS; return the path.
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure atomically, in the format of the path's suffix, one of FORMATS.
 
     Raises:
         OSError: it can not be written.
     """
     write_whole(path, figure_content(figure, path.suffix[1:]))
-    return path
 
 
 def figure_content(figure: Figure, kind: str) -> bytes:
@@ -67,8 +63,7 @@ def joint_title(joint: str) -> str:
 
 def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '', grid: str = 'both') -> None:
     """Give axes the look of this package: labels, a light grid ('x', 'y', 'both'), no frame at the top and right."""
-    axes.set_xlabel(xlabel)
-    axes.set_ylabel(ylabel)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
     for side in ('top', 'right'):
         axes.spines[side].set_visible(False)
     axes.set_axisbelow(True)
@@ -79,8 +74,7 @@ def time_axis(axes: Any, span: Tuple[float, float]) -> None:
     """Make the x axis one of time, from begin to end [s], also where both are the same."""
     begin, end = span
     margin = 0.01 * (end - begin) or 0.5
-    axes.set_xlim(begin - margin, end + margin)
-    axes.set_xlabel('time since the first frame [s]')
+    axes.set(xlim=(begin - margin, end + margin), xlabel='time since the first frame [s]')
 
 
 def legend_above(axes: Any, handles: Sequence[Any]) -> None:
@@ -106,11 +100,9 @@ def label_rows(axes: Any, names: Sequence[str]) -> None:
 
 
 def rates_over_time(times: np.ndarray, span: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the middles of windows [s] and how many of the times are in each, per second [Hz].
+    """Return the middles of windows [s] and how many of the times (N,) [s] are in each, per second [Hz].
 
-    Args:
-        times: (N,) [s].
-        span: begin and end of the recording [s]; of one that is shorter than a window, nothing is returned.
+    Of a recording from `span[0]` to `span[1]` [s] that is shorter than a window, nothing is returned.
     """
     length = span[1] - span[0]
     windows = min(int(length / _WINDOW), _MOST_WINDOWS)

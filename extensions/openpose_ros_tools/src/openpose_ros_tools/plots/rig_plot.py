@@ -31,9 +31,9 @@ def rig_figure(found: Calibrated) -> Figure:
     for edge in found.edges:
         ends = np.array([centres[edge.first], centres[edge.second]])
         axes.plot(*ends.T, '--', color=HELP_COLOUR, linewidth=0.7, zorder=0)
-        told = [f'{1e3 * edge.distance:.0f} mm'] * bool(np.isfinite(edge.distance)) + [
+        labels = [f'{1e3 * edge.distance:.0f} mm'] * bool(np.isfinite(edge.distance)) + [
             f'{edge.pixels:.1f} px'] * bool(np.isfinite(edge.pixels))
-        axes.annotate(', '.join(told), tuple(ends.mean(axis=0)), fontsize='x-small', color=HELP_COLOUR, ha='center')
+        axes.annotate(', '.join(labels), tuple(ends.mean(axis=0)), fontsize='x-small', color=HELP_COLOUR, ha='center')
     axes.set_aspect('equal', 'datalim')
     tidy_axes(axes, 'x [m]', 'y [m]')
     return figure

@@ -1,17 +1,17 @@
 """What the page of a recording shows: a message of the live page's protocol per frame, spans of time and plots."""
 import base64
 import bisect
-from dataclasses import dataclass, field
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from dataclasses import asdict, dataclass, field
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
-from openpose_ros_tools.plots.motion_plots import LEFT, RIGHT, Line, angle_plot, way_plot
+from openpose_ros_tools.plots.motion_plots import LEFT, RIGHT, angle_plot, way_plot
 from openpose_ros_tools.tables.keypoint_selection import Selection, level_axis
 from openpose_ros_tools.tables.keypoint_table import people_of_rows
-from openpose_ros_tools.tables.signal_timeline import SignalFrame, Span, timeline_of
+from openpose_ros_tools.tables.signal_timeline import SignalFrame, timeline_of
 from openpose_ros_web import protocol
 from openpose_ros_web.protocol import Message, Moment
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D
@@ -59,11 +59,6 @@ class Recording:
     camera: Optional[CameraModel] = None
 
     @property
-    def begin(self) -> float:
-        """Stamp of the first frame [s]."""
-        return self.selection.begin * 1e-9
-
-    @property
     def frame(self) -> str:
         """Name of the page's frame, with z up."""
         return self.selection.frame_id + ('' if np.allclose(z_up(self.up)[0], np.eye(3)) else TURNED)
@@ -72,7 +67,8 @@ class Recording:
 def facts_of(recording: Recording) -> Message:
     """Return what `www/recording.js` reads before the frames."""
     selection, timeline = recording.selection, timeline_of(recording.signals)
-    shown = set(selection.persons)
+    colours = {person: person_colour(person)[::-1] for person in selection.persons}
+    begin = selection.begin * 1e-9
     return {
         'name': recording.name, 'moment': recording.moment, 'notes': list(recording.notes),
         'axis': [LEFT, RIGHT],
@@ -80,11 +76,13 @@ def facts_of(recording: Recording) -> Message:
         'cameras': protocol.cameras_message([(0, recording.camera, z_up(recording.up))] if recording.camera else [],
                                             recording.frame),
         'stamps': np.round(selection.seconds(selection.frames), 4).tolist(),
-        'persons': [{'id': person, 'rgb': person_colour(person)[::-1]} for person in selection.persons],
-        'spans': [_span(span, recording.begin) for span in timeline.spans if span.person in shown],
-        'falls': [[person, _time(fall.stamp - recording.begin)] for person, fall in timeline.falls if person in shown],
-        'plots': _plots(recording),
-        'images': [[_time((image.stamp - selection.begin) * 1e-9), base64.b64encode(
+        'persons': [{'id': person, 'rgb': colour} for person, colour in colours.items()],
+        'spans': [{**asdict(span), 'begin': round(span.begin - begin, 3), 'end': round(span.end - begin, 3)}
+                  for span in timeline.spans if span.person in colours],
+        'falls': [[person, round(fall.stamp - begin, 3)] for person, fall in timeline.falls if person in colours],
+        'plots': _plots(recording, {person: '#' + ''.join(f'{round(_SHADE * value):02x}' for value in colour)
+                                    for person, colour in colours.items()}),
+        'images': [[round((image.stamp - selection.begin) * 1e-9, 3), base64.b64encode(
             protocol.image_message(0, image.stamp * 1e-9, image.jpeg)).decode()] for image in recording.thumbnails]}
 
 
@@ -122,32 +120,16 @@ def z_up(up: np.ndarray) -> Transform:
     return np.stack([x, np.cross(z, x), z]), np.zeros(3)
 
 
-def _span(span: Span, begin: float) -> Dict[str, Any]:
-    return {'person': span.person, 'kind': span.kind, 'name': span.name, 'arm': span.arm,
-            'begin': _time(span.begin - begin), 'end': _time(span.end - begin)}
-
-
-def _plots(recording: Recording) -> List[Dict[str, str]]:
-    """Return title and SVG of each plot."""
+def _plots(recording: Recording, colours: Dict[int, str]) -> List[Dict[str, str]]:
+    """Return title and SVG of each plot; colours of the people."""
     selection = recording.selection
-    colours = {person: '#' + ''.join(f'{round(_SHADE * value):02x}' for value in person_colour(person)[::-1])
-               for person in selection.persons}
-    plots = [{'title': 'Distance and speed', 'svg': way_plot(selection, _speeds(recording), colours)}]
+    speeds = {}  # [m/s], over time, as the signals have them
+    for person in colours:
+        walks = [(stamp - selection.begin * 1e-9, np.nan if one.walk is None else one.walk.speed)
+                 for stamp, persons in recording.signals for one in persons if one.id == person]
+        times, values = np.array(walks, np.float64).reshape(-1, 2).T
+        speeds[person] = times, values
+    plots = [{'title': 'Distance and speed', 'svg': way_plot(selection, speeds, colours)}]
     plots += [{'title': f'Joint angles of person {person} [degrees], right orange, left blue',
                'svg': angle_plot(selection, person)} for person in selection.persons]
     return [plot for plot in plots if plot['svg']]
-
-
-def _speeds(recording: Recording) -> Dict[int, Line]:
-    """Return the speed of each person [m/s] over time, as the signals have it."""
-    found: Mapping[int, List[Tuple[float, float]]] = {person: [] for person in recording.selection.persons}
-    for stamp, persons in recording.signals:
-        for person in persons:
-            if person.id in found:
-                found[person.id].append((stamp - recording.begin, np.nan if person.walk is None else person.walk.speed))
-    return {person: (values[:, 0], values[:, 1]) for person, values in (
-        (person, np.array(pairs, np.float64).reshape(-1, 2)) for person, pairs in found.items())}
-
-
-def _time(seconds: float) -> float:
-    return round(seconds, 3)

@@ -26,22 +26,15 @@ import argparse
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import command_parser, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
-from openpose_ros_tools.alignment.alignment import AlignmentParams, align
-from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
-from openpose_ros_tools.mocap.files import read_mocap
-from openpose_ros_tools.mocap.joints import chosen_map, joints_of
-from openpose_ros_tools.mocap.marker_map import MarkerMap, read_marker_map
-from openpose_ros_tools.mocap.report import FILES, facts, summary, table, write_report
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
@@ -60,32 +53,30 @@ def transform_of(values: Sequence[str]) -> np.ndarray:
     """Return the transform (4, 4) from the camera's frame to the reference's that the command line names.
 
     Args:
-        values: x y z [m] qx qy qz qw as 7 numbers, or the path of a file that holds these, 4 x 4 numbers row by row, or
-            of the summary.json of a report.
+        values: x y z [m] qx qy qz qw, or the path of the summary.json of a report.
 
     Raises:
         ParameterError: it is something else.
     """
-    path, matrix = Path(values[0] if values else ''), np.full((4, 4), np.nan)
+    from scipy.spatial.transform import Rotation
+    matrix = np.full((4, 4), np.nan)
     try:
-        if path.suffix == '.json':
-            matrix = np.array(json_value(path.read_text(encoding='utf-8'))['transform']['matrix'], np.float64)
+        if len(values) == 1:
+            matrix = np.array(json_value(Path(values[0]).read_text(encoding='utf-8'))['transform']['matrix'], float)
         else:
-            text = path.read_text(encoding='utf-8') if path.is_file() else ' '.join(values)
-            numbers = np.array([float(word) for word in text.replace(',', ' ').split()])
-            if len(numbers) == 7 and abs(np.linalg.norm(numbers[3:]) - 1) < _ROTATION_TOLERANCE:
+            place, turn = np.split(np.array([float(value) for value in values]), [3])
+            if abs(np.linalg.norm(turn) - 1) < _ROTATION_TOLERANCE:
                 matrix = np.eye(4)
-                matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(numbers[3:]).apply(np.eye(3)).T, numbers[:3]
-            elif len(numbers) == 16:
-                matrix = numbers.reshape(4, 4)
+                matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(turn).apply(np.eye(3)).T, place
     except OSError as error:
-        raise ParameterError(f'--transform: {path} can not be read: {error.strerror}') from error
+        raise ParameterError(f'--transform: {values[0]} can not be read: {error.strerror}') from error
     except (ValueError, KeyError, OverflowError, TypeError):
         pass  # it is no transform
-    if matrix.shape != (4, 4) or not _is_rigid(matrix):
+    if not (matrix.shape == (4, 4) and np.isfinite(matrix).all() and np.allclose(matrix[3], [0, 0, 0, 1])
+            and np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3), atol=_ROTATION_TOLERANCE)
+            and np.linalg.det(matrix[:3, :3]) > 0):
         raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion"
-                             ' of length 1), or a file that holds these, the 4 x 4 numbers of a rotation and '
-                             'translation, or the summary.json of a report')
+                             ' of length 1), or the summary.json of a report')
     return matrix
 
 
@@ -106,7 +97,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
     if not len(poses):
         raise BadInputError(f'{path} holds no people')
     if poses.dimensions != 3:
-        raise BadInputError(f'{path} holds people in the image [px]; motion capture is compared with people in space')
+        raise BadInputError(f'{path} holds people in the image [px], expected people in space')
     names = sorted(set(poses.frame_ids.tolist()))
     if len(names) > 1:
         raise BadInputError(f"{path} holds people in several frames of reference: {', '.join(map(repr, names))}; "
@@ -115,6 +106,12 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
 
 
 def _run(options: argparse.Namespace) -> int:
+    from openpose_ros_tools.alignment.alignment import AlignmentParams, align
+    from openpose_ros_tools.mocap.evaluation import compare
+    from openpose_ros_tools.mocap.files import read_mocap
+    from openpose_ros_tools.mocap.joints import chosen_map, joints_of
+    from openpose_ros_tools.mocap.marker_map import read_marker_map
+    from openpose_ros_tools.mocap.report import FILES, summary, text, write_report
     if options.output is not None:
         check_outputs(files_of(options.output, FILES.__contains__), options.overwrite)
     transform = None if options.transform is None else transform_of(options.transform)
@@ -124,42 +121,27 @@ def _run(options: argparse.Namespace) -> int:
     reference = joints_of(recording, marker_map)
     alignment = align(measured_people(poses), reference, AlignmentParams(options.clock_offset, transform),
                       partial(Progress, desc='aligning', leave=False))
-    names = (options.joints or '').split(',')
-    comparison = compare(poses, reference, alignment, EvaluationParams(
-        joints=tuple(name.strip().replace(' ', '_') for name in names if name.strip())),
-        partial(Progress, desc='comparing', leave=False))
-    values = summary(comparison, alignment, _inputs(options, poses, marker_map))
+    names = [name.strip().replace(' ', '_') for name in (options.joints or '').split(',') if name.strip()]
+    comparison = compare(poses, reference, alignment, names, progress=partial(Progress, desc='comparing', leave=False))
+    inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name, 'marker map': Path(
+        marker_map.name).name + ', chosen by the names of the markers' * (options.markers is None)}
+    if poses.frame_ids[0]:
+        inputs['frame of the camera'] = str(poses.frame_ids[0])
+    values = summary(comparison, alignment, inputs)
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')
-    width = max(len(name) for name, _ in facts(values))
-    lines = [*(f'{name.ljust(width)}  {text}' for name, text in facts(values)), '', table(values), '']
-    sys.stdout.write('\n'.join(lines))
+    sys.stdout.write(text(values))
     if options.output is not None:
         write_report(options.output, comparison, values)
         sys.stdout.write(f"\nreport: {options.output / 'report.html'}\n")
     return DONE
 
 
-def _inputs(options: argparse.Namespace, poses: KeypointTable, marker_map: MarkerMap) -> Dict[str, str]:
-    """Return what was compared, for the report."""
-    inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name,
-              'marker map': Path(marker_map.name).name + ', chosen by the names of the markers' * marker_map.is_choice}
-    if poses.frame_ids[0]:
-        inputs['frame of the camera'] = str(poses.frame_ids[0])
-    return inputs
-
-
-def _is_rigid(matrix: np.ndarray) -> bool:
-    rotation = matrix[:3, :3]
-    return bool(np.isfinite(matrix).all() and np.allclose(rotation @ rotation.T, np.eye(3), atol=_ROTATION_TOLERANCE)
-                and np.linalg.det(rotation) > 0 and np.allclose(matrix[3], [0, 0, 0, 1]))
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('evaluate_mocap', __doc__)
     parser.add_argument('poses', type=plain_path, metavar='POSES', help='people in space: .csv, or .bag')
     parser.add_argument('mocap', type=plain_path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d, .trc')
-    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='write report and plots here')
+    parser.add_argument('-o', '--output', type=plain_path, metavar='FOLDER', help='write the report here')
     parser.add_argument('--overwrite', action='store_true', help='replace the report that is there')
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '
@@ -168,7 +150,7 @@ def _parser() -> argparse.ArgumentParser:
                         help='time of the reference minus time of the poses at the same instant [s] (default: found)')
     parser.add_argument('--transform', nargs='+', metavar='VALUE',
                         help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y "
-                        'z [m] qx qy qz qw, or a file with these or 4 x 4 numbers, or the summary.json of a report')
+                        'z [m] qx qy qz qw, or the summary.json of a report')
     parser.add_argument('--joints', metavar='NAMES',
                         help='compare only these, separated by commas (default: all that both have)')
     return parser

@@ -25,7 +25,7 @@ import numpy as np
 import rospkg
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_up, command_parser, plain_path, whole_number
+from openpose_ros_pkg.command_options import add_up, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
@@ -48,8 +48,8 @@ from openpose_ros_web.three_js import three_folder
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import camera_from_message, faces_from_array, hands_from_array
 
-# Width of the images [px], and quality of their JPEG.
-_WIDTH, _QUALITY = 320, 75
+# Number of images at most, their width [px], and quality of their JPEG.
+_IMAGES, _WIDTH, _QUALITY = 120, 320, 75
 _COMPUTED = 'Postures and gestures are computed from the joints, not read from the recording.'
 _NO_RESULTS = ('no people are in {0}, as it holds no results. To compute them: rosrun openpose_ros_tools process_bag '
                '{0} -o people.bag --signals')
@@ -65,9 +65,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument('--topic', help='of the people in space (default: the only one)')
     parser.add_argument('--images', type=plain_path, metavar='BAG',
                         help='recording with the images, where that of the results has none')
-    parser.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
-    parser.add_argument('--thumbnails', type=whole_number(0), default=120, metavar='N',
-                        help='at most so many images (default: %(default)s)')
+    parser.add_argument('--image', default='', metavar='TOPIC', help='colour images, where there are several')
     add_up(parser)
     return run_command('report', lambda: _run(parser.parse_args(arguments)))
 
@@ -106,7 +104,7 @@ def _read(options: argparse.Namespace) -> Recording:
         notes.append(f'The page shows the {MOST_PERSONS} people with most frames, not {selection.left_out} others.')
     recording = Recording(path.name, selection.first_moment, selection, signals, upwards_of(table, options.up),
                           tuple(notes), landmarks=_landmarks(path, options.topic))
-    return _with_images(recording, options) if options.thumbnails else recording
+    return _with_images(recording, options)
 
 
 def _landmarks(path: Path, topic: Optional[str]) -> Dict[int, Landmarks]:
@@ -153,7 +151,7 @@ def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List
         # images may have been recorded at a lower rate than people
         times = {message.stamp: genpy.Time(0, message.time) for message in stamped_messages(bag, [topic])}
         there = sorted({*selection.frames.tolist()} & {*times})
-        chosen = np.unique(np.linspace(0, len(there) - 1, min(options.thumbnails, len(there))).round().astype(int))
+        chosen = np.unique(np.linspace(0, len(there) - 1, min(_IMAGES, len(there))).round().astype(int))
         taken = [Thumbnail(message.stamp, jpeg_of(any_image_to_bgr(deserialized(message)), _QUALITY, _WIDTH))
                  for stamp in (there[index] for index in chosen)
                  for message in stamped_messages(bag, [topic], times[stamp], times[stamp]) if message.stamp == stamp]

@@ -38,7 +38,7 @@ from openpose_ros_tools.calibration.known_cameras import (
     read_known_cameras,
     seen_from_a_level_camera,
 )
-from openpose_ros_tools.mocap.files.tables import UNITS
+from openpose_ros_tools.mocap.files import UNITS
 from openpose_ros_tools.outputs import PartFiles
 
 _NAME = 'rig_from'

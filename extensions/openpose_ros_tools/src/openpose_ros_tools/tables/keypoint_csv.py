@@ -5,11 +5,11 @@ Columns are named as `rostopic echo -p` names the fields of the per-person messa
 import csv
 import logging
 import re
-from array import array
 from io import StringIO
+from itertools import chain
 from operator import itemgetter
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Sequence, TextIO, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
@@ -40,23 +40,15 @@ _HEAD = {'time': '%time', 'sequence': 'field.header.seq', 'stamp': 'field.header
          'frame_id': 'field.header.frame_id', 'number': 'field.num_people_detected', 'person': 'field.person_ID'}
 _ORIGINAL_HEAD = ('time', 'number', 'person')
 _PART_COLUMN = re.compile(rf'field\.({"|".join(MESSAGE_JOINTS)})\.({"|".join(FIELDS[3])})')
-# Greatest whole numbers in the columns of a person: of times [ns] and of uint32, as in messages.
-_MOST = {'time': 2 ** 32 * 10 ** 9 - 1, 'sequence': 2 ** 32 - 1, 'stamp': 2 ** 32 * 10 ** 9 - 1,
-         'number': 2 ** 32 - 1, 'person': 2 ** 32 - 1}
-_NO_PARTS = np.zeros((0, 0), np.float32)
+# Greatest whole numbers, as in messages: of times [ns], and of uint32.
+_LAST_TIME, _GREATEST = 2 ** 32 * 10 ** 9 - 1, 2 ** 32 - 1
+_STATUSES = np.arange(256)
 # What pandas, R and spreadsheets write for a missing number.
 _NOT_THERE = ('', 'NA', 'N/A', 'null')
 
 
 def columns(layout: str, dimensions: int) -> List[str]:
-    """Return the names of the columns.
-
-    Args:
-        layout: one of `LAYOUTS`.
-        dimensions: 3 in space, 2 in the image.
-    """
-    if layout not in LAYOUTS:
-        raise ValueError(f"layout '{layout}': expected one of {', '.join(LAYOUTS)}")
+    """Return the names of the columns of a layout, in space (3) or in the image (2)."""
     if layout == 'tidy':
         return ['time', 'frame', 'frame_id', 'person_ID', 'joint',
                 *(('x', 'y', 'confidence', 'status') if dimensions == 2 else FIELDS[dimensions])]
@@ -71,18 +63,11 @@ def _wide_layout(layout: str, dimensions: int) -> Tuple[Sequence[str], Sequence[
     return _ORIGINAL_HEAD, _ORIGINAL_JOINTS, [field for field in FIELDS[dimensions] if field in _ORIGINAL_FIELDS]
 
 
-def _wide(row: PersonRow, head: Sequence[str], joints: Sequence[str], fields: Sequence[str]) -> List[object]:
-    return [*(getattr(row, name) for name in head),
-            *(value for part in part_values(row)[:len(joints)] for value in part[:len(fields)])]
-
-
 class KeypointCsvWriter:
-    """Writes rows of people; numbers are printed as `rostopic echo -p` prints them.
+    """Writes rows of people, the names of the columns at once; numbers are printed as `rostopic echo -p` prints them.
 
     Args:
-        handle: gets the names of the columns at once.
-        layout: one of `LAYOUTS`.
-        dimensions: 3 in space, 2 in the image.
+        layout, dimensions: as `columns`.
         missing_joints: whether the long form (tidy) has rows for missing joints.
     """
 
@@ -92,13 +77,17 @@ class KeypointCsvWriter:
         self._rows.writerow(columns(layout, dimensions))
         self._wide_layout = None if layout == 'tidy' else _wide_layout(layout, dimensions)
         self._missing_joints = missing_joints
-        self._frames = FrameSplitter()
-        self._frame = -1
+        self._frames, self._frame = FrameSplitter(), -1
 
     def write(self, rows: Sequence[PersonRow]) -> int:
         """Add people; return their number."""
         for row in rows:
-            self._rows.writerows([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
+            if self._wide_layout is None:
+                self._rows.writerows(self._tidy(row))
+            else:
+                head, joints, fields = self._wide_layout
+                self._rows.writerow([*(getattr(row, name) for name in head), *(
+                    value for part in part_values(row)[:len(joints)] for value in part[:len(fields)])])
         return len(rows)
 
     def _tidy(self, row: PersonRow) -> Iterator[List[object]]:
@@ -117,6 +106,12 @@ class KeypointCsv(NamedTuple):
     has_stamps: bool  # there is a column of stamps
 
 
+def read_keypoint_csv(path: Path) -> KeypointTable:
+    """Return the table of a CSV file of keypoints; see `read_csv` and `with_one_clock`."""
+    file = read_csv(path)
+    return with_one_clock(table_of(file.rows, file.dimensions), str(path))
+
+
 def read_csv(path: Path) -> KeypointCsv:
     """Read a CSV file of keypoints: columns of the original, extended, or of `rostopic echo -p`, in 2D or 3D.
 
@@ -125,8 +120,6 @@ def read_csv(path: Path) -> KeypointCsv:
     warning if it can not be read. A joint has the status of the file; without such a column it is MEASURED where its
     position is known.
 
-    pandas would read it in fewer lines, but takes a line that was cut off for one with empty cells.
-
     Raises:
         BadInputError: the file is not there or contains something else; the text names line and column.
     """
@@ -134,143 +127,115 @@ def read_csv(path: Path) -> KeypointCsv:
         text = Path(path).read_bytes().decode('utf-8-sig', errors='replace')
     except OSError as error:
         raise BadInputError(f'{path}: {error.strerror}') from error
-    return _Reader(Path(path), text).read()
+    reader = csv.reader(StringIO(text, newline=''))
+    try:
+        names = [name.strip() for name in next(reader, [])]
+        rows: Dict[int, List[str]] = {}  # by line
+        for row in reader:
+            if row and not ([row[0].strip()] == names[:1] and [name.strip() for name in row] == names):
+                rows[reader.line_num] = row
+    except csv.Error as error:
+        raise BadInputError(f'{path}, line {reader.line_num}: {error}') from error
+    _check_names(path, names, bool(text))
+    try:
+        return _parsed(path, names, rows)
+    except BadInputError as error:
+        if text.endswith(('\n', '\r')) or not rows:
+            raise
+        del rows[max(rows)]
+        rest = _parsed(path, names, rows)
+        _log.warning('the last line is dropped, as it was cut off: %s', error)
+        return rest
 
 
-def read_keypoint_csv(path: Path) -> KeypointTable:
-    """Return the table of a CSV file of keypoints; see `read_csv` and `with_one_clock`."""
-    file = read_csv(path)
-    return with_one_clock(table_of(file.rows, file.dimensions), str(path))
+def _check_names(path: Path, names: Sequence[str], has_text: bool) -> None:
+    """Raise BadInputError if the columns are those of another table, a column is missing, or there twice."""
+    if not has_text:
+        raise BadInputError(f'{path} is empty, expected a line with the names of columns')
+    if names in (columns('tidy', 2), columns('tidy', 3)):
+        raise BadInputError(f'{path} is in the long form (--tidy), expected one row per person: keypoints_to_csv '
+                            'writes it without --tidy')
+    if any(name.startswith('field.persons') for name in names):
+        raise BadInputError(f'{path} is what rostopic echo -p makes of an array message, which has all people in one '
+                            'row; echo the topic of single persons, or let keypoints_to_csv read the bag')
+    joints = {match[1] for match in map(_PART_COLUMN.fullmatch, names) if match} or {'nose'}
+    needed = [*(_HEAD[name] for name in _ORIGINAL_HEAD), *(
+        f'field.{joint}.{field}' for joint in MESSAGE_JOINTS if joint in joints for field in FIELDS[_dimensions(names)]
+        if field in _ORIGINAL_FIELDS)]
+    missing = [name for name in needed if name not in names]
+    if missing:
+        raise BadInputError(f"{path}, line 1: no column {', '.join(missing[:4])}{', ...' * (len(missing) > 4)}; the "
+                            f"first columns are {', '.join(names[:4])[:100]}")
+    twice = [name for number, name in enumerate(names) if names.index(name) != number]
+    if twice:
+        raise BadInputError(f"{path}, line 1: column '{twice[0]}' is there twice")
 
 
-class _Reader:
-    """Reads a file; knows its columns, and the line that it is at, for errors."""
+def _dimensions(names: Sequence[str]) -> int:
+    return 3 if any(match and match[2] == 'z' for match in map(_PART_COLUMN.fullmatch, names)) else 2
 
-    def __init__(self, path: Path, text: str) -> None:
-        self.path = path
-        self._cut_off = not text.endswith(('\n', '\r'))
-        self._reader = csv.reader(StringIO(text, newline=''))
-        self._names = self._read_names()
-        self._place = {name: i for i, name in enumerate(self._names)}
-        self._find_columns()
 
-    def read(self) -> KeypointCsv:
-        """Return the content of the file; errors as `read_csv`."""
-        heads: List[PersonRow] = []
-        values: List[array[float]] = []
-        lines: List[int] = []
-        for row in self._rows():
+def _parsed(path: Path, names: Sequence[str], rows: Dict[int, List[str]]) -> KeypointCsv:
+    """Return the content of rows, by their lines in the file; errors as `read_csv`."""
+    short = [line for line, row in rows.items() if len(row) != len(names)]
+    if short:
+        raise BadInputError(f'{path}, line {short[0]}: {len(rows[short[0]])} values, expected {len(names)} as line 1 '
+                            'has names')
+    texts = dict(zip(names, zip(*rows.values()) if rows else [()] * len(names)))
+
+    def column(name: str, convert: Callable[[str], Any], expected: str) -> List[Any]:
+        """Return the values of a column; 0 where the file has no such column."""
+        values = []
+        for line, text in zip(rows, texts.get(name, ['0'] * len(rows))):
             try:
-                head, numbers = self._parse(row)
-            except BadInputError as error:
-                if not self._cut_off or next(self._rows(), None) is not None:  # not the last line
-                    raise
-                _log.warning('the last line is dropped, as it was cut off: %s', error)
-                break
-            heads.append(head)
-            values.append(numbers)
-            lines.append(self._reader.line_num)
-        rows = [head._replace(parts=parts) for head, parts in zip(heads, self._parts(values, lines))]
-        return KeypointCsv(rows, self.dimensions, _HEAD['stamp'] in self._place)
+                values.append(convert(text))
+            except ValueError:
+                raise BadInputError(f"{path}, line {line}, column '{name}': expected {expected}, got '{text[:40]}'"
+                                    ) from None
+        return values
 
-    def _rows(self) -> Iterator[List[str]]:
-        """Yield the rows that are neither empty nor names of columns."""
-        try:
-            for row in self._reader:
-                if row and not (row[0].strip() == _HEAD['time'] and [name.strip() for name in row] == self._names):
-                    yield row
-        except csv.Error as error:
-            raise self._error(str(error)) from error
+    dimensions = _dimensions(names)
+    heads = {field: column(name, *_whole(_LAST_TIME if field in ('time', 'stamp') else _GREATEST))
+             for field, name in _HEAD.items() if field != 'frame_id'}
+    frames = [frame_name(text) for text in texts.get(_HEAD['frame_id'], [''] * len(rows))]
+    unknown = (*MISSING_PART[3][:4], np.nan, np.nan) if dimensions == 3 else MISSING_PART[2]
+    parts = np.tile(np.array(unknown, np.float32), (len(rows), len(MESSAGE_JOINTS), 1))
+    cells = [(number, place, name) for number, joint in enumerate(MESSAGE_JOINTS)
+             for place, field in enumerate(FIELDS[dimensions]) for name in [f'field.{joint}.{field}'] if name in texts]
+    values_of = itemgetter(*(names.index(name) for *_, name in cells))
+    numbers = map(float, chain.from_iterable(map(values_of, rows.values())))
+    try:
+        values = np.fromiter(numbers, np.float64, len(rows) * len(cells)).reshape(len(rows), len(cells)).T
+    except ValueError:  # slower
+        values = np.array([column(name, _real, 'a number') for *_, name in cells])
+    for (number, place, name), of_cell in zip(cells, values):
+        if FIELDS[dimensions][place] == 'status' and not np.isin(of_cell, _STATUSES).all():
+            column(name, _status, 'a whole number from 0 to 255')
+        parts[:, number, place] = of_cell
+    if dimensions == 2:
+        parts[np.isnan(parts).any(axis=2)] = MISSING_PART[2]
+    else:
+        parts = with_status(parts)
+    return KeypointCsv([PersonRow(frame_id=frame, parts=part, **dict(zip(heads, values)))
+                        for frame, part, *values in zip(frames, parts, *heads.values())],
+                       dimensions, _HEAD['stamp'] in texts)
 
-    def _read_names(self) -> List[str]:
-        try:
-            names = [name.strip() for name in next(self._reader)]
-        except StopIteration:
-            raise BadInputError(f'{self.path} is empty, expected a line with the names of columns') from None
-        except csv.Error as error:
-            raise BadInputError(f'{self.path}, line 1: {error}; expected the names of columns') from error
-        if names in (columns('tidy', 2), columns('tidy', 3)):
-            raise BadInputError(f'{self.path} is in the long form (--tidy), expected one row per person: '
-                                'keypoints_to_csv writes it without --tidy')
-        if any(name.startswith('field.persons') for name in names):
-            raise BadInputError(f'{self.path} is what rostopic echo -p makes of an array message, which has all people '
-                                'in one row; echo the topic of single persons, or let keypoints_to_csv read the bag')
-        return names
 
-    def _find_columns(self) -> None:
-        """Find the columns of the joints.
+def _whole(greatest: int) -> Tuple[Callable[[str], int], str]:
+    def convert(text: str) -> int:
+        if not 0 <= int(text) <= greatest:
+            raise ValueError(text)
+        return int(text)
 
-        Raises:
-            BadInputError: a column is missing, or there twice.
-        """
-        found = [match for match in map(_PART_COLUMN.fullmatch, self._names) if match]
-        self.dimensions = 3 if any(match[2] == 'z' for match in found) else 2
-        fields = FIELDS[self.dimensions]
-        present = {match[1] for match in found}
-        joints = [joint for joint in MESSAGE_JOINTS if joint in present]
-        needed = [*(_HEAD[name] for name in _ORIGINAL_HEAD),
-                  *(f'field.{joint}.{field}' for joint in joints or ('nose',) for field in fields
-                    if field in _ORIGINAL_FIELDS)]
-        missing = [name for name in needed if name not in self._place]
-        if missing:
-            shown = ', '.join(missing[:4]) + (', ...' if len(missing) > 4 else '')
-            raise BadInputError(f'{self.path}, line 1: no column {shown}; the first columns are '
-                                f"{', '.join(self._names[:4])[:100]}")
-        if len(self._place) < len(self._names):
-            twice = next(name for i, name in enumerate(self._names) if self._place[name] != i)
-            raise BadInputError(f"{self.path}, line 1: column '{twice}' is there twice")
-        cells = [(k, f, self._place[name]) for k, joint in enumerate(MESSAGE_JOINTS) for f, field in enumerate(fields)
-                 for name in [f'field.{joint}.{field}'] if name in self._place]
-        self._joint_of, self._field_of, self._value_places = (list(column) for column in zip(*cells))
-        self._values_of = itemgetter(*self._value_places)
-        self._has_status = np.array([f'field.{joint}.status' in self._place for joint in MESSAGE_JOINTS])
+    return convert, f'a whole number from 0 to {greatest}'
 
-    def _parse(self, row: List[str]) -> Tuple[PersonRow, 'array[float]']:
-        if len(row) != len(self._names):
-            raise self._error(f'{len(row)} values, expected {len(self._names)} as line 1 has names')
-        frame_id = frame_name(row[self._place[_HEAD['frame_id']]]) if _HEAD['frame_id'] in self._place else ''
-        head = PersonRow(frame_id=frame_id, parts=_NO_PARTS, **{name: self._whole(row, name) for name in _MOST})
-        try:
-            return head, array('f', map(float, self._values_of(row)))
-        except ValueError:
-            return head, array('f', [self._real(row, place) for place in self._value_places])
 
-    def _whole(self, row: List[str], name: str) -> int:
-        """Return the whole number in the column of a field of PersonRow, 0 without such a column."""
-        if _HEAD[name] not in self._place:
-            return 0
-        text = row[self._place[_HEAD[name]]]
-        try:
-            value = int(text)
-        except ValueError:
-            value = -1
-        if not 0 <= value <= _MOST[name]:
-            raise self._error(f"expected a whole number from 0 to {_MOST[name]}, got '{text[:40]}'", _HEAD[name])
-        return value
+def _real(text: str) -> float:
+    return np.nan if text.strip() in _NOT_THERE else float(text)
 
-    def _real(self, row: List[str], place: int) -> float:
-        text = row[place].strip()
-        try:
-            return np.nan if text in _NOT_THERE else float(text)
-        except ValueError:
-            raise self._error(f"expected a number, got '{text[:40]}'", self._names[place]) from None
 
-    def _parts(self, values: 'Sequence[array[float]]', lines: Sequence[int]) -> np.ndarray:
-        """Return the values of the joints of the rows in these lines, (R, K, F) float32."""
-        parts = np.tile(np.array(MISSING_PART[self.dimensions], np.float32), (len(values), len(MESSAGE_JOINTS), 1))
-        parts[:, self._joint_of, self._field_of] = np.frombuffer(b''.join(values), np.float32).reshape(
-            len(values), len(self._value_places))
-        if self.dimensions == 2:
-            parts[np.isnan(parts).any(axis=2)] = MISSING_PART[2]
-            return parts
-        status = np.where(self._has_status, parts[..., 4], np.nan)
-        wrong = np.argwhere(~np.isnan(status) & ~np.isin(status, np.arange(256)))
-        if len(wrong):
-            row, joint = wrong[0].tolist()
-            raise self._error(f'expected a whole number from 0 to 255, got {status[row, joint]:g}',
-                              f'field.{MESSAGE_JOINTS[joint]}.status', lines[row])
-        return with_status(parts, ~np.isnan(status))
-
-    def _error(self, text: str, column: str = '', line: int = 0) -> BadInputError:
-        place = f", column '{column}'" if column else ''
-        return BadInputError(f'{self.path}, line {line or self._reader.line_num}{place}: {text}')
+def _status(text: str) -> float:
+    value = _real(text)
+    if not (np.isnan(value) or value in range(256)):
+        raise ValueError(text)
+    return value

@@ -1,4 +1,4 @@
-"""The part of a recording that is plotted: people, joints, time; and its description."""
+"""The part of a recording that is plotted: people, joints, time; and which way is up."""
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import List, Optional, Sequence, Tuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.people import MISSING
 
 # Number of people that are shown by default: those with most rows.
 MOST_PERSONS = 8
@@ -33,11 +33,6 @@ class Selection:
     persons: Tuple[int, ...]  # ids of the chosen people, ascending
     left_out: int  # people that were not chosen as there are too many
 
-    def rows_of(self, person: int) -> KeypointTable:
-        """Return the rows of a person in the order of time."""
-        rows = self.table.select(self.table.ids == person)
-        return rows.select(np.argsort(rows.stamps, kind='stable'))
-
     def seconds(self, stamps: np.ndarray) -> np.ndarray:
         """Return stamps [ns] as float64 [s] since the first frame of the recording."""
         return (stamps - self.begin) * 1e-9
@@ -62,27 +57,22 @@ class Selection:
     @property
     def span(self) -> Tuple[float, float]:
         """First and last frame [s]."""
-        seconds = self.seconds(self.frames)
-        return float(seconds[0]), float(seconds[-1])
+        first, last = self.seconds(self.frames[[0, -1]]).tolist()
+        return first, last
 
     @property
     def first_moment(self) -> str:
         """The stamp of the recording's first frame, as a date where it is one."""
-        return moment_text(self.begin)
+        seconds, rest = divmod(self.begin, 1000000000)
+        if seconds < _FIRST_DATE:
+            return f'{self.begin * 1e-9:.3f} s'
+        moment = datetime.fromtimestamp(seconds, timezone.utc).strftime('%Y-%m-%d %H:%M:%S')
+        return f'{moment}.{rest // 1000000:03d} UTC'
 
     @property
     def frame_id(self) -> str:
         """Frame of reference; several are joined."""
         return ', '.join(sorted(set(self.all_people.frame_ids.tolist()) - {''}))
-
-
-def moment_text(stamp: int) -> str:
-    """Return a stamp [ns] as a date where it is one."""
-    seconds = stamp // 1000000000
-    if seconds < _FIRST_DATE:
-        return f'{stamp * 1e-9:.3f} s'
-    moment = datetime.fromtimestamp(seconds, timezone.utc).strftime('%Y-%m-%d %H:%M:%S')
-    return f'{moment}.{stamp % 1000000000 // 1000000:03d} UTC'
 
 
 def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Optional[Sequence[str]] = None,
@@ -102,21 +92,29 @@ def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Op
     if not len(table):
         raise BadInputError('no people are in it: no rows')
     stamps = np.unique(table.stamps if frames is None else np.concatenate([table.stamps, frames]))
-    begin = int(stamps[0])
-    low, high = -np.inf if start is None else start, np.inf if end is None else end
-    shown = table.select(_within(table.stamps, begin, low, high))
+    begin, low, high = int(stamps[0]), -np.inf if start is None else start, np.inf if end is None else end
+
+    def is_shown(stamps: np.ndarray) -> np.ndarray:
+        seconds = (stamps - begin) * 1e-9
+        return (seconds >= low) & (seconds <= high)
+
+    shown = table.select(is_shown(table.stamps))
     if not len(shown):
         raise BadInputError(f'no people are in it from {low:g} to {high:g} s; the recording has '
                             f'{(stamps[-1] - begin) * 1e-9:.1f} s')
-    ids, rows = np.unique(shown.ids, return_counts=True)
-    chosen = _persons(table, ids, rows, persons)
-    known = [joint for number, joint in enumerate(shown.joints) if (shown.status[:, number] != MISSING).any()]
+    ids, counts = np.unique(shown.ids, return_counts=True)
+    absent = sorted(set(persons or ()) - set(ids.tolist()))
+    if absent:
+        raise BadInputError(f'person {absent[0]} is not in it; there are: {", ".join(map(str, ids.tolist()))}')
+    most = ids[np.argsort(-counts, kind='stable')[:MOST_PERSONS]].tolist()
+    chosen = tuple(sorted(set(most if persons is None else persons)))
+    known = [joint for joint, status in zip(shown.joints, shown.status.T) if (status != MISSING).any()]
     for joint in joints or ():
         if joint not in known:
             raise BadInputError(f"joint '{joint}' is not in it; there are: {', '.join(known)}")
-    return Selection(shown.select(np.isin(shown.ids, chosen)), shown, stamps[_within(stamps, begin, low, high)],
-                     frames is not None, begin, tuple(joint for joint in known if not joints or joint in joints),
-                     chosen, len(ids) - len(chosen) if persons is None else 0)
+    return Selection(shown.select(np.isin(shown.ids, chosen)), shown, stamps[is_shown(stamps)], frames is not None,
+                     begin, tuple(joint for joint in known if not joints or joint in joints), chosen,
+                     len(ids) - len(chosen) if persons is None else 0)
 
 
 def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
@@ -169,57 +167,8 @@ def upright_axis(joints: Sequence[str], positions: np.ndarray) -> Optional[Tuple
     return None
 
 
-def description(name: str, selection: Selection) -> str:
-    """Return lines of text on a recording: time, people, joints."""
-    table, (begin, end) = selection.all_people, selection.span
-    kind = 'in space [m]' if table.dimensions == 3 else 'in the image [px]'
-    ids, counts = np.unique(table.ids, return_counts=True)
-    seconds = selection.seconds(table.stamps)
-    rate = f' ({(len(selection.frames) - 1) / (end - begin):.1f} per second)' if end > begin else ''
-    lines = [f'{name}: keypoints {kind}' + (f', frame {selection.frame_id}' if selection.frame_id else ''),
-             f'first frame: {selection.first_moment}; shown: {begin:.2f} to {end:.2f} s after it',
-             f'frames: {len(selection.frames)}{rate}; people: {len(ids)}; rows, one per person and frame: {len(table)}']
-    gaps = selection.gaps
-    if gaps:
-        first, last = max(gaps, key=lambda gap: gap[1] - gap[0])
-        lines.append(f'gaps without frames: {len(gaps)}, together {sum(b - a for a, b in gaps):.1f} s; the longest: '
-                     f'{first:.2f} to {last:.2f} s')
-    lines += ['', 'person    rows   from [s]     to [s]   measured   inferred    missing']
-    joints = [table.joints.index(joint) for joint in selection.joints]
-    for person, count in zip(ids.tolist(), counts.tolist()):
-        own = table.ids == person
-        lines.append(f'{person:6d}  {count:6d} {seconds[own].min():10.2f} {seconds[own].max():10.2f} '
-                     + _shares(table.status[own][:, joints]))
-    lines += ['', f'{"joint":36} measured   inferred    missing']
-    lines += [f'{joint:33} {_shares(table.status[:, [number]])}' for joint, number in zip(selection.joints, joints)]
-    return '\n'.join(lines) + '\n'
-
-
-def _within(stamps: np.ndarray, begin: int, low: float, high: float) -> np.ndarray:
-    seconds = (stamps - begin) * 1e-9
-    return (seconds >= low) & (seconds <= high)
-
-
-def _persons(table: KeypointTable, ids: np.ndarray, rows: np.ndarray,
-             persons: Optional[Sequence[int]]) -> Tuple[int, ...]:
-    """Return the ids that are shown."""
-    if persons is None:
-        most = np.argsort(-rows, kind='stable')[:MOST_PERSONS]
-        return tuple(sorted(ids[most].tolist()))
-    for person in persons:
-        if person not in ids:
-            raise BadInputError(f'person {person} is ' + (
-                'in it, but not in that time' if person in table.ids else
-                f'not in it; there are: {", ".join(map(str, ids.tolist()))}'))
-    return tuple(sorted(set(persons)))
-
-
 def _middle(joints: Sequence[str], positions: np.ndarray, *names: str) -> np.ndarray:
     """Return the mean position of joints, (R, D); NaN where one of them is missing, or is none of the recording's."""
     if not set(names) <= set(joints):
         return np.full_like(positions[:, 0], np.nan)
     return positions[:, [joints.index(name) for name in names]].mean(axis=1)
-
-
-def _shares(status: np.ndarray) -> str:
-    return ' '.join(f'{100 * np.mean(status == value):8.1f} %' for value in (MEASURED, INFERRED, MISSING))

@@ -16,8 +16,7 @@ FIELDS: Dict[int, Tuple[str, ...]] = {2: ('x', 'y', 'confidence'),
 # A missing joint, as the messages have it.
 MISSING_PART: Dict[int, Tuple[float, ...]] = {2: (0.0, 0.0, 0.0), 3: (np.nan, np.nan, np.nan, 0.0, MISSING, np.nan)}
 STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
-# Rows without a stamp belong to one frame if they came within this time [ns]: a node sends the people of a frame in
-# quick succession, and frames are at least 16 ms apart at 60 Hz.
+# Rows without a stamp belong to one frame if they came within this time [ns]: frames are at least 16 ms apart at 60 Hz.
 _ONE_FRAME = 10 * 10 ** 6
 
 
@@ -59,18 +58,17 @@ class FrameSplitter:
         if not row.stamp:
             same = same and row.number == self._number and abs(row.time - self._time) <= _ONE_FRAME
         if not same:
-            self._time, self._stamp, self._number = row.time, row.stamp, row.number
-            self._ids = set()
+            self._time, self._stamp, self._number, self._ids = row.time, row.stamp, row.number, set()
         self._ids.add(row.person)
         return not same
 
 
 def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
     """Yield the people of each frame."""
-    frames = FrameSplitter()
+    splitter = FrameSplitter()
     frame: List[PersonRow] = []
     for row in rows:
-        if frames.begins(row) and frame:
+        if splitter.begins(row) and frame:
             yield frame
             frame = []
         frame.append(row)
@@ -82,11 +80,7 @@ def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
 class KeypointTable:
     """The joints of people over time, one row per person and frame, in the order of the recording.
 
-    The K joints are `MESSAGE_JOINTS`, whatever the network's joint set, or points of hands. In space D is 3 [m], in the
-    image 2 [px].
-
-    Raises:
-        ValueError: an array has the wrong shape.
+    The K joints are `MESSAGE_JOINTS`, whatever the network's joint set. In space D is 3 [m], in the image 2 [px].
     """
 
     stamps: np.ndarray  # (R,) int64 [ns], of the image or cloud; rows of one frame have one stamp
@@ -94,23 +88,10 @@ class KeypointTable:
     ids: np.ndarray  # (R,) int64, track ids
     positions: np.ndarray  # (R, K, D) float32; NaN where missing
     confidence: np.ndarray  # (R, K) float32 [0..1] of the 2D detection
-    # (R, K) uint8: MISSING, MEASURED or INFERRED of `skeleton_extract_3d.people`. Where the recording has no status, as
-    # in 2D and with the original's columns, a joint with a position is MEASURED.
+    # (R, K) uint8: MISSING, MEASURED or INFERRED; where a recording has no status, a joint with a position is MEASURED
     status: np.ndarray
     sigma: np.ndarray  # (R, K) float32 [m], NaN where MISSING or not known
     joints: Tuple[str, ...] = MESSAGE_JOINTS  # names of the K joints
-
-    def __post_init__(self) -> None:
-        rows, joints = len(self.stamps), len(self.joints)
-        kinds = {'stamps': np.int64, 'frame_ids': np.str_, 'ids': np.int64, 'positions': np.float32,
-                 'confidence': np.float32, 'status': np.uint8, 'sigma': np.float32}
-        for name, kind in kinds.items():
-            value: np.ndarray = np.asarray(getattr(self, name), kind)
-            expected = {'positions': (rows, joints, value.shape[-1]), 'confidence': (rows, joints),
-                        'status': (rows, joints), 'sigma': (rows, joints)}.get(name, (rows,))
-            if value.shape != expected or (name == 'positions' and value.shape[-1] not in (2, 3)):
-                raise ValueError(f'{name}: expected {expected}, got {value.shape}')
-            object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -125,37 +106,35 @@ class KeypointTable:
         return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)
                                 if field.name != 'joints'})
 
+    def of_person(self, person: int) -> 'KeypointTable':
+        """Return the rows of a person in the order of time."""
+        rows = np.flatnonzero(self.ids == person)
+        return self.select(rows[np.argsort(self.stamps[rows], kind='stable')])
 
-def table_of(rows: Iterable[PersonRow], dimensions: int, joints: Tuple[str, ...] = MESSAGE_JOINTS) -> KeypointTable:
-    """Return the table of all rows.
+    def measured(self) -> 'KeypointTable':
+        """Return the table without the positions that are not MEASURED."""
+        return replace(self, positions=np.where((self.status == MEASURED)[..., None], self.positions, np.nan))
 
-    Rows without a stamp get the %time of the first row of their frame.
 
-    Args:
-        dimensions: 3 in space, 2 in the image.
-        joints: names of the K joints of the rows.
-    """
+def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
+    """Return the table of all rows; those without a stamp get the %time of the first row of their frame."""
     rows = list(rows)
     parts = np.array([row.parts for row in rows], np.float32).reshape(
-        len(rows), len(joints), len(FIELDS[dimensions]))
+        len(rows), len(MESSAGE_JOINTS), len(FIELDS[dimensions]))
     positions = parts[..., :dimensions].copy()
     confidence = np.where(np.isnan(parts[..., dimensions]), 0, parts[..., dimensions])
     known = np.isfinite(positions).all(axis=2)
     known &= confidence > 0 if dimensions == 2 else parts[..., 4] != MISSING
-    status = np.where(known, MEASURED if dimensions == 2 else parts[..., 4], MISSING)
-    sigma = np.where(known, np.nan if dimensions == 2 else parts[..., 5], np.nan)
     positions[~known] = np.nan
+    status = np.where(known, MEASURED if dimensions == 2 else parts[..., 4], MISSING).astype(np.uint8)
+    sigma = np.where(known, np.nan if dimensions == 2 else parts[..., 5], np.nan).astype(np.float32)
     stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
     return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
-                         np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma, joints)
+                         np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma)
 
 
 def with_one_clock(table: KeypointTable, source: str) -> KeypointTable:
-    """Return a table whose time does not run back; it may be sorted by people.
-
-    Raises:
-        BadInputError: it does, as where the tables of two recordings were appended; the text begins with `source`.
-    """
+    """Return a table, which may be sorted by people; BadInputError of a source, if its time runs back."""
     back = np.diff(table.stamps) < -PAIRING.reset_backstep
     blocks = 1 + np.count_nonzero(np.diff(table.ids))
     if back.any() and (blocks > len(np.unique(table.ids)) or (back & (np.diff(table.ids) == 0)).any()):
@@ -173,45 +152,28 @@ def people_of_rows(rows: KeypointTable, model: SkeletonModel) -> People3D:
 
 
 def measured_people(table: KeypointTable) -> MeasuredPeople:
-    """Return the MEASURED joints of a table in space.
-
-    Raises:
-        BadInputError: the table is not in space.
-    """
-    if table.dimensions != 3:
-        raise BadInputError('the keypoints are in the image, expected people in space')
-    known = (table.status == MEASURED) & np.isfinite(table.positions).all(axis=2)
-    return MeasuredPeople(table.stamps, table.ids,
-                          np.where(known[..., np.newaxis], table.positions.astype(np.float64), np.nan),
+    """Return the MEASURED joints of a table in space, for an alignment."""
+    positions = table.measured().positions.astype(np.float64)
+    known = np.isfinite(positions).all(axis=2)
+    return MeasuredPeople(table.stamps, table.ids, np.where(known[..., None], positions, np.nan),
                           np.where(known, table.sigma.astype(np.float64), np.nan))
 
 
-def with_status(parts: np.ndarray, has_status: np.ndarray) -> np.ndarray:
-    """Return joints in space with a status also where a recording does not have it.
+def with_status(parts: np.ndarray) -> np.ndarray:
+    """Return joints in space, (..., 6) float32, with a status also where it is NaN, as the recording does not have it.
 
     A joint is MEASURED where its position is known: finite, and not all zeros with confidence 0.
-
-    Args:
-        parts: (R, K, 6) float32.
-        has_status: (R, K) bool.
-
-    Returns:
-        (R, K, 6) float32.
     """
-    position, confidence = parts[..., :3], parts[..., 3]
-    known = np.isfinite(position).all(axis=2) & ((confidence != 0) | (position != 0).any(axis=2))
+    position, confidence, status = parts[..., :3], parts[..., 3], parts[..., 4]
+    known = np.isfinite(position).all(axis=-1) & ((confidence != 0) | (position != 0).any(axis=-1))
     complete = parts.copy()
-    complete[..., 4] = np.where(has_status, parts[..., 4], np.where(known, MEASURED, MISSING))
-    complete[~known & ~has_status, :3] = np.nan
+    complete[..., 4] = np.where(np.isnan(status), np.where(known, MEASURED, MISSING), status)
+    complete[np.isnan(status) & ~known, :3] = np.nan
     return complete
 
 
 def tidy_cells(part: Sequence[float], dimensions: int) -> Tuple[List[object], bool]:
-    """Return the cells of a joint in the long form, with the status as a word, and whether it is known.
-
-    Args:
-        part: values of `FIELDS`.
-    """
+    """Return the cells of a joint, values of `FIELDS`, in the long form, with the status as a word; is it known?"""
     if dimensions == 2:
         known = part[2] > 0
         return ([*part, STATUS_WORDS[MEASURED]] if known else [np.nan, np.nan, 0.0, STATUS_WORDS[MISSING]]), known

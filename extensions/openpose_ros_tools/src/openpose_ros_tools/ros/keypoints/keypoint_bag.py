@@ -17,7 +17,6 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
@@ -38,15 +37,14 @@ from openpose_ros_tools.tables.keypoint_table import (
     PersonRow,
     part_values,
     table_of,
+    tidy_cells,
     with_one_clock,
     with_status,
 )
-from openpose_ros_tools.tables.landmark_csv import LandmarkRow
+from openpose_ros_tools.tables.long_csv import POINTS
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_signals
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
-# Points of the hands of a person, as joints of a table.
-HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
 _SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
 # Dimensions of the types of messages with people, in the order of preference: space before image, and single people
 # before arrays, as both contain the same people.
@@ -55,15 +53,12 @@ DIMENSIONS: Dict[str, int] = {
     'openpose_ros_msgs/PersonDetection_3dArray': 3,
     'openpose_ros_msgs/PersonDetection': 2,
     'openpose_ros_msgs/PersonDetectionArray': 2}
-_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
-
-# The same of hands and of faces, which choose by themselves only what is asked for.
+# The same of hands, faces and signals, which are read only where they are asked for.
 PARTS: Dict[str, Dict[str, int]] = {
     'people': DIMENSIONS,
     'hands': {'openpose_ros_msgs/HandDetection_3dArray': 3, 'openpose_ros_msgs/HandDetectionArray': 2},
     'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2},
     'signals': {'openpose_ros_msgs/PersonSignalsArray': 3}}
-
 
 RECORD = '/openpose_ros/process_bag'
 """Topic of what process_bag has made a bag of, so that it is not made again."""
@@ -79,11 +74,7 @@ class KeypointTopic(NamedTuple):
 
 
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
-    """Yield the messages of a topic and their time of recording [ns], in its order.
-
-    Raises:
-        BadInputError: the bag is damaged, or the messages are of several types.
-    """
+    """Yield the messages of a topic and their time of recording [ns]; BadInputError, if they are of several types."""
     types = topic_types(bag)
     names = [name for name in types if _absolute(name) == _absolute(topic)]
     for name in names:
@@ -93,43 +84,31 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
         yield deserialized(stored), stored.time
 
 
-def count_messages(bag: rosbag.Bag, topic: str) -> int:
-    """Return how many messages of a topic there are."""
-    topics = bag.get_type_and_topic_info().topics
-    return sum(info.message_count for name, info in topics.items() if _absolute(name) == _absolute(topic))
-
-
 def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None, part: str = 'people'
                  ) -> KeypointTopic:
-    """Return the topic to read.
+    """Return the topic to read; BadInputError, if it is not there or has another part, or several come into question.
 
     Args:
         types: type of each topic.
         where: these topics are, for errors.
         topic: name; None: the only one of the most preferred type that is there, see `PARTS`.
-        part: what is in it, one of `PARTS`.
-
-    Raises:
-        BadInputError: it is not there or holds no people, or several come into question.
     """
     kinds = PARTS[part]
     known = {_absolute(name): kind for name, kind in types.items()}
-    with_people = {name: kind for name, kind in sorted(known.items()) if kind in kinds}
-    if topic is not None:
-        name = _absolute(topic)
-        if name not in known:
-            raise BadInputError(f'there is no topic {name} in {where}; {_list(with_people, known, kinds)}')
-        if name not in with_people:
-            raise BadInputError(f'topic {name} in {where} is of type {known[name]}; {_list(with_people, known, kinds)}')
-        return KeypointTopic(name, known[name], kinds[known[name]], part)
-    for kind, dimensions in kinds.items():
-        names = [name for name in with_people if with_people[name] == kind]
-        if len(names) > 1:
-            raise BadInputError(f'{where} has several topics of type {kind}: {", ".join(names)}; choose with --topic')
-        if names:
-            return KeypointTopic(names[0], kind, dimensions, part)
-    raise BadInputError(f'there are no {"keypoints" if part == "people" else part} in {where}; '
-                        f'{_list(with_people, known, kinds)}')
+    fitting = {name: kind for name, kind in sorted(known.items()) if kind in kinds}
+    if topic is None:
+        best = next((kind for kind in kinds if kind in fitting.values()), None)
+        names = [name for name, kind in fitting.items() if kind == best]
+        problem = f'there are no {"keypoints" if part == "people" else part} in {where}'
+    else:
+        names = [name for name in (_absolute(topic),) if name in fitting]
+        problem = (f'topic {_absolute(topic)} in {where} is of type {known[_absolute(topic)]}'
+                   if _absolute(topic) in known else f'there is no topic {_absolute(topic)} in {where}')
+    if len(names) > 1:
+        raise BadInputError(f'{where} has several topics of type {best}: {", ".join(names)}; choose with --topic')
+    if not names:
+        raise BadInputError(f'{problem}; {_list(fitting, known, kinds)}')
+    return KeypointTopic(names[0], known[names[0]], kinds[known[names[0]]], part)
 
 
 def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
@@ -155,53 +134,36 @@ def numbered_anew(paths: Sequence[Path]) -> Set[Path]:
     """Return the bags whose ids are not those of the bag before: other recordings, or parts that were processed apart.
     """
     found = {recording[0] for recording in parts_of_recordings(paths)}
-    for path in set(paths) - found:
-        record = made_of(path)
-        if record and not record.get('earlier'):
-            found.add(path)
-    return found
+    records = {path: made_of(path) for path in set(paths) - found}
+    return found | {path for path, record in records.items() if record and not record.get('earlier')}
 
 
-def read_keypoint_bag(path: Path, topic: Optional[str] = None, part: str = 'people') -> KeypointTable:
-    """Read the keypoints of a bag.
-
-    Args:
-        topic: of messages of single people or arrays, in 2D or 3D; None: that of the bag, 3D before 2D.
-        part: 'people', or 'hands': then the joints are the `HAND_JOINTS` of each person.
-
-    Raises:
-        BadInputError: the bag can not be read, or it is not clear which topic is meant; the text names topics.
-    """
-    read, joints = (rows_of, MESSAGE_JOINTS) if part == 'people' else (_hands_of, HAND_JOINTS)
+def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
+    """Read the keypoints of a bag, from the topic, or see `choose_topic`; BadInputError, if they can not be read."""
     with open_bag(path) as bag:
-        chosen = choose_topic(topic_types(bag), str(path), topic, part)
+        chosen = choose_topic(topic_types(bag), str(path), topic)
         rows = (row for message, time in bag_messages(bag, chosen.name)
-                for row in read(message, chosen.dimensions, time))
-        return with_one_clock(table_of(rows, chosen.dimensions, joints), str(path))
+                for row in rows_of(message, chosen.dimensions, time))
+        return with_one_clock(table_of(rows, chosen.dimensions), str(path))
 
 
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
-    """Read a CSV or a bag.
+    """Read a CSV or a bag; BadInputError, if it can not be read.
 
     Returns:
         The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
         [ns]; else None.
-
-    Raises:
-        BadInputError: it can not be read.
     """
     if not is_bag(path):
-        if not path.is_file():
-            raise BadInputError(f'{path}: there is no such file')
         if topic is not None:
             raise BadInputError(f'{path}: --topic is for bags')
         return read_keypoint_csv(path), None
     with open_bag(path) as bag:
         types = topic_types(bag)
         chosen = choose_topic(types, str(path), topic)
-        folder = chosen.name.rpartition('/')[0]
-        arrays = [name for name, kind in types.items() if kind == _ARRAYS[chosen.dimensions]
-                  and (name.rpartition('/')[0] == folder or name == chosen.name)]
+        folder, array = chosen.name.rpartition('/')[0], chosen.kind if 'Array' in chosen.kind else f'{chosen.kind}Array'
+        arrays = [name for name, kind in types.items()
+                  if kind == array and (name.rpartition('/')[0] == folder or name == chosen.name)]
         stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
     return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
 
@@ -211,54 +173,41 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
     """Return the signals of people, and whether they are of the recording; else they are computed from the joints.
 
     Args:
-        path: bag, or table.
+        path: of the bag.
         table: all its people, in space.
-        topic: of the people in a bag; their signals are beside it, as the nodes and process_bag publish them.
+        topic: of the people; their signals are beside it, as the nodes and process_bag publish them.
         up: (3,) compute them, with this upwards; None: where the recording lacks them, see `computed_signals`.
     """
-    if is_bag(path) and up is None:
+    if up is None:
         with open_bag(path) as bag:
             types = topic_types(bag)
-            beside = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
-            if {_absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
+            signals = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
+            if {_absolute(name): kind for name, kind in types.items()}.get(signals) in PARTS['signals']:
                 return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
                     turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
-                        for message, time in bag_messages(bag, beside)], True
+                        for message, time in bag_messages(bag, signals)], True
     return list(computed_signals(table, up)), False
 
 
-def _hands_of(message: Any, dimensions: int, time: int) -> Iterator[PersonRow]:
-    """Yield the people of an array message of hands, with both hands each."""
-    people: Dict[int, np.ndarray] = {}
-    stamp = message.header.stamp.to_nsec()
-    for hand in landmark_rows(message, dimensions, time):
-        parts = people.setdefault(hand.person, np.tile(np.array(MISSING_PART[dimensions], np.float32),
-                                                       (len(HAND_JOINTS), 1)))
-        first = HAND_JOINTS.index(f'{hand.side}_hand_{HAND_POINT_NAMES[0]}')
-        parts[first:first + len(HAND_POINT_NAMES)] = hand.parts
-    for person, parts in people.items():
-        yield PersonRow(time, message.header.seq, stamp, message.header.frame_id, len(people), person, parts)
-
-
-def landmark_rows(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[LandmarkRow]:
-    """Yield the hands or faces of an array message; time: taken where the header has no stamp [ns]."""
-    read = attrgetter(*FIELDS[dimensions])
-    stamp = message.header.stamp.to_nsec() or time or 0
-    for each in getattr(message, 'hands', None) or getattr(message, 'faces', ()):
+def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> Iterator[List[object]]:
+    """Yield a row of each point of the hands or faces of an array message, for a `LongCsvWriter`."""
+    read = attrgetter(*FIELDS[topic.dimensions])
+    for each in getattr(message, topic.part):
+        side = [_SIDES.get(each.side, '')] if topic.part == 'hands' else []
         turn = getattr(each, 'orientation', None)
-        yield LandmarkRow(stamp, message.header.frame_id, each.person_ID, _SIDES.get(getattr(each, 'side', 0), ''),
-                          [read(part) for part in each.keypoints],
-                          () if turn is None else (turn.x, turn.y, turn.z, turn.w, each.orientation_sigma))
+        orientation = [] if turn is None else [turn.x, turn.y, turn.z, turn.w, each.orientation_sigma]
+        for name, point in zip(POINTS[topic.part], each.keypoints):
+            cells, known = tidy_cells(read(point), topic.dimensions)
+            if known or missing_points:
+                yield [message.header.frame_id, each.person_ID, *side, name, *cells, *orientation]
 
 
 def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[PersonRow]:
-    """Yield the people of a message of one person, or of an array message.
+    """Yield the people of a message of one person, or of an array message, in space (3) or in the image (2).
 
-    Fields are found by name: what an older or newer definition of the message lacks is missing, further fields are
-    ignored.
+    Fields are found by name: what another definition of the message lacks is missing, further fields are ignored.
 
     Args:
-        dimensions: 3 for messages in space, 2 in the image.
         time: for the column %time [ns]; None: the stamp of the header, as `rostopic echo -p` has it on a live topic.
             With a bag it has the time of recording.
     """
@@ -282,27 +231,25 @@ def _absolute(name: str) -> str:
     return '/' + name.strip('/')
 
 
-def _list(with_people: Mapping[str, str], types: Mapping[str, str], kinds: Iterable[str]) -> str:
+def _list(fitting: Mapping[str, str], types: Mapping[str, str], kinds: Iterable[str]) -> str:
     """Return which topics there are."""
-    if with_people:
-        return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in with_people.items())
+    if fitting:
+        return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in fitting.items())
     if not types:
         return 'it has no topics'
-    shown: List[str] = [f'{name} ({kind})' for name, kind in sorted(types.items())]
+    shown = [f'{name} ({kind})' for name, kind in sorted(types.items())]
     more = f' and {len(shown) - 8} more' if len(shown) > 8 else ''
     return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(kinds)}'
 
 
 def _parts(message: Any, dimensions: int) -> np.ndarray:
     """Return the values of the joints, (K, F) float32 as in a message that was sent."""
-    fields, missing = FIELDS[dimensions], MISSING_PART[dimensions]
+    known = [place for place, field in enumerate(FIELDS[dimensions]) if hasattr(message.nose, field)]
+    read = attrgetter(*(FIELDS[dimensions][place] for place in known))
     parts = [getattr(message, joint, None) for joint in MESSAGE_JOINTS]
-    known: Tuple[str, ...] = tuple(field for field in fields if hasattr(message.nose, field))
-    read = attrgetter(*known)
-    values = np.tile(np.array(missing, np.float32), (len(parts), 1))
-    there = [part is not None for part in parts]
-    places = [fields.index(field) for field in known]
-    values[np.ix_(there, places)] = [read(part) for part in parts if part is not None]
-    if dimensions == 3 and 'status' not in known:
-        return with_status(values[np.newaxis], np.zeros((1, len(parts)), bool))[0]
+    values = np.tile(np.array(MISSING_PART[dimensions], np.float32), (len(parts), 1))
+    values[np.ix_([part is not None for part in parts], known)] = [read(part) for part in parts if part is not None]
+    if dimensions == 3 and not hasattr(message.nose, 'status'):
+        values[:, 4] = np.nan
+        return with_status(values)
     return values

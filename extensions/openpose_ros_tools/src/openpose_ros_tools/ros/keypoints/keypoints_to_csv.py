@@ -15,12 +15,10 @@ and gesture. docs/recordings.md says what each column means.
 Without --topic, joints in space come before those in the image, and a topic with one message per person before that
 with one per frame, which holds the same people.
 
-What comes from a running topic is in FILE at once, and stays there whatever happens; the table of bags appears when it
-is complete.
+What comes from a running topic is in FILE at once, and stays there; the table of bags appears when it is complete.
 
-Exit status: 0 done, also when Ctrl-C ends a running topic; 1 the disk refused rows of a running topic, those before are
-in the file; 2 nothing was written, as the command line or an input is wrong; 130 interrupted before a bag was done, or
-before there was a topic, and then there is no file.
+Exit status: 0 done, also when Ctrl-C ends a running topic; 2 an input is wrong or the disk is full; 130 interrupted
+before a bag was done, or before there was a topic, and then there is no file.
 """
 import argparse
 import logging
@@ -29,35 +27,34 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Iterator, Optional, Sequence, TextIO, Union, cast
+from typing import Any, Callable, Iterator, Optional, Sequence, TextIO
 
 import rosgraph
 import roslib.message
 import rospy
 
-from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
+from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_signals.ros.convert import signals_from_array
-from openpose_ros_tools.outputs import LiveFile, output_file
+from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoints import keypoint_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
-from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
-from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
+from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, LongCsvWriter, landmark_columns, signal_rows
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'keypoints_to_csv'
-# Writes people, hands, faces or signals.
-Writer = Union[KeypointCsvWriter, LandmarkCsvWriter, SignalCsvWriter]
+# Writes what is in a message, recorded at a time [ns] or running (None); returns how many rows that are.
+Write = Callable[[Any, Optional[int]], int]
 # Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
 _PAUSE = 0.2
 
 
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: Progress) -> int:
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, write: Write, stamps: bool, bar: Progress) -> int:
     """Write the people of bags one after the other; return how many rows that are.
 
     Args:
@@ -73,21 +70,17 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, sta
             first = highest
             _log.warning('%s numbers people anew: %d is added to its ids', path, first)
         with open_bag(path) as bag:
-            count = keypoint_bag.count_messages(bag, topic.name)
-            bar.total = (bar.total or 0) + count
-            if not count:
-                _log.warning('%s has no messages on %s', path, topic.name)
             for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
                 for each in next((getattr(message, name) for name in ('persons', 'hands', 'faces')
                                   if hasattr(message, name)), [message]):
                     each.person_ID += first  # no id is used twice
                     highest = max(highest, each.person_ID)
-                rows += _write(writer, message, None if stamps else recorded)
+                rows += write(message, None if stamps else recorded)
                 bar.update()
     return rows
 
 
-def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Progress) -> int:
+def follow_topic(topic: KeypointTopic, write: Write, handle: TextIO, bar: Progress) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
@@ -95,9 +88,9 @@ def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Prog
     try:
         while not rospy.is_shutdown():
             if messages.empty():
-                handle.flush()  # of stdout, for a program that reads along
+                handle.flush()  # for a program that reads along
             try:
-                count = _write(writer, messages.get(timeout=_PAUSE))
+                count = write(messages.get(timeout=_PAUSE), None)
             except queue.Empty:
                 continue
             rows += count
@@ -107,7 +100,7 @@ def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: Prog
     finally:
         subscriber.unregister()
     while not messages.empty():
-        rows += _write(writer, messages.get())
+        rows += write(messages.get(), None)
     return rows
 
 
@@ -132,46 +125,28 @@ def _run(options: argparse.Namespace) -> int:
     if options.output:
         check_outputs([options.output], options.overwrite, options.bags)
     topic = _topic(options)
-    with _output(options) as handle:
-        try:
-            rows = _write_all(topic, handle, options)
-        except OSError as error:
-            if not isinstance(handle, LiveFile):
-                raise
-            sys.stderr.write(f'{_NAME}: {error.filename}: {error.strerror}; it has the {max(handle.lines - 1, 0)} rows '
-                             'before\n')
-            return SOME_FAILED
+    # no progress bar where it would run into rows that are shown
+    unit = 'message' if options.bags else 'row'
+    with _output(options) as handle, Progress(unit=unit, disable=handle.isatty()) as bar:
+        write = _writer(handle, topic, options)
+        rows = (bags_to_csv(options.bags, topic, write, options.time == 'stamp', bar) if options.bags else
+                follow_topic(topic, write, handle, bar))
     if options.output:
-        sys.stdout.write(f'{rows} detections of {topic.part} from {topic.name} in {options.output}\n')
+        sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
 
 
-def _write_all(topic: KeypointTopic, handle: TextIO, options: argparse.Namespace) -> int:
-    """Write everything; return how many people, hands, faces or rows of signals that are."""
-    writer = _writer(handle, topic, options)
-    # no progress bar where it would run into rows that are shown
-    with Progress(unit='message' if options.bags else 'row', disable=handle.isatty()) as bar:
-        if options.bags:
-            return bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar)
-        return follow_topic(topic, writer, handle, bar)
-
-
-def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Writer:
+def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Write:
     if topic.part == 'people':
-        return KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        people = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        return lambda message, time: people.write(list(keypoint_bag.rows_of(message, topic.dimensions, time)))
     if topic.part == 'signals':
-        return SignalCsvWriter(handle)
-    return LandmarkCsvWriter(handle, topic.part, topic.dimensions, options.missing_joints)
-
-
-def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
-    """Write what is in a message; return the number of people, hands, faces or rows of signals."""
-    if isinstance(writer, SignalCsvWriter):
-        return writer.write(message.header.stamp.to_nsec() or time or 0, message.header.frame_id,
-                            signals_from_array(message))
-    if isinstance(writer, LandmarkCsvWriter):
-        return writer.write(list(keypoint_bag.landmark_rows(message, writer.dimensions, time)))
-    return writer.write(list(keypoint_bag.rows_of(message, writer.dimensions, time)))
+        signals = LongCsvWriter(handle, SIGNAL_COLUMNS)
+        return lambda message, time: signals.write(message.header.stamp.to_nsec() or time or 0, signal_rows(
+            message.header.frame_id, signals_from_array(message)))
+    points = LongCsvWriter(handle, landmark_columns(topic.part, topic.dimensions))
+    return lambda message, time: points.write(message.header.stamp.to_nsec() or time or 0, keypoint_bag.landmark_rows(
+        message, topic, options.missing_joints)) if getattr(message, topic.part) else 0
 
 
 @contextmanager
@@ -180,42 +155,34 @@ def _output(options: argparse.Namespace) -> Iterator[TextIO]:
     if not options.output:
         with naming(Path('stdout')):
             yield sys.stdout
-        return
-    if not options.bags:
-        with LiveFile(options.output, options.overwrite) as live:
-            yield cast(TextIO, live)
-        return
-    with output_file(options.output, options.overwrite, options.bags) as part, \
-            part.open('w', newline='', encoding='utf-8') as handle:
-        yield handle
+    elif options.bags:
+        with output_file(options.output, options.overwrite, options.bags) as part, \
+                part.open('w', newline='', encoding='utf-8') as handle:
+            yield handle
+    else:
+        with naming(options.output), options.output.open('w', newline='', encoding='utf-8', buffering=1) as handle:
+            yield handle
 
 
 def _topic(options: argparse.Namespace) -> KeypointTopic:
     """Return the topic to read; wait for one that is to run."""
     if options.bags:
         where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
-        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic,
-                                         options.part)
+        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic, options.part)
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)
     wanted = rospy.resolve_name(options.topic) if options.topic else None
-    seen: Optional[KeypointTopic] = None
-    told = False
+    sys.stderr.write(f'waiting for {wanted or "a topic with keypoints"}\n')
+    before: Optional[KeypointTopic] = None
     while True:
-        try:
-            types = dict(rospy.get_published_topics())
-        except OSError as error:
-            raise BadInputError(f'the ROS master at {rosgraph.get_master_uri()} is gone') from error
+        types = dict(rospy.get_published_topics())
         if wanted in types or (not wanted and set(types.values()) & set(keypoint_bag.PARTS[options.part])):
             topic = keypoint_bag.choose_topic(types, 'what is published', wanted, options.part)
-            if topic == seen:  # twice, as a node that starts announces its topics one after the other
+            if topic == before:  # twice, as a node that starts announces its topics one after the other
                 sys.stderr.write(f'listening to {topic.name}; Ctrl-C ends it\n')
                 return topic
-            seen = topic
-        elif not told:
-            sys.stderr.write(f'waiting for {wanted or "a topic with keypoints"}\n')
-            told = True
+            before = topic
         time.sleep(_PAUSE)
 
 

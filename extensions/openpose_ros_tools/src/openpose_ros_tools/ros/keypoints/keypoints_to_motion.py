@@ -5,7 +5,8 @@ import inspect
 import logging
 import re
 import sys
-from typing import Callable, Dict, Optional, Sequence, Tuple
+from dataclasses import replace
+from typing import Callable, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.command_options import add_output, add_up, command_parser, number, plain_path, whole_number
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs
+from openpose_ros_tools.mocap.files import MarkerRecording
 from openpose_ros_tools.motion.angles import joint_angles
 from openpose_ros_tools.motion.bvh import bvh_text
-from openpose_ros_tools.motion.samples import SampledPerson, measured_only, sample_people
-from openpose_ros_tools.motion.trc import markers_of, trc_text
+from openpose_ros_tools.motion.sampling import sample_people
+from openpose_ros_tools.motion.trc import marker_name, trc_text
 from openpose_ros_tools.outputs import PartFiles, output_file
 from openpose_ros_tools.ros.evaluate_mocap import read_poses
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
@@ -37,8 +39,8 @@ def trc(arguments: Optional[Sequence[str]] = None) -> int:
 
     Exit status: 0 done; 2 nothing was written, as an input is wrong.
     """
-    return _run_files('keypoints_to_trc', trc, '.trc', lambda person, name: trc_text(markers_of(person), name),
-                      arguments)
+    return _run_files('keypoints_to_trc', trc, '.trc', lambda person, name: trc_text(
+        replace(person, names=tuple(map(marker_name, person.names))), name), arguments)
 
 
 def bvh(arguments: Optional[Sequence[str]] = None) -> int:
@@ -72,7 +74,7 @@ def angles(arguments: Optional[Sequence[str]] = None) -> int:
     return run_command(parser.prog, lambda: _write_angles(options))
 
 
-def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Callable[[SampledPerson, str], str],
+def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Callable[[MarkerRecording, str], str],
                arguments: Optional[Sequence[str]]) -> int:
     """Run a program that writes a file for each person."""
     parser = _parser(name, program, 'folder')
@@ -82,16 +84,15 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
     return run_command(name, lambda: _write_files(parser.parse_args(arguments), suffix, text_of))
 
 
-def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[SampledPerson, str], str]) -> int:
+def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[MarkerRecording, str], str]) -> int:
     table, begin = _people(options)
-    people = sample_people(table, options.rate, options.up, begin)
-    texts: Dict[str, str] = {}
-    for person in people:
-        name = f'person_{person.person}{suffix}'
+    people, texts = sample_people(table, options.rate, options.up, begin), {}
+    for person, joints in people.items():
+        name = f'person_{person}{suffix}'
         try:
-            texts[name] = text_of(person, name)
+            texts[name] = text_of(joints, name)
         except BadInputError as error:
-            _log.warning('%s; left out', error)
+            _log.warning('person %d has %s; left out', person, error)
     if not texts:
         raise BadInputError(f'{options.file}: no person can be written')
     check_outputs([options.output / name for name in texts], options.overwrite, [options.file])
@@ -100,7 +101,8 @@ def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[Sa
         folder = parts.folder(options.output, lambda name: options.overwrite and bool(former.fullmatch(name)))
         for name, text in texts.items():
             (folder / name).write_text(text)
-    sys.stdout.write(f'{len(texts)} people at {people[0].rate:g} Hz in {options.output}; 0 s is {begin} ns\n')
+    rate = next(iter(people.values())).rate
+    sys.stdout.write(f'{len(texts)} people at {rate:g} Hz in {options.output}; 0 s is {begin} ns\n')
     return DONE
 
 
@@ -128,7 +130,7 @@ def _people(options: argparse.Namespace) -> Tuple[KeypointTable, int]:
                             f"{', '.join(map(str, np.unique(table.ids).tolist()))}")
     if options.persons:
         table = table.select(np.isin(table.ids, options.persons))
-    return (measured_only(table) if options.measured else table), int(begin)
+    return (table.measured() if options.measured else table), int(begin)
 
 
 def _parser(name: str, program: Callable[..., int], output: str) -> argparse.ArgumentParser:
