@@ -20,12 +20,14 @@ import dataclasses
 import difflib
 import itertools
 import json
+import logging
 import math
 import textwrap
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar, cast
 
 from openpose_ros_pkg.errors import ParameterError
 
+_log = logging.getLogger(__name__)
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
@@ -81,9 +83,15 @@ def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     """Make a parameter class or a record from a flat mapping; missing keys have their defaults.
 
+    Keys in `RETIRED` of the class, former parameters with what to do instead, give a warning.
+
     Raises:
         ParameterError: a key is unknown, or a value is not allowed.
     """
+    retired: Mapping[str, str] = getattr(kind, 'RETIRED', {})
+    for key in sorted(set(values) & set(retired)):
+        _log.warning("parameter '%s' is without effect: %s", key, retired[key])
+    values = {key: value for key, value in values.items() if key not in retired}
     known = [field.name for field in parameter_fields(kind)]
     for key in sorted(set(values) - set(known)):
         near = difflib.get_close_matches(key, known, n=1)
