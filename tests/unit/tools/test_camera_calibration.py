@@ -196,13 +196,9 @@ def test_without_ankles_there_is_no_floor():
     np.testing.assert_allclose(found.rig.cameras[0].translation, 0, atol=1e-12)
 
 
-def test_a_known_tilt_and_wrong_parameters():
-    cameras = around(2)
-    tilt = float(np.degrees(np.arctan2(0.8, 4)))  # from 1.8 m to 1 m, 4 m away
-    found = calibrate(short(cameras), CalibrationParams(tilt=('camera_1', tilt)))
-    assert up_error(found.rig, cameras) < 0.3 and found.floor.std == 0
+def test_wrong_parameters():
     recordings = short(around(2), seconds=2)
-    with pytest.raises(BadInputError, match="no camera 'top', but camera_0, camera_1"):
-        calibrate(recordings, CalibrationParams(tilt=('top', 10.0)))
-    with pytest.raises(BadInputError, match='depth tells the scale'):
-        calibrate(recordings, CalibrationParams(distance=('camera_0', 'camera_1', 3.0)))
+    for names, told in ((('camera_0', 'top'), "no camera 'top', but camera_0, camera_1"),
+                        (('camera_0', 'camera_1'), 'depth tells the scale')):
+        with pytest.raises(BadInputError, match=told):
+            calibrate(recordings, CalibrationParams(distance=(*names, 3.0)))

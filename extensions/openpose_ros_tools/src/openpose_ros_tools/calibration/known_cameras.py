@@ -35,8 +35,8 @@ _QUALISYS_PIXEL, _QUALISYS_UNIT, _QUALISYS_ROWS = 1 / 64, 0.001, 1080
 _FROM_QUALISYS = np.diag([1.0, -1.0, -1.0])
 # Sections of Calib.toml that are no cameras.
 _OTHER_SECTIONS = ('metadata', 'capture_volume', 'charuco', 'checkerboard')
-_EXPECTED = ('a Calib.toml of Pose2Sim, a .qca.txt of Qualisys, a camchain of Kalibr, or a YAML file of each camera with '
-             'camera_matrix and either R and T, rvec and tvec, or P and R of cameras that are rectified together')
+_EXPECTED = ('a Calib.toml of Pose2Sim, a .qca.txt of Qualisys, a camchain of Kalibr, or a YAML file of each camera '
+             'with camera_matrix and either R and T, rvec and tvec, or P and R of cameras that are rectified together')
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +194,8 @@ def _files_of_cameras(files: Mapping[Path, Dict[str, Any]]) -> KnownCameras:
         name = calibration.name or path.stem
         keys = next((keys for keys in (('R', 'T'), ('rvec', 'tvec')) if set(keys) <= set(values)), None)
         if keys:
-            placed.append(KnownCamera(name, calibration, *(_numbers(values[key]) for key in keys)))
+            rotation, translation = (_numbers(values[key]) for key in keys)
+            placed.append(KnownCamera(name, calibration, rotation, translation))
         else:  # in the rectified frame of the cameras that it is rectified with
             back = np.reshape(calibration.rectification, (3, 3)).T
             projection = np.reshape(calibration.projection, (3, 4))
