@@ -65,10 +65,11 @@ def associate(tracks: Tracks, sightings: Sequence[Sighting], known: KnownIds, id
 
 
 def match_people(sighting: Sighting, tracks: Tracks, known: KnownIds, constants: FusionConstants,
-                 among: Optional[np.ndarray] = None) -> np.ndarray:
-    """Return the track of each person, (P,) int; -1: none. Those at the indices `among` are matched; None: all."""
-    association, people = constants.association, np.arange(len(sighting)) if among is None else among
-    rows = np.full(len(sighting), -1)
+                 matched: Optional[np.ndarray] = None) -> np.ndarray:
+    """Return the track of each person, (P,) int; -1: none. Those that are `matched` already keep their tracks."""
+    association = constants.association
+    rows = np.full(len(sighting), -1) if matched is None else matched.copy()
+    people = np.flatnonzero(rows < 0)
     if not len(people) or not len(tracks):
         return rows
     before = np.array([known.get((sighting.camera, number), -1) for number in sighting.ids.tolist()])
@@ -99,13 +100,6 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int, common:
     people, fused = np.ogrid[:len(sighting), :len(joints)]
     medians = (ordered[people, fused, np.maximum(count - 1, 0) // 2] + ordered[people, fused, count // 2]) / 2
     return np.where(count >= common, medians, FAR)
-
-
-def match_the_rest(tracks: Tracks, matches: Matches, known: KnownIds, constants: FusionConstants) -> Matches:
-    """Return the matches with those of people that had no track."""
-    return Matches(len(tracks), tuple((sighting, np.where(
-        rows < 0, match_people(sighting, tracks, known, constants, np.flatnonzero(rows < 0)), rows))
-        for sighting, rows in matches.pairs))
 
 
 def merge(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> Tuple[Tracks, Matches]:

@@ -10,7 +10,7 @@ sends any, as when a recording begins anew.
 """
 from collections import deque
 from dataclasses import dataclass
-from typing import Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Deque, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from openpose_ros_fusion.constants import FUSION, CollectorConstants
 from openpose_ros_fusion.observations import Sighting
@@ -36,9 +36,6 @@ class _Camera:
     interval: float = 0.0               # between arrivals, a maximum that fades [s]
     period: float = 0.0                 # between stamps [s]; 0 while unknown
     delay: float = 0.0                  # after the first message of a time, a maximum that fades [s]
-    dropped: int = 0                    # messages that were replaced by newer ones before an update
-    out_of_time: int = 0                # messages that were dropped for their stamps
-    is_out_of_time: bool = False        # whether the newest one was
 
 
 class Collector:
@@ -47,31 +44,24 @@ class Collector:
     Args:
         cameras: names of all that may send.
         patience: longest time that a message waits for those of other cameras [s].
+
+    Attributes:
+        dropped: messages by camera that were replaced by newer ones before an update.
+        out_of_time: messages by camera that were dropped, as their stamps are beside those of the others.
+        cameras_out_of_time: names of those whose newest message was.
     """
 
     def __init__(self, cameras: Sequence[str], patience: float, constants: CollectorConstants = FUSION.collector
                  ) -> None:
-        self.patience, self._constants = patience, constants
+        self._patience, self._constants = patience, constants
         self._cameras = {name: _Camera() for name in cameras}
+        self.dropped, self.out_of_time = dict.fromkeys(cameras, 0), dict.fromkeys(cameras, 0)
+        self.cameras_out_of_time: Set[str] = set()
         self._begun: Optional[float] = None
         self._last = float('-inf')
         self._updated = float('-inf')
         # stamps of updates, and when their first messages came [s]
         self._began: Deque[Tuple[float, float]] = deque(maxlen=_REMEMBERED)
-
-    @property
-    def dropped(self) -> Dict[str, int]:
-        """Messages by camera that were replaced by newer ones before an update."""
-        return {name: camera.dropped for name, camera in self._cameras.items()}
-
-    @property
-    def out_of_time(self) -> Dict[str, int]:
-        """Messages by camera that were dropped, as their stamps are beside those of the others."""
-        return {name: camera.out_of_time for name, camera in self._cameras.items()}
-
-    def is_out_of_time(self, camera: str) -> bool:
-        """Return whether the newest message of a camera was dropped for its stamp."""
-        return self._cameras[camera].is_out_of_time
 
     @property
     def deadline(self) -> Optional[float]:
@@ -80,7 +70,7 @@ class Collector:
             return None
         delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._begun)),
                     default=0.0)
-        return self._begun + min(self._constants.least_wait + delay, self.patience)
+        return self._begun + min(self._constants.least_wait + delay, self._patience)
 
     def add(self, sighting: Sighting, now: float) -> List[Update]:
         """Take a sighting; return the updates that are complete by it.
@@ -94,8 +84,8 @@ class Collector:
             self._last = float('-inf')
         elif not self._in_time(sighting.stamp, now):
             if now - self._updated <= self._constants.silent:
-                camera.is_out_of_time = True
-                camera.out_of_time += 1
+                self.cameras_out_of_time.add(sighting.camera)
+                self.out_of_time[sighting.camera] += 1
                 return []
             self._last = float('-inf')
         if self._last == float('-inf') and self._begun is None:
@@ -104,7 +94,7 @@ class Collector:
             if camera.pending.stamp > self._last:
                 updates.append(self._flush(now))
             else:
-                camera.dropped += 1
+                self.dropped[sighting.camera] += 1
         self._learn(camera, sighting.stamp, now)
         camera.pending, camera.stamp, camera.arrival = sighting, sighting.stamp, now
         if self._begun is None and sighting.stamp > self._last:
@@ -170,18 +160,18 @@ class Collector:
 
         What came too late for the update before joins this one where it is near, but does not tell its stamp.
         """
-        waiting = sorted((camera for camera in self._cameras.values() if camera.pending is not None),
-                         key=lambda camera: camera.stamp)
-        new = [camera for camera in waiting if camera.stamp > self._last]
+        waiting = sorted((camera.pending for camera in self._cameras.values() if camera.pending is not None),
+                         key=lambda sighting: sighting.stamp)
+        new = [sighting for sighting in waiting if sighting.stamp > self._last]
         middle = new[(len(new) - 1) // 2].stamp
-        sightings = [camera.pending for camera in waiting
-                     if camera.pending is not None and abs(camera.stamp - middle) <= self._constants.silent]
-        for camera in waiting:
-            left_out = camera.pending not in sightings
-            camera.is_out_of_time = left_out and camera in new
-            camera.out_of_time += camera.is_out_of_time
-            camera.dropped += left_out and camera not in new
-            camera.pending = None
+        sightings = [sighting for sighting in waiting if abs(sighting.stamp - middle) <= self._constants.silent]
+        for sighting in waiting:
+            self.cameras_out_of_time.discard(sighting.camera)
+            self._cameras[sighting.camera].pending = None
+            if sighting not in sightings:
+                if sighting in new:
+                    self.cameras_out_of_time.add(sighting.camera)
+                (self.out_of_time if sighting in new else self.dropped)[sighting.camera] += 1
         self._last = max(sighting.stamp for sighting in sightings)
         if self._begun is not None:
             self._began.append((self._last, self._begun))

@@ -6,12 +6,13 @@ from typing import Iterator, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from openpose_ros_fusion.association import FAR, KnownIds, Matches, match_the_rest
+from openpose_ros_fusion.association import FAR, KnownIds, Matches, match_people
 from openpose_ros_fusion.constants import AssociationConstants, FusionConstants, SingleViewConstants
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
 from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.tracks import Tracks
 from skeleton_extract_3d.body.body import SATISFIED_BONES
+from skeleton_extract_3d.body.measures import expected_lengths
 
 # The person that each of some cameras sees: indices of people by indices of sightings.
 _Meeting = Mapping[int, int]
@@ -25,11 +26,14 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
     """
     matches = _without_strangers(matches, constants.association)
     met = _meetings(tracks, matches, constants)
+    if not met:
+        return tracks, matches
     for meeting in met:
         tracks, matches = _with_meeting(tracks, matches, meeting, ids, constants)
     # people that are placed now have not moved since
     near = replace(constants, association=replace(constants.association, gate=constants.association.same_place))
-    return tracks, match_the_rest(tracks, matches, known, near) if met else matches
+    return tracks, Matches(len(tracks), tuple(
+        (sighting, match_people(sighting, tracks, known, near, rows)) for sighting, rows in matches.pairs))
 
 
 def _meetings(tracks: Tracks, matches: Matches, constants: FusionConstants) -> List[_Meeting]:
@@ -161,7 +165,7 @@ def place_by_size(tracks: Tracks, matches: Matches, constants: FusionConstants) 
     They are moved as predicted, without a change of pose and as large as they are known to be, to where their joints
     are nearest to the rays.
     """
-    alone, lengths = np.append(matches.views == 1, False), tracks.bone_lengths
+    alone, lengths = np.append(matches.views == 1, False), expected_lengths(tracks.sizes)
     for sighting, rows in matches.pairs:
         for person in np.flatnonzero(alone[rows]):
             row = rows[person]

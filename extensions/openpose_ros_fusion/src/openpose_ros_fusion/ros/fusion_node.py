@@ -142,7 +142,7 @@ class PeopleFusionNode:
             return FusedCamera.SILENT
         if not camera.has_transform:
             return FusedCamera.NO_TRANSFORM
-        if self._collector.is_out_of_time(camera.name):
+        if camera.name in self._collector.cameras_out_of_time:
             return FusedCamera.OUT_OF_TIME
         return FusedCamera.DISAGREES if judged.disagrees else FusedCamera.OK
 
