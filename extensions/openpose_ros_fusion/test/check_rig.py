@@ -74,12 +74,7 @@ class RigTest(unittest.TestCase):
             np.testing.assert_allclose(rotation, RIG.camera(camera.name).pose[0], atol=1e-6)
             np.testing.assert_allclose(translation, RIG.camera(camera.name).translation, atol=1e-6)
 
-    def test_1_the_rig_is_that_of_the_simulation(self):
-        for camera in CAMERAS:
-            np.testing.assert_allclose(RIG.camera(camera.name).pose[0], camera.pose[0], atol=1e-4)
-            np.testing.assert_allclose(RIG.camera(camera.name).translation, camera.pose[1], atol=1e-4)
-
-    def test_2_cameras_on_tf_below_the_frames_of_their_drivers(self):
+    def test_1_cameras_on_tf_below_the_frames_of_their_drivers(self):
         # without a subscriber to people
         await_true(lambda: self.placed() == {'camera0', 'camera1_link', 'camera2'}, lambda: f'placed: {self.placed()}')
         buffer = tf2_ros.Buffer()
@@ -92,13 +87,8 @@ class RigTest(unittest.TestCase):
         await_true(lambda: buffer.can_transform('room', 'camera2_link', rospy.Time()), 'camera2_link')
         self.check_tf(buffer)
         listener.unregister()
-        # tf that is heard anew has one parent of each frame
-        later = tf2_ros.Buffer()
-        listener = tf2_ros.TransformListener(later)
-        self.check_tf(later)
-        listener.unregister()
 
-    def test_3_people_of_cameras_without_depth(self):
+    def test_2_people_of_cameras_without_depth(self):
         people = Recorder('/people/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray)
         self.addCleanup(people.close)
 
