@@ -126,6 +126,14 @@ def test_a_camera_at_a_wrong_place_doubles_no_person():
         assert np.median(np.linalg.norm(people.xyz[:, np.newaxis] - truth, axis=3).min(axis=1)) < NEAR
 
 
+def test_people_who_were_doubled_become_one_when_the_camera_is_put_right():
+    cameras, room, fusion = around(2), paths(((0, 0), (0, 0))), PeopleFusion()
+    cameras[1].moved = (1.0, 0.0, 0.0)
+    assert len(live(room, cameras, 1.0, fusion=fusion)[-1][1]) == 2
+    cameras[1].moved = (0.0, 0.0, 0.0)
+    assert ids_of(live(room, cameras, 2.0, fusion=fusion, start=1.1), settled=1.2) == [1]
+
+
 def with_joints(sighting, joints, **values):
     """Return a sighting of which some joints have other values, by attribute."""
     rows = [COCO_18.index[joint] for joint in joints]

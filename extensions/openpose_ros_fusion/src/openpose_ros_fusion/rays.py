@@ -22,7 +22,7 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
                            constants: FusionConstants) -> Tuple[Tracks, Matches]:
     """Return the tracks with people where the rays of cameras meet, and the matches, also of the other cameras.
 
-    They are new, or a track whose place is not known: one that no camera sees, or one alone and without depth.
+    They are new, or a track whose place is not known: one that one camera alone sees, without depth.
     """
     matches = _without_strangers(matches, constants.association)
     met = _meetings(tracks, matches, constants)
@@ -66,18 +66,14 @@ def _meetings(tracks: Tracks, matches: Matches, constants: FusionConstants) -> L
 def _with_meeting(tracks: Tracks, matches: Matches, meeting: _Meeting, ids: Iterator[int], constants: FusionConstants
                   ) -> Tuple[Tracks, Matches]:
     """Return the tracks and matches with a person where rays meet."""
-    rows = [matches.pairs[camera][1][person] for camera, person in meeting.items()]
-    if len({row for row in rows if row >= 0}) > 1:
+    before = {int(matches.pairs[camera][1][person]) for camera, person in meeting.items()} - {-1}
+    if len(before) > 1:
         return tracks, matches  # they have tracks of their own
-    seen = [(matches.pairs[camera][0], np.array([person])) for camera, person in meeting.items()]
-    positions = _where_rays_meet(seen, constants)
-    row = max(rows)
-    if row < 0:
-        row = _unseen_near(positions[0], tracks, matches.views, constants.association)
-    if row < 0:
-        row, tracks = len(tracks), tracks.joined(Tracks.begun(tracks.stamp, ids, positions))
-    else:
-        tracks = tracks.placed(row, positions[0])
+    positions = _where_rays_meet([(matches.pairs[camera][0], np.array([person]))
+                                  for camera, person in meeting.items()], constants)
+    row = before.pop() if before else len(tracks)
+    tracks = (tracks.placed(row, positions[0]) if row < len(tracks) else
+              tracks.joined(Tracks.begun(tracks.stamp, ids, positions)))
     pairs = tuple((sighting, np.where(np.arange(len(rows)) == meeting.get(number, -1), row, rows))
                   for number, (sighting, rows) in enumerate(matches.pairs))
     return tracks, Matches(len(tracks), pairs)
@@ -114,14 +110,6 @@ def _without_strangers(matches: Matches, constants: AssociationConstants) -> Mat
     return Matches(matches.tracks, tuple(
         (sighting, np.where(miss[number] > meet[number], -1, rows) if number in meet else rows)
         for number, (sighting, rows) in enumerate(matches.pairs)))
-
-
-def _unseen_near(joints: np.ndarray, tracks: Tracks, views: np.ndarray, constants: AssociationConstants) -> int:
-    """Return the row of the track that no camera sees and that is nearest to joints (18, 3) [m]; -1: none is near."""
-    distances = np.linalg.norm(tracks.positions - joints, axis=2)
-    near = np.array([np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else np.inf for each in distances])
-    near[views > 0] = np.inf
-    return int(near.argmin()) if near.min(initial=np.inf) <= constants.gate else -1
 
 
 def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants) -> np.ndarray:
