@@ -154,7 +154,8 @@ def test_qualisys_is_read_as_pose2sim_reads_it(tmp_path):
 @pytest.mark.parametrize('resolution, scale', [('1080p', 1), ('720p', 2 / 3), ('N/A', 1)])
 def test_a_resolution_of_qualisys_scales_image_and_lens(tmp_path, resolution, scale):
     """As Pose2Sim reads it: pixels of the file are those of 1080 rows."""
-    (tmp_path / 'a.qca.txt').write_text(qualisys_text().replace('<camera ', f'<camera video_resolution="{resolution}" '))
+    text = qualisys_text().replace('<camera ', f'<camera video_resolution="{resolution}" ')
+    (tmp_path / 'a.qca.txt').write_text(text)
     found = read_known_cameras([tmp_path / 'a.qca.txt']).cameras[0].calibration
     assert found.image_size == tuple(round(scale * side) for side in SIZE)
     np.testing.assert_allclose(np.reshape(found.matrix, (3, 3)), np.diag([scale, scale, 1]) @ CAMERAS['door'][2])

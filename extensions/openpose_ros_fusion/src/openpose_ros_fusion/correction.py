@@ -80,7 +80,8 @@ def joint_errors(tracks: Tracks, measured: Measurements, joints: Joints, with_de
         tracks.innovations, mean_innovations((surprise ** 2).sum(axis=2), independent, used),
         np.where(used.any(axis=1), tracks.stamp - tracks.seen, 0.0))
     in_space = np.isfinite(variance)
-    errors = error_variances(innovations, 1 - joints.leverage[:people], before, np.where(in_space, variance, 0.0), place)
+    errors = error_variances(innovations, 1 - joints.leverage[:people], before, np.where(in_space, variance, 0.0),
+                             place)
     known = np.isfinite(joints.positions).all(axis=2)
     # where cameras tell a joint along some axes only, or not at all
     errors = np.where(in_space, errors, np.where(known, np.trace(joints.covariance, axis1=2, axis2=3) / 3, place))

@@ -54,7 +54,7 @@ class Tracks(Rows):
 
     @classmethod
     def begun(cls, stamp: float, ids: Iterator[int], positions: np.ndarray) -> 'Tracks':
-        """Return new tracks at positions (N, 18, 3) [m] of adults, with N of the ids; what follows tells their joints."""
+        """Return new tracks of adults at positions (N, 18, 3) [m], with the next ids; their joints are unsure."""
         number, times = len(positions), np.full(len(positions), stamp)
         unknown = np.broadcast_to((1.0, 0.0, 0.0), positions.shape)
         return cls(stamp, Sizes.assumed(np.full(number, BODY.adult_stature)),
