@@ -107,9 +107,9 @@ def merge(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> 
 
     Two people that one camera sees at once are two.
     """
-    apart = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
-    finite = np.isfinite(apart)
-    near = np.where(finite, apart < constants.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2)
+    distances = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
+    finite = np.isfinite(distances)
+    near = np.where(finite, distances < constants.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2)
     becomes, pairs = np.arange(len(tracks)), matches.pairs
     for older, newer in zip(*np.nonzero(np.triu(near, 1))):
         both = any(older in rows and newer in rows for _, rows in pairs)

@@ -57,20 +57,20 @@ class Collector:
         self._cameras = {name: _Camera() for name in cameras}
         self.dropped, self.out_of_time = dict.fromkeys(cameras, 0), dict.fromkeys(cameras, 0)
         self.cameras_out_of_time: Set[str] = set()
-        self._begun: Optional[float] = None
+        self._opened: Optional[float] = None  # when the first message of the open update came [s]
         self._last = float('-inf')
         self._updated = float('-inf')
         # stamps of updates, and when their first messages came [s]
-        self._began: Deque[Tuple[float, float]] = deque(maxlen=_REMEMBERED)
+        self._past: Deque[Tuple[float, float]] = deque(maxlen=_REMEMBERED)
 
     @property
     def deadline(self) -> Optional[float]:
         """Time at which `due` has an update, whatever comes [s]; None while no message waits."""
-        if self._begun is None:
+        if self._opened is None:
             return None
-        delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._begun)),
+        delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._opened)),
                     default=0.0)
-        return self._begun + min(self._constants.least_wait + delay, self._patience)
+        return self._opened + min(self._constants.least_wait + delay, self._patience)
 
     def add(self, sighting: Sighting, now: float) -> List[Update]:
         """Take a sighting; return the updates that are complete by it.
@@ -88,7 +88,7 @@ class Collector:
                 self.out_of_time[sighting.camera] += 1
                 return []
             self._last = float('-inf')
-        if self._last == float('-inf') and self._begun is None:
+        if self._last == float('-inf') and self._opened is None:
             self._begin(now)
         if camera.pending is not None:
             if camera.pending.stamp > self._last:
@@ -97,8 +97,8 @@ class Collector:
                 self.dropped[sighting.camera] += 1
         self._learn(camera, sighting.stamp, now)
         camera.pending, camera.stamp, camera.arrival = sighting, sighting.stamp, now
-        if self._begun is None and sighting.stamp > self._last:
-            self._begun = now
+        if self._opened is None and sighting.stamp > self._last:
+            self._opened = now
         return updates + self.due(now)
 
     def due(self, now: float) -> List[Update]:
@@ -117,23 +117,23 @@ class Collector:
             # a lost message lengthens a step, nothing shortens it
             camera.period = step if not camera.period else min(step, self._constants.growth * camera.period)
             camera.interval = max(now - camera.arrival, fading * camera.interval)
-        began = [begun for of, begun in self._began if abs(of - stamp) <= self._near]
-        if self._begun is not None and abs(self._newest - stamp) <= self._near:
-            began.append(self._begun)
-        camera.delay = max(now - began[-1] if began else 0.0, fading * camera.delay)
+        opened = [opened for past, opened in self._past if abs(past - stamp) <= self._near]
+        if self._opened is not None and abs(self._newest - stamp) <= self._near:
+            opened.append(self._opened)
+        camera.delay = max(now - opened[-1] if opened else 0.0, fading * camera.delay)
 
     def _in_time(self, stamp: float, now: float) -> bool:
         """Return whether a stamp is near the last update, which may be some time ago."""
         if self._last == float('-inf'):
             return True
-        apart, elapsed = stamp - self._last, now - self._updated
-        return -self._constants.silent <= apart <= self._constants.silent + max(elapsed, 0.0)
+        step, elapsed = stamp - self._last, now - self._updated
+        return -self._constants.silent <= step <= self._constants.silent + max(elapsed, 0.0)
 
     def _begin(self, now: float) -> None:
         """Forget what came before, and expect a message of every camera."""
         for camera in self._cameras.values():
             camera.pending, camera.stamp, camera.arrival, camera.period = None, float('-inf'), now, 0.0
-        self._began.clear()
+        self._past.clear()
 
     @property
     def _newest(self) -> float:
@@ -173,7 +173,7 @@ class Collector:
                     self.cameras_out_of_time.add(sighting.camera)
                 (self.out_of_time if sighting in new else self.dropped)[sighting.camera] += 1
         self._last = max(sighting.stamp for sighting in sightings)
-        if self._begun is not None:
-            self._began.append((self._last, self._begun))
-        self._begun, self._updated = None, now
+        if self._opened is not None:
+            self._past.append((self._last, self._opened))
+        self._opened, self._updated = None, now
         return Update(self._last, tuple(sightings))

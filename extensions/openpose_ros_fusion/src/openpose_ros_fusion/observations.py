@@ -66,9 +66,9 @@ class Sighting:
         """Return the people of rays without those that a detector found twice: half of their joints are the same."""
         if self.has_depth:
             return self
-        apart = np.linalg.norm(self.directions[:, np.newaxis] - self.directions, axis=3)
+        angles = np.linalg.norm(self.directions[:, np.newaxis] - self.directions, axis=3)
         with np.errstate(invalid='ignore'):
-            common, same = np.isfinite(apart).sum(axis=2), (apart < self.sigma).sum(axis=2)
+            common, same = np.isfinite(angles).sum(axis=2), (angles < self.sigma).sum(axis=2)
         kept: List[int] = []
         for person in np.argsort(-np.isfinite(self.sigma).sum(axis=1), kind='stable').tolist():
             if not any(2 * same[person, other] >= common[person, other] > 0 for other in kept):
