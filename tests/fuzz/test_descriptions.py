@@ -49,9 +49,6 @@ KALIBR = {f'cam{number}': {
     'camera_model': 'pinhole', 'distortion_model': 'radtan', 'distortion_coeffs': [0.1, 0.0, 0.0, 0.0],
     'resolution': [640, 480], 'intrinsics': [500.0, 500.0, 320.0, 240.0], 'T_cn_cnm1': np.eye(4).tolist(),
     'timeshift_cam_imu': 0.01} for number in range(2)}
-EASYMOCAP = {'names': ['a'], 'K_a': {'rows': 3, 'cols': 3, 'data': [500.0, 0, 320, 0, 500, 240, 0, 0, 1]},
-             'dist_a': {'data': [0.0] * 5}, 'W_a': 640, 'H_a': 480, 'R_a': {'data': [1.0, 0, 0]},
-             'T_a': {'data': [0.0, 0, 1]}}
 OWN_FILE = {**yaml.safe_load(CALIBRATION), 'R': np.eye(3).tolist(), 'T': [0.0, 0.0, 1.0]}
 DEEP = b'a: ' + b'[' * 5000
 BOMB = b'a0: &a0 [x]\n' + b''.join(b'a%d: &a%d [%s]\n' % (i, i, b', '.join([b'*a%d' % (i - 1)] * 10))
@@ -86,7 +83,7 @@ def test_calibration(tmp_path_factory, content):
 @pytest.mark.parametrize('name, contents', [
     ('a.toml', st.one_of(mutated(CALIB_TOML), st.just(b'a = ' + b'[' * 5000))),
     ('a.qca.txt', st.one_of(mutated(QUALISYS), st.just(b'<a>' * 50000))),
-    ('a.yaml', texts(KALIBR, EASYMOCAP, OWN_FILE))])
+    ('a.yaml', texts(KALIBR, OWN_FILE))])
 @given(data=st.data())
 def test_calibrations_of_other_programs(tmp_path_factory, name, contents, data):
     content = data.draw(contents)
@@ -130,7 +127,7 @@ def test_examples_are_right(tmp_path):
                               ('own.yaml', read_description, MODEL), ('markers.yaml', read_marker_map, MARKERS),
                               ('camera.yaml', camera_of, CAMERA_INFO), ('open3d.yaml', camera_of, OPEN3D),
                               *(('room.yaml', lambda path: read_known_cameras([path]), value)
-                                for value in (KALIBR, EASYMOCAP, OWN_FILE))):
+                                for value in (KALIBR, OWN_FILE))):
         (tmp_path / name).write_bytes(_dumped(value))
         assert read(tmp_path / name) is not None
     for name, content in (('a.toml', CALIB_TOML), ('a.qca.txt', QUALISYS)):

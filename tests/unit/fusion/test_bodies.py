@@ -4,11 +4,9 @@ import numpy as np
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.correction import with_bones
 from openpose_ros_fusion.estimate import Joints
-from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import KeypointOffsets, body_axes
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_mocap import STANDING
-from simulated_rig import around, walking
 from skeleton_extract_3d.body.measures import Sizes
 
 # Looks along x, z up.
@@ -34,17 +32,6 @@ def test_a_body_without_shoulders_or_seen_as_a_line_has_no_offsets():
     assert np.isnan(body_axes(joints)).any(axis=(1, 2)).all()
     assert (OFFSETS.of_bodies(joints) == 0).all()
     assert body_axes(joints[:0]).shape == (0, 3, 3) and OFFSETS.of_bodies(joints[:0]).shape == (0, 18, 3)
-
-
-def test_fusion_takes_the_offsets_off():
-    cameras, room = around(3, noise=0.0), walking(2, 1)
-    sightings = [camera.see(room, 0.5) for camera in cameras]
-    truth = room.at(0.5)
-    for sighting in sightings:  # arrays of the test alone
-        sighting.positions[:] += OFFSETS.of_bodies(truth) + OFFSETS.of_depth(sighting.directions)
-    found = PeopleFusion().update(sightings, 0.5)
-    # what is left are the lengths of bones of an adult
-    assert np.median(np.linalg.norm(found.xyz - truth, axis=2)) < 0.004
 
 
 def test_bones_keep_the_length_that_was_learnt():

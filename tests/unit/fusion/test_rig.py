@@ -1,6 +1,4 @@
 """Files of rigs: what is written is read again, and what is wrong is named."""
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -27,13 +25,6 @@ def test_a_rig_is_read_as_it_was_written(tmp_path):
     rotation, centre = read.camera('right').pose
     np.testing.assert_allclose(rotation, LEVEL, atol=1e-12)
     np.testing.assert_allclose(rotation @ [0, 0, 2.0] + centre, [2.25, -1, 1.5], atol=1e-12)
-    assert [path.name for path in tmp_path.iterdir()] == ['rig.yaml']
-
-
-def test_a_rig_in_the_home_folder(tmp_path, monkeypatch):
-    monkeypatch.setenv('HOME', str(tmp_path))
-    write_rig(tmp_path / 'rig.yaml', rig())
-    assert rig_text(read_rig(Path('~/rig.yaml'))) == rig_text(rig())
 
 
 def test_values_by_hand(tmp_path):
@@ -55,12 +46,11 @@ def test_values_by_hand(tmp_path):
     ('{fixed_frame: world, cameras: [CAMERA], speed: 1}', 'no other key'),
     ('{fixed_frame: world, cameras: [CAMERA, CAMERA]}', "two cameras of the name 'a'"),
     ('{fixed_frame: world, cameras: [{name: a}]}', "'frame_id'"),
-    ('{fixed_frame: world, cameras: [CAMERA', 'rig.yaml'), ('\0', 'rig.yaml'), (None, 'rig.yaml'),
+    ('{fixed_frame: world, cameras: [CAMERA', 'rig.yaml'),
 ])
 def test_what_is_wrong_is_named(tmp_path, text, told):
     camera = '{name: a, frame_id: a, rotation: [0, 0, 0, 1], translation: [0, 0, 0]}'
-    if text is not None:
-        (tmp_path / 'rig.yaml').write_text(text.replace('CAMERA', camera))
+    (tmp_path / 'rig.yaml').write_text(text.replace('CAMERA', camera))
     with pytest.raises(BadInputError, match=r'rig\.yaml') as error:
         read_rig(tmp_path / 'rig.yaml')
     assert told in str(error.value)

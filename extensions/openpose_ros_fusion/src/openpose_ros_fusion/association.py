@@ -65,10 +65,11 @@ def associate(tracks: Tracks, sightings: Sequence[Sighting], known: KnownIds, id
 
 
 def match_people(sighting: Sighting, tracks: Tracks, known: KnownIds, constants: FusionConstants,
-                 among: Optional[np.ndarray] = None) -> np.ndarray:
-    """Return the track of each person, (P,) int; -1: none. Those at the indices `among` are matched; None: all."""
-    association, people = constants.association, np.arange(len(sighting)) if among is None else among
-    rows = np.full(len(sighting), -1)
+                 matched: Optional[np.ndarray] = None) -> np.ndarray:
+    """Return the track of each person, (P,) int; -1: none. Those that are `matched` already keep their tracks."""
+    association = constants.association
+    rows = np.full(len(sighting), -1) if matched is None else matched.copy()
+    people = np.flatnonzero(rows < 0)
     if not len(people) or not len(tracks):
         return rows
     before = np.array([known.get((sighting.camera, number), -1) for number in sighting.ids.tolist()])
@@ -101,21 +102,14 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int, common:
     return np.where(count >= common, medians, FAR)
 
 
-def match_the_rest(tracks: Tracks, matches: Matches, known: KnownIds, constants: FusionConstants) -> Matches:
-    """Return the matches with those of people that had no track."""
-    return Matches(len(tracks), tuple((sighting, np.where(
-        rows < 0, match_people(sighting, tracks, known, constants, np.flatnonzero(rows < 0)), rows))
-        for sighting, rows in matches.pairs))
-
-
 def merge(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> Tuple[Tracks, Matches]:
     """Return the tracks without those that are at the place of an older one, and the matches with the rest.
 
     Two people that one camera sees at once are two.
     """
-    apart = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
-    finite = np.isfinite(apart)
-    near = np.where(finite, apart < constants.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2)
+    distances = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
+    finite = np.isfinite(distances)
+    near = np.where(finite, distances < constants.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2)
     becomes, pairs = np.arange(len(tracks)), matches.pairs
     for older, newer in zip(*np.nonzero(np.triu(near, 1))):
         both = any(older in rows and newer in rows for _, rows in pairs)

@@ -11,10 +11,10 @@ both sides.
 """
 import itertools
 from collections import deque
-from dataclasses import dataclass
-from typing import Deque, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
+from typing import Deque, Dict, Mapping, NamedTuple, Sequence, Tuple
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from openpose_ros_fusion.association import CameraPerson
 from openpose_ros_fusion.constants import FUSION, CameraConstants
@@ -41,23 +41,14 @@ class CameraJudgement(NamedTuple):
     disagrees: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Sums:
-    """Normal equations of one update for a pair of cameras: unknowns b (3,) [m] and c [s]."""
-
-    stamp: float
-    matrix: np.ndarray
-    right: np.ndarray
-    squares: float
-    count: int
-
-
 class CameraJudge:
     """Compares the cameras of a rig, by name, the more trusted first; not thread-safe."""
 
     def __init__(self, cameras: Sequence[str], constants: CameraConstants = FUSION.cameras) -> None:
         self._names, self._constants = tuple(cameras), constants
-        self._sums: Dict[_Pair, Deque[_Sums]] = {pair: deque() for pair in itertools.combinations(self._names, 2)}
+        # stamps, and differences x_i - x_j [m] and velocities v [m/s] of joints then, both (N, 3)
+        self._compared: Dict[_Pair, Deque[Tuple[float, np.ndarray, np.ndarray]]] = {
+            pair: deque() for pair in itertools.combinations(self._names, 2)}
 
     def update(self, sightings: Sequence[Sighting], people: People3D, stamp: float,
                known: Mapping[CameraPerson, int]) -> None:
@@ -65,94 +56,68 @@ class CameraJudge:
         fused = {number: (joints, velocity) for number, joints, velocity in zip(
             people.ids.tolist(), people.xyz.astype(np.float64), people.velocity.astype(np.float64))}
         seen = {sighting.camera: _measured(sighting, stamp, fused, known) for sighting in sightings}
-        for pair, sums in self._sums.items():
+        for pair, compared in self._compared.items():
             if pair[0] in seen and pair[1] in seen:
-                sums.append(self._compared(seen[pair[0]], seen[pair[1]], stamp))
-            while sums and not 0 <= stamp - sums[0].stamp <= self._constants.memory:
-                sums.popleft()
-
-    def forget(self, camera: str) -> None:
-        """Forget what is known of a camera, as its clock has changed."""
-        for pair, sums in self._sums.items():
-            if camera in pair:
-                sums.clear()
+                compared.append((stamp, *_differences(seen[pair[0]], seen[pair[1]], self._constants.outlier)))
+            while compared and not 0 <= stamp - compared[0][0] <= self._constants.memory:
+                compared.popleft()
 
     def judgements(self) -> Dict[str, CameraJudgement]:
         """Return what is known of each camera now."""
-        solved = {pair: self._solved(pair, sums) for pair, sums in self._sums.items()}
+        solved = {pair: self._solved(pair) for pair in self._compared}
         solved = {pair: found for pair, found in solved.items() if np.isfinite(found[0])}
-        agreeing = self._agreeing([pair for pair, (error, _) in solved.items() if error <= self._constants.wrong])
-        return {name: self._judged(name, solved, agreeing) for name in self._names}
+        agree = np.array([[solved.get((first, second), (np.inf,))[0] <= self._constants.wrong
+                           for second in self._names] for first in self._names])
+        _, groups = connected_components(agree, directed=False)
+        sizes = np.bincount(groups)
+        clock = self._best_clock(solved)
+        found = {}
+        for name, group in zip(self._names, groups):
+            error = min((error for pair, (error, _) in solved.items() if name in pair), default=np.nan)
+            offset = (0.0 if name == clock else -solved[clock, name][1] if (clock, name) in solved
+                      else solved.get((name, clock), (np.nan, np.nan))[1])
+            in_largest = group == sizes.argmax() and sizes[group] > 1
+            found[name] = (CameraJudgement(error, offset, error > self._constants.wrong and not in_largest)
+                           if np.isfinite(error) else CameraJudgement())
+        return found
 
-    def _compared(self, first: _Measured, second: _Measured, stamp: float) -> _Sums:
-        """Return the sums of the joints that two cameras measured of the same people."""
-        common = [person for person in first if person in second]
-        none = np.zeros((3, 0, 3))
-        (joints, rays, moving), (others, other_rays, _) = (
-            np.concatenate([none, *(seen[person] for person in common)], axis=1) for seen in (first, second))
-        apart = joints - others
-        for along in (rays, other_rays):
-            apart, moving = (value - (value * along).sum(axis=1, keepdims=True) * along for value in (apart, moving))
-        used = np.isfinite(apart).all(axis=1) & np.isfinite(moving).all(axis=1)
-        apart, moving = apart[used], moving[used]
-        near = np.linalg.norm(apart, axis=1) <= self._constants.outlier
-        apart, moving = apart[near], moving[near]
-        matrix = np.zeros((4, 4))
-        matrix[:3, :3] = len(apart) * np.eye(3)
-        matrix[:3, 3] = matrix[3, :3] = moving.sum(axis=0)
-        matrix[3, 3] = (moving ** 2).sum()
-        return _Sums(stamp, matrix, np.r_[apart.sum(axis=0), (apart * moving).sum()], float((apart ** 2).sum()),
-                     len(apart))
-
-    def _solved(self, pair: _Pair, sums: Sequence[_Sums]) -> Tuple[float, float]:
+    def _solved(self, pair: _Pair) -> Tuple[float, float]:
         """Return the error of a pair [m] and the difference of its clocks [s]; NaN where they are not known."""
-        count = sum(one.count for one in sums)
-        if count < self._constants.least_joints:
+        none = np.zeros((0, 3))
+        apart, velocities = (np.concatenate([none, *(one[which] for one in self._compared[pair])]) for which in (1, 2))
+        if len(apart) < self._constants.least_joints:
             return np.nan, np.nan
-        matrix = np.sum([one.matrix for one in sums], axis=0)
-        right = np.sum([one.right for one in sums], axis=0)
         # what v varies by beside its mean tells the clock; b holds the rest
-        moving = matrix[3, 3] - matrix[:3, 3] @ matrix[:3, 3] / count
-        offset = right[:3] / count
-        if moving <= 0:
-            return float(np.linalg.norm(offset)), np.nan
-        clock = (right[3] - matrix[:3, 3] @ offset) / moving
-        offset = offset - clock * matrix[:3, 3] / count
-        squares = sum(one.squares for one in sums) - right[:3] @ offset - right[3] * clock
-        spread = np.sqrt(max(squares, 0.0) / max(3 * count - 4, 1) / moving)
-        if spread > self._constants.clock_error:
-            return float(np.linalg.norm(right[:3] / count)), np.nan
-        return float(np.linalg.norm(offset)), float(clock)
+        beside = velocities - velocities.mean(axis=0)
+        moving = float((beside ** 2).sum())
+        if moving > 0:
+            clock = float((apart * beside).sum()) / moving
+            offset = apart.mean(axis=0) - clock * velocities.mean(axis=0)
+            left = apart - offset - clock * velocities
+            if np.sqrt((left ** 2).sum() / max(left.size - 4, 1) / moving) <= self._constants.clock_error:
+                return float(np.linalg.norm(offset)), clock
+        return float(np.linalg.norm(apart.mean(axis=0))), np.nan
 
-    def _agreeing(self, pairs: Sequence[_Pair]) -> List[str]:
-        """Return the largest group of cameras that agree with one another, one after the other."""
-        groups: Dict[str, Set[str]] = {name: {name} for name in self._names}
-        for first, second in pairs:
-            joined = groups[first] | groups[second]
-            for name in joined:
-                groups[name] = joined
-        largest = max(len(group) for group in groups.values())
-        return next(sorted(group, key=self._names.index) for group in groups.values() if len(group) == largest)
-
-    def _judged(self, name: str, solved: Mapping[_Pair, Tuple[float, float]], agreeing: Sequence[str]
-                ) -> CameraJudgement:
-        errors = [error for pair, (error, _) in solved.items() if name in pair]
-        if not errors:
-            return CameraJudgement()
-        disagrees = min(errors) > self._constants.wrong and (name not in agreeing or len(agreeing) < 2)
-        clock = self._clock(solved)
-        if (clock, name) in solved:
-            offset = -solved[clock, name][1]
-        else:
-            offset = 0.0 if name == clock else solved.get((name, clock), (np.nan, np.nan))[1]
-        return CameraJudgement(min(errors), offset, disagrees)
-
-    def _clock(self, solved: Mapping[_Pair, Tuple[float, float]]) -> str:
+    def _best_clock(self, solved: Mapping[_Pair, Tuple[float, float]]) -> str:
         """Return the camera from whose clock those of the others differ least."""
-        def apart(name: str) -> Tuple[int, float]:
+        def differences(name: str) -> Tuple[int, float]:
             clocks = [abs(clock) for pair, (_, clock) in solved.items() if name in pair and np.isfinite(clock)]
             return -len(clocks), float(np.median(clocks)) if clocks else 0.0
-        return min(self._names, key=apart)
+        return min(self._names, key=differences)
+
+
+def _differences(first: _Measured, second: _Measured, outlier: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return x_i - x_j [m] and v [m/s] of the joints that two cameras measured of the same people, both (N, 3)."""
+    common = [person for person in first if person in second]
+    (joints, rays, moving), (others, other_rays, _) = (
+        np.concatenate([np.zeros((3, 0, 3)), *(seen[person] for person in common)], axis=1)
+        for seen in (first, second))
+    apart = joints - others
+    for along in (rays, other_rays):
+        apart, moving = (value - (value * along).sum(axis=1, keepdims=True) * along for value in (apart, moving))
+    with np.errstate(invalid='ignore'):
+        used = np.isfinite(moving).all(axis=1) & (np.linalg.norm(apart, axis=1) <= outlier)
+    return apart[used], moving[used]
 
 
 def _measured(sighting: Sighting, stamp: float, fused: Mapping[int, Tuple[np.ndarray, np.ndarray]],

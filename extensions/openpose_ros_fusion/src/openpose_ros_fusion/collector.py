@@ -10,7 +10,7 @@ sends any, as when a recording begins anew.
 """
 from collections import deque
 from dataclasses import dataclass
-from typing import Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Deque, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from openpose_ros_fusion.constants import FUSION, CollectorConstants
 from openpose_ros_fusion.observations import Sighting
@@ -36,9 +36,6 @@ class _Camera:
     interval: float = 0.0               # between arrivals, a maximum that fades [s]
     period: float = 0.0                 # between stamps [s]; 0 while unknown
     delay: float = 0.0                  # after the first message of a time, a maximum that fades [s]
-    dropped: int = 0                    # messages that were replaced by newer ones before an update
-    out_of_time: int = 0                # messages that were dropped for their stamps
-    is_out_of_time: bool = False        # whether the newest one was
 
 
 class Collector:
@@ -47,40 +44,33 @@ class Collector:
     Args:
         cameras: names of all that may send.
         patience: longest time that a message waits for those of other cameras [s].
+
+    Attributes:
+        dropped: messages by camera that were replaced by newer ones before an update.
+        out_of_time: messages by camera that were dropped, as their stamps are beside those of the others.
+        cameras_out_of_time: names of those whose newest message was.
     """
 
     def __init__(self, cameras: Sequence[str], patience: float, constants: CollectorConstants = FUSION.collector
                  ) -> None:
-        self.patience, self._constants = patience, constants
+        self._patience, self._constants = patience, constants
         self._cameras = {name: _Camera() for name in cameras}
-        self._begun: Optional[float] = None
+        self.dropped, self.out_of_time = dict.fromkeys(cameras, 0), dict.fromkeys(cameras, 0)
+        self.cameras_out_of_time: Set[str] = set()
+        self._opened: Optional[float] = None  # when the first message of the open update came [s]
         self._last = float('-inf')
         self._updated = float('-inf')
         # stamps of updates, and when their first messages came [s]
-        self._began: Deque[Tuple[float, float]] = deque(maxlen=_REMEMBERED)
-
-    @property
-    def dropped(self) -> Dict[str, int]:
-        """Messages by camera that were replaced by newer ones before an update."""
-        return {name: camera.dropped for name, camera in self._cameras.items()}
-
-    @property
-    def out_of_time(self) -> Dict[str, int]:
-        """Messages by camera that were dropped, as their stamps are beside those of the others."""
-        return {name: camera.out_of_time for name, camera in self._cameras.items()}
-
-    def is_out_of_time(self, camera: str) -> bool:
-        """Return whether the newest message of a camera was dropped for its stamp."""
-        return self._cameras[camera].is_out_of_time
+        self._past: Deque[Tuple[float, float]] = deque(maxlen=_REMEMBERED)
 
     @property
     def deadline(self) -> Optional[float]:
         """Time at which `due` has an update, whatever comes [s]; None while no message waits."""
-        if self._begun is None:
+        if self._opened is None:
             return None
-        delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._begun)),
+        delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._opened)),
                     default=0.0)
-        return self._begun + min(self._constants.least_wait + delay, self.patience)
+        return self._opened + min(self._constants.least_wait + delay, self._patience)
 
     def add(self, sighting: Sighting, now: float) -> List[Update]:
         """Take a sighting; return the updates that are complete by it.
@@ -94,21 +84,21 @@ class Collector:
             self._last = float('-inf')
         elif not self._in_time(sighting.stamp, now):
             if now - self._updated <= self._constants.silent:
-                camera.is_out_of_time = True
-                camera.out_of_time += 1
+                self.cameras_out_of_time.add(sighting.camera)
+                self.out_of_time[sighting.camera] += 1
                 return []
             self._last = float('-inf')
-        if self._last == float('-inf') and self._begun is None:
+        if self._last == float('-inf') and self._opened is None:
             self._begin(now)
         if camera.pending is not None:
             if camera.pending.stamp > self._last:
                 updates.append(self._flush(now))
             else:
-                camera.dropped += 1
+                self.dropped[sighting.camera] += 1
         self._learn(camera, sighting.stamp, now)
         camera.pending, camera.stamp, camera.arrival = sighting, sighting.stamp, now
-        if self._begun is None and sighting.stamp > self._last:
-            self._begun = now
+        if self._opened is None and sighting.stamp > self._last:
+            self._opened = now
         return updates + self.due(now)
 
     def due(self, now: float) -> List[Update]:
@@ -127,23 +117,23 @@ class Collector:
             # a lost message lengthens a step, nothing shortens it
             camera.period = step if not camera.period else min(step, self._constants.growth * camera.period)
             camera.interval = max(now - camera.arrival, fading * camera.interval)
-        began = [begun for of, begun in self._began if abs(of - stamp) <= self._near]
-        if self._begun is not None and abs(self._newest - stamp) <= self._near:
-            began.append(self._begun)
-        camera.delay = max(now - began[-1] if began else 0.0, fading * camera.delay)
+        opened = [opened for past, opened in self._past if abs(past - stamp) <= self._near]
+        if self._opened is not None and abs(self._newest - stamp) <= self._near:
+            opened.append(self._opened)
+        camera.delay = max(now - opened[-1] if opened else 0.0, fading * camera.delay)
 
     def _in_time(self, stamp: float, now: float) -> bool:
         """Return whether a stamp is near the last update, which may be some time ago."""
         if self._last == float('-inf'):
             return True
-        apart, elapsed = stamp - self._last, now - self._updated
-        return -self._constants.silent <= apart <= self._constants.silent + max(elapsed, 0.0)
+        step, elapsed = stamp - self._last, now - self._updated
+        return -self._constants.silent <= step <= self._constants.silent + max(elapsed, 0.0)
 
     def _begin(self, now: float) -> None:
         """Forget what came before, and expect a message of every camera."""
         for camera in self._cameras.values():
             camera.pending, camera.stamp, camera.arrival, camera.period = None, float('-inf'), now, 0.0
-        self._began.clear()
+        self._past.clear()
 
     @property
     def _newest(self) -> float:
@@ -170,20 +160,20 @@ class Collector:
 
         What came too late for the update before joins this one where it is near, but does not tell its stamp.
         """
-        waiting = sorted((camera for camera in self._cameras.values() if camera.pending is not None),
-                         key=lambda camera: camera.stamp)
-        new = [camera for camera in waiting if camera.stamp > self._last]
+        waiting = sorted((camera.pending for camera in self._cameras.values() if camera.pending is not None),
+                         key=lambda sighting: sighting.stamp)
+        new = [sighting for sighting in waiting if sighting.stamp > self._last]
         middle = new[(len(new) - 1) // 2].stamp
-        sightings = [camera.pending for camera in waiting
-                     if camera.pending is not None and abs(camera.stamp - middle) <= self._constants.silent]
-        for camera in waiting:
-            left_out = camera.pending not in sightings
-            camera.is_out_of_time = left_out and camera in new
-            camera.out_of_time += camera.is_out_of_time
-            camera.dropped += left_out and camera not in new
-            camera.pending = None
+        sightings = [sighting for sighting in waiting if abs(sighting.stamp - middle) <= self._constants.silent]
+        for sighting in waiting:
+            self.cameras_out_of_time.discard(sighting.camera)
+            self._cameras[sighting.camera].pending = None
+            if sighting not in sightings:
+                if sighting in new:
+                    self.cameras_out_of_time.add(sighting.camera)
+                (self.out_of_time if sighting in new else self.dropped)[sighting.camera] += 1
         self._last = max(sighting.stamp for sighting in sightings)
-        if self._begun is not None:
-            self._began.append((self._last, self._begun))
-        self._begun, self._updated = None, now
+        if self._opened is not None:
+            self._past.append((self._last, self._opened))
+        self._opened, self._updated = None, now
         return Update(self._last, tuple(sightings))

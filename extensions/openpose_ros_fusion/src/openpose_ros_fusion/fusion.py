@@ -6,8 +6,8 @@ import numpy as np
 
 from openpose_ros_fusion.association import CameraPerson, Matches, associate, merge
 from openpose_ros_fusion.constants import FUSION, FusionConstants
-from openpose_ros_fusion.correction import Correction, FusedJoints
-from openpose_ros_fusion.observations import Sighting
+from openpose_ros_fusion.correction import corrected
+from openpose_ros_fusion.observations import KeypointOffsets, Sighting
 from openpose_ros_fusion.rays import place_by_size, tracks_where_rays_meet
 from openpose_ros_fusion.tracks import Tracks
 from openpose_ros_pkg.people import FIRST_ID
@@ -27,7 +27,7 @@ class PeopleFusion:
 
     def __init__(self, ids: Optional[Iterator[int]] = None, constants: FusionConstants = FUSION) -> None:
         self._ids = itertools.count(FIRST_ID) if ids is None else ids
-        self._constants, self._correction = constants, Correction(constants)
+        self._constants, self._offsets = constants, KeypointOffsets(constants.shape)
         self._tracks = Tracks.empty(0.0)
         self.known: Mapping[CameraPerson, int] = {}
 
@@ -51,10 +51,9 @@ class PeopleFusion:
         tracks, matches = merge(tracks, matches, constants.association)
         if not matches.all_have_depth:
             tracks = place_by_size(tracks, matches, constants)
-        tracks, joints = self._correction.corrected(tracks, matches)
-        self._tracks = tracks
-        self.known = _persons_of(tracks, matches, self.known)
-        return _reported(tracks, joints, constants)
+        self._tracks, status, confidence = corrected(tracks, matches, self._offsets, constants)
+        self.known = _persons_of(self._tracks, matches, self.known)
+        return _reported(self._tracks, status, confidence, constants)
 
 
 def _persons_of(tracks: Tracks, matches: Matches, before: Mapping[CameraPerson, int]) -> Mapping[CameraPerson, int]:
@@ -67,14 +66,14 @@ def _persons_of(tracks: Tracks, matches: Matches, before: Mapping[CameraPerson, 
                if track in alive and (person[0], track) not in replaced}, **new}
 
 
-def _reported(tracks: Tracks, joints: FusedJoints, constants: FusionConstants) -> People3D:
+def _reported(tracks: Tracks, status: np.ndarray, confidence: np.ndarray, constants: FusionConstants) -> People3D:
     """Return the people that are seen now, or not for long, by two cameras or for some time."""
-    motion = constants.motion
-    kept = np.flatnonzero((tracks.stamp - tracks.seen <= motion.reported_gap)
-                          & ((tracks.cameras > 1) | (tracks.seen - tracks.born >= motion.reported_gap)))
-    status = np.where(np.isfinite(tracks.positions).all(axis=2), joints.status, MISSING)[kept]
-    missing = status == MISSING
-    xyz = np.where(missing[..., np.newaxis], np.nan, tracks.positions[kept])
-    sigma = np.sqrt(3 * (joints.variance[kept] + constants.estimate.common_sigma ** 2))
-    return People3D(COCO_18, xyz, joints.confidence[kept], status, np.where(missing, np.nan, sigma), tracks.ids[kept],
-                    np.where(missing[..., np.newaxis], np.nan, tracks.velocities[kept]))
+    gap = constants.motion.reported_gap
+    kept = np.flatnonzero((tracks.stamp - tracks.seen <= gap)
+                          & ((tracks.cameras > 1) | (tracks.seen - tracks.born >= gap)))
+    missing = status[kept] == MISSING
+    sigma = np.sqrt(3 * (tracks.variance[kept] + constants.estimate.common_sigma ** 2))
+    xyz, velocity = (np.where(missing[..., np.newaxis], np.nan, values[kept])
+                     for values in (tracks.positions, tracks.velocities))
+    return People3D(COCO_18, xyz, confidence[kept], status[kept], np.where(missing, np.nan, sigma), tracks.ids[kept],
+                    velocity)

@@ -14,25 +14,15 @@ class FusionParams(Parameters):
     cameras: str = parameter('camera1 camera2', 'Cameras with depth: the namespaces of their chains, separated by '
                                                 'spaces.')
     rgb_cameras: str = parameter('', 'Cameras without depth: the namespaces of their chains, separated by spaces.')
-    people_topic: str = parameter('openpose_ros/skeleton_3d/detected_poses_3d',
-                                  'People in space, in the namespace of each camera with depth.')
-    keypoints_topic: str = parameter('openpose_ros/detected_poses',
-                                     'People in the image, in the namespace of each camera without depth.')
-    camera_info_topic: str = parameter('openpose_ros/camera_info',
-                                       'Calibration, in the namespace of each camera without depth.')
     rectified: bool = parameter(False, 'The images of cameras without depth are rectified, so use P of the camera info '
                                        'and no distortion.')
     fixed_frame: str = parameter('world', 'Frame in which the people are fused and published, and the cameras stand or '
                                           'move. With rig: the fixed frame of that file.')
     rig: str = parameter('', 'File of calibrate_cameras that says where the cameras stand, and by which time their '
                              'clocks differ; empty: tf says where they stand at the stamp of their people.')
-    tf_timeout: float = parameter(0.05, 'Wait this long for the transform of a camera, at its stamp; people without '
-                                        'their transform are left out.', unit='s', minimum=0.0, maximum=10.0)
     patience: float = parameter(0.5, 'People of one camera wait this long at most for those of the others that belong '
                                      'to the same time, and not longer than the others usually take.', unit='s',
                                 minimum=0.0, maximum=10.0)
-    correct_clocks: bool = parameter(False, 'Correct the stamps of a camera whose clock is found to differ from those '
-                                            'of the others.')
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,9 +47,6 @@ class FusionSettings:
     fusion: FusionParams
     demand: DemandParams
 
-
-# What dynamic_reconfigure may change in the running node.
-LIVE_PARAMETERS: Tuple[str, ...] = ('tf_timeout', 'patience', 'correct_clocks')
 
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {'people_fusion_node.yaml': FusionSettings}

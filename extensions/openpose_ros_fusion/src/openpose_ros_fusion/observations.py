@@ -19,7 +19,6 @@ from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 
-_JOINTS = len(COCO_18.joints)
 # sigma of positions is that in space: three axes.
 _AXES = np.sqrt(3.0)
 
@@ -67,9 +66,9 @@ class Sighting:
         """Return the people of rays without those that a detector found twice: half of their joints are the same."""
         if self.has_depth:
             return self
-        apart = np.linalg.norm(self.directions[:, np.newaxis] - self.directions, axis=3)
+        angles = np.linalg.norm(self.directions[:, np.newaxis] - self.directions, axis=3)
         with np.errstate(invalid='ignore'):
-            common, same = np.isfinite(apart).sum(axis=2), (apart < self.sigma).sum(axis=2)
+            common, same = np.isfinite(angles).sum(axis=2), (angles < self.sigma).sum(axis=2)
         kept: List[int] = []
         for person in np.argsort(-np.isfinite(self.sigma).sum(axis=1), kind='stable').tolist():
             if not any(2 * same[person, other] >= common[person, other] > 0 for other in kept):
@@ -151,15 +150,15 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform,
         people: in the optical frame of the camera; joints that COCO_18 has not are left out.
         pose: from that frame to the common one.
     """
-    rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
-    positions = values_in(people.xyz.astype(np.float64), people.skeleton, COCO_18, np.nan) @ rotation.T + origin
-    directions = positions - origin
-    with np.errstate(invalid='ignore', divide='ignore'):
-        directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
-    sigma = values_in(people.sigma.astype(np.float64), people.skeleton, COCO_18, np.nan) / _AXES
+    rotation, origin = (np.asarray(part, np.float64) for part in pose)
+    positions, sigma = (values_in(values.astype(np.float64), people.skeleton, COCO_18, np.nan)
+                        for values in (people.xyz, people.sigma))
+    positions = positions @ rotation.T + origin
     status = values_in(people.status, people.skeleton, COCO_18, MISSING)
-    with np.errstate(invalid='ignore'):
-        sigma = np.where(sigma > 0, np.maximum(sigma, constants.common_sigma), constants.unknown_sigma)
+    with np.errstate(invalid='ignore', divide='ignore'):
+        directions = positions - origin
+        directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
+        sigma = np.where(sigma > 0, np.maximum(sigma / _AXES, constants.common_sigma), constants.unknown_sigma)
     return Sighting(camera, stamp, origin, distinct_ids(people.ids), positions, directions,
                     np.where(status == MISSING, np.nan, sigma), status,
                     values_in(people.confidence, people.skeleton, COCO_18, 0.0))
@@ -167,15 +166,14 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform,
 
 def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, pose: Transform,
                constants: EstimateConstants = FUSION.estimate) -> Sighting:
-    """Return the rays through the keypoints of a camera without depth, in the common frame.
+    """Return the rays through the keypoints of a camera without depth, in the common frame; as `from_space`.
 
     Args:
-        people: pixels of the camera's image, with ids; joints that COCO_18 has not are left out.
-        pose: from the optical frame to the common one.
+        people: pixels of the camera's image, with ids.
     """
-    rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
+    rotation, origin = (np.asarray(part, np.float64) for part in pose)
     pixels = values_in(people.xy, people.skeleton, COCO_18, np.nan)
-    rays = model.rays(pixels.reshape(-1, 2)).reshape(len(people), _JOINTS, 3)
+    rays = model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
     directions = rays / np.linalg.norm(rays, axis=2, keepdims=True) @ rotation.T
     angle = constants.pixel_sigma / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     known = np.isfinite(directions).all(axis=2)

@@ -6,12 +6,13 @@ from typing import Iterator, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from openpose_ros_fusion.association import FAR, KnownIds, Matches, match_the_rest
+from openpose_ros_fusion.association import FAR, KnownIds, Matches, match_people
 from openpose_ros_fusion.constants import AssociationConstants, FusionConstants, SingleViewConstants
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
 from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.tracks import Tracks
 from skeleton_extract_3d.body.body import SATISFIED_BONES
+from skeleton_extract_3d.body.measures import expected_lengths
 
 # The person that each of some cameras sees: indices of people by indices of sightings.
 _Meeting = Mapping[int, int]
@@ -21,15 +22,18 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
                            constants: FusionConstants) -> Tuple[Tracks, Matches]:
     """Return the tracks with people where the rays of cameras meet, and the matches, also of the other cameras.
 
-    They are new, or a track whose place is not known: one that no camera sees, or one alone and without depth.
+    They are new, or a track whose place is not known: one that one camera alone sees, without depth.
     """
     matches = _without_strangers(matches, constants.association)
     met = _meetings(tracks, matches, constants)
+    if not met:
+        return tracks, matches
     for meeting in met:
         tracks, matches = _with_meeting(tracks, matches, meeting, ids, constants)
     # people that are placed now have not moved since
     near = replace(constants, association=replace(constants.association, gate=constants.association.same_place))
-    return tracks, match_the_rest(tracks, matches, known, near) if met else matches
+    return tracks, Matches(len(tracks), tuple(
+        (sighting, match_people(sighting, tracks, known, near, rows)) for sighting, rows in matches.pairs))
 
 
 def _meetings(tracks: Tracks, matches: Matches, constants: FusionConstants) -> List[_Meeting]:
@@ -62,18 +66,14 @@ def _meetings(tracks: Tracks, matches: Matches, constants: FusionConstants) -> L
 def _with_meeting(tracks: Tracks, matches: Matches, meeting: _Meeting, ids: Iterator[int], constants: FusionConstants
                   ) -> Tuple[Tracks, Matches]:
     """Return the tracks and matches with a person where rays meet."""
-    rows = [matches.pairs[camera][1][person] for camera, person in meeting.items()]
-    if len({row for row in rows if row >= 0}) > 1:
+    before = {int(matches.pairs[camera][1][person]) for camera, person in meeting.items()} - {-1}
+    if len(before) > 1:
         return tracks, matches  # they have tracks of their own
-    seen = [(matches.pairs[camera][0], np.array([person])) for camera, person in meeting.items()]
-    positions = _where_rays_meet(seen, constants)
-    row = max(rows)
-    if row < 0:
-        row = _unseen_near(positions[0], tracks, matches.views, constants.association)
-    if row < 0:
-        row, tracks = len(tracks), tracks.joined(Tracks.begun(tracks.stamp, ids, positions))
-    else:
-        tracks = tracks.placed(row, positions[0])
+    positions = _where_rays_meet([(matches.pairs[camera][0], np.array([person]))
+                                  for camera, person in meeting.items()], constants)
+    row = before.pop() if before else len(tracks)
+    tracks = (tracks.placed(row, positions[0]) if row < len(tracks) else
+              tracks.joined(Tracks.begun(tracks.stamp, ids, positions)))
     pairs = tuple((sighting, np.where(np.arange(len(rows)) == meeting.get(number, -1), row, rows))
                   for number, (sighting, rows) in enumerate(matches.pairs))
     return tracks, Matches(len(tracks), pairs)
@@ -110,14 +110,6 @@ def _without_strangers(matches: Matches, constants: AssociationConstants) -> Mat
     return Matches(matches.tracks, tuple(
         (sighting, np.where(miss[number] > meet[number], -1, rows) if number in meet else rows)
         for number, (sighting, rows) in enumerate(matches.pairs)))
-
-
-def _unseen_near(joints: np.ndarray, tracks: Tracks, views: np.ndarray, constants: AssociationConstants) -> int:
-    """Return the row of the track that no camera sees and that is nearest to joints (18, 3) [m]; -1: none is near."""
-    distances = np.linalg.norm(tracks.positions - joints, axis=2)
-    near = np.array([np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else np.inf for each in distances])
-    near[views > 0] = np.inf
-    return int(near.argmin()) if near.min(initial=np.inf) <= constants.gate else -1
 
 
 def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants) -> np.ndarray:
@@ -161,7 +153,7 @@ def place_by_size(tracks: Tracks, matches: Matches, constants: FusionConstants) 
     They are moved as predicted, without a change of pose and as large as they are known to be, to where their joints
     are nearest to the rays.
     """
-    alone, lengths = np.append(matches.views == 1, False), tracks.bone_lengths
+    alone, lengths = np.append(matches.views == 1, False), expected_lengths(tracks.sizes)
     for sighting, rows in matches.pairs:
         for person in np.flatnonzero(alone[rows]):
             row = rows[person]

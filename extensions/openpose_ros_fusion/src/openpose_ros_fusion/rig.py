@@ -10,7 +10,7 @@
 """
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Tuple
+from typing import Tuple
 
 import numpy as np
 import yaml
@@ -53,17 +53,18 @@ class RigCamera:
     def __post_init__(self) -> None:
         try:
             values = {key: np.asarray(getattr(self, key), np.float64) for key in _SHAPES}
+            length = float(np.linalg.norm(values['rotation']))
+            right = (all(isinstance(text, str) and text for text in (self.name, self.frame_id))
+                     and {key: value.shape for key, value in values.items()} == _SHAPES
+                     and all(np.isfinite(value).all() for value in values.values())
+                     and abs(length - 1) <= _LENGTH_ERROR)
         except (TypeError, ValueError, OverflowError):
-            values = {}
-        if (not all(isinstance(text, str) and text for text in (self.name, self.frame_id))
-                or {key: value.shape for key, value in values.items()} != _SHAPES
-                or not all(np.isfinite(value).all() for value in values.values())
-                or abs(float(np.linalg.norm(values['rotation'])) - 1) > _LENGTH_ERROR):
+            right = False
+        if not right:
             raise ValueError(f'{self} is no camera of a rig; {_EXPECTED}')
-        object.__setattr__(self, 'rotation', values['rotation'] / float(np.linalg.norm(values['rotation'])))
-        object.__setattr__(self, 'frame_id', frame_name(self.frame_id))
-        object.__setattr__(self, 'translation', values['translation'])
-        object.__setattr__(self, 'clock_offset', float(values['clock_offset']))
+        for key, value in (('rotation', values['rotation'] / length), ('frame_id', frame_name(self.frame_id)),
+                           ('translation', values['translation']), ('clock_offset', float(values['clock_offset']))):
+            object.__setattr__(self, key, value)
 
     @property
     def pose(self) -> Transform:
@@ -117,18 +118,19 @@ def read_rig(path: Path) -> Rig:
     Raises:
         BadInputError: it can not be read or is none; the text names the file, the key and what is expected.
     """
+    values = file_values(path, f'rig {path}')
     try:
-        return _rig_of(file_values(path, f'rig {path}'))
-    except ValueError as error:
-        raise BadInputError(f'rig {path} can not be read: {error}') from error
+        if not isinstance(values, dict) or set(values) != {'fixed_frame', 'cameras'} or not isinstance(
+                values['cameras'], list):
+            raise ValueError('expected fixed_frame: TEXT, cameras: a list, and no other key')
+        return Rig(values['fixed_frame'], tuple(RigCamera(**camera) for camera in values['cameras']))
+    except (TypeError, ValueError) as error:  # TypeError: keys that are no attributes
+        what = f'; of each camera {_EXPECTED}' if isinstance(error, TypeError) else ''
+        raise BadInputError(f'rig {path} can not be read: {error}{what}') from error
 
 
 def write_rig(path: Path, rig: Rig) -> None:
-    """Write a rig, whole or not at all; reading it gives an equal one.
-
-    Raises:
-        OSError: it can not be written.
-    """
+    """Write a rig, whole or not at all; reading it gives an equal one. OSError: it can not be written."""
     write_whole(path, rig_text(rig).encode())
 
 
@@ -139,14 +141,3 @@ def rig_text(rig: Rig) -> str:
                for camera in rig.cameras]
     return str(yaml.safe_dump({'fixed_frame': rig.fixed_frame, 'cameras': cameras}, default_flow_style=None,
                               sort_keys=False))
-
-
-def _rig_of(values: Any) -> Rig:
-    """Return the rig in the values of a file; raises ValueError."""
-    if not isinstance(values, dict) or set(values) != {'fixed_frame', 'cameras'} or not isinstance(
-            values['cameras'], list):
-        raise ValueError('expected fixed_frame: TEXT, cameras: a list, and no other key')
-    try:
-        return Rig(values['fixed_frame'], tuple(RigCamera(**camera) for camera in values['cameras']))
-    except TypeError as error:  # keys that are no attributes
-        raise ValueError(f'{error}; of each camera {_EXPECTED}') from error

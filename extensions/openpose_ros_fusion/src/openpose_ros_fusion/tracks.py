@@ -5,9 +5,10 @@ from typing import Iterator
 import numpy as np
 
 from openpose_ros_fusion.constants import MotionConstants
+from openpose_ros_fusion.estimate import Measurements
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY
-from skeleton_extract_3d.body.measures import Sizes, expected_lengths
+from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.track.joint_filter import drifted
 from skeleton_extract_3d.track.tracks import Rows
 
@@ -29,7 +30,7 @@ class Tracks(Rows):
         covariance: (F, 18, 3): variance of the position [m^2], covariance of position and velocity [m^2/s], variance
             of the velocity [m^2/s^2], of an axis.
         variance: (F, 18) of the position when it was corrected last, mean over the axes [m^2].
-        innovations: (F,) mean square, as a share of what independent errors make, see `Errors`.
+        innovations: (F,) mean square, as a share of what independent errors make.
         born, seen: (F,) stamps of the first and the last detection of each [s].
         cameras: (F,) int, greatest number of cameras that saw each at a time.
     """
@@ -52,21 +53,13 @@ class Tracks(Rows):
         return cls.begun(stamp, iter(()), np.zeros((0, _JOINTS, 3)))
 
     @classmethod
-    def begun(cls, stamp: float, ids: Iterator[int], positions: np.ndarray, stature: float = BODY.adult_stature
-              ) -> 'Tracks':
-        """Return new tracks at positions (N, 18, 3) [m]; their joints are known by what follows.
-
-        Args:
-            ids: of which N are taken.
-            stature: assumed of each person [m].
-        """
-        number = len(positions)
-        unknown = np.zeros((number, _JOINTS, 3))
-        unknown[..., 0] = 1.0
-        times = np.full(number, stamp)
-        return cls(stamp, Sizes.assumed(np.full(number, stature)), np.array([next(ids) for _ in positions], np.int64),
-                   positions, np.zeros((number, _JOINTS, 3)), unknown, np.ones((number, _JOINTS)), np.zeros(number),
-                   times, times, np.zeros(number, np.int64))
+    def begun(cls, stamp: float, ids: Iterator[int], positions: np.ndarray) -> 'Tracks':
+        """Return new tracks of adults at positions (N, 18, 3) [m], with the next ids; their joints are unsure."""
+        number, times = len(positions), np.full(len(positions), stamp)
+        unknown = np.broadcast_to((1.0, 0.0, 0.0), positions.shape)
+        return cls(stamp, Sizes.assumed(np.full(number, BODY.adult_stature)),
+                   np.array([next(ids) for _ in positions], np.int64), positions, np.zeros(positions.shape), unknown,
+                   np.ones(positions.shape[:2]), np.zeros(number), times, times, np.zeros(number, np.int64))
 
     def placed(self, row: int, joints: np.ndarray) -> 'Tracks':
         """Return these tracks, with one of them at other joints (18, 3) [m], and its motion unknown."""
@@ -84,9 +77,15 @@ class Tracks(Rows):
         return np.where(known, self.positions, middle)
 
     @property
-    def bone_lengths(self) -> np.ndarray:
-        """Expected lengths of the bones, (F, 8) [m]."""
-        return expected_lengths(self.sizes)
+    def known(self) -> np.ndarray:
+        """Joints of which something is expected, (F, 18) bool: not those of tracks that begin now."""
+        return (self.born < self.stamp)[:, np.newaxis] & np.isfinite(self.positions).all(axis=2)
+
+    @property
+    def expected(self) -> Measurements:
+        """The expected joints as measurements, one of each person."""
+        information = np.where(self.known, 1 / self.covariance[..., 0], 0.0)[..., np.newaxis, np.newaxis] * np.eye(3)
+        return Measurements(np.arange(len(self)), self.assumed_positions, information)
 
     def at(self, stamp: float, constants: MotionConstants) -> np.ndarray:
         """Return where the joints are expected, (F, 18, 3) [m]."""

@@ -20,7 +20,7 @@ from typing import Dict, List, Sequence
 # Arguments of any launch file that are given always, and seldom; the others: sometimes.
 _ALWAYS = ('camera', 'cameras', 'rgb_cameras', 'driver', 'fixed_frame', 'rviz')
 _SELDOM = ('driver_args', 'camera_ns', 'image_transport', 'depth_transport', 'chain', 'one_process', 'service',
-           'pose_model', 'crop_model', 'look_closer', 'markers', 'look', 'host', 'port', 'manager', 'fuse', 'rgb_image',
+           'pose_model', 'crop_model', 'look_closer', 'markers', 'look', 'host', 'port', 'manager', 'fuse',
            'publish_tf', 'verbose', 'config', 'respawn')
 _SWITCH = ('true', 'false', '1', '0', '')
 

@@ -16,7 +16,7 @@ _MOST_PEOPLE, _FARTHEST = 200, 1000.0
 
 def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transform, model: Optional[CameraModel]
                           ) -> Sighting:
-    """Return the people of a camera in the fixed frame.
+    """Return the people of a camera in the fixed frame, of a running one or of a recording.
 
     Args:
         stamp: by the common clock [s].
@@ -28,10 +28,10 @@ def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transfo
     """
     if len(message.persons) > _MOST_PEOPLE:
         raise BadInputError(f'{camera}: {len(message.persons)} people at a time, expected {_MOST_PEOPLE} at most')
-    if model is None:
-        people = convert.people_from_array(message)
-        away = float(np.max(np.nan_to_num(np.abs(people.xyz)), initial=0.0))
-        if away > _FARTHEST:
-            raise BadInputError(f'{camera}: a joint is {away:g} m away, expected {_FARTHEST:g} m at most')
-        return from_space(camera, stamp, people, pose)
-    return from_image(camera, stamp, convert_2d.people_from_array(message), model, pose)
+    if model is not None:
+        return from_image(camera, stamp, convert_2d.people_from_array(message), model, pose)
+    people = convert.people_from_array(message)
+    away = float(np.max(np.nan_to_num(np.abs(people.xyz)), initial=0.0))
+    if away > _FARTHEST:
+        raise BadInputError(f'{camera}: a joint is {away:g} m away, expected {_FARTHEST:g} m at most')
+    return from_space(camera, stamp, people, pose)

@@ -1,5 +1,5 @@
 """The relative pose of two cameras by the people that both see; and a tree of the best of these edges."""
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -8,7 +8,6 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
-from openpose_ros_tools.calibration.constants import EdgeConstants
 from openpose_ros_tools.calibration.recording import CameraPaths, overlap
 from skeleton_extract_3d.points.transform import Transform
 
@@ -16,6 +15,8 @@ from skeleton_extract_3d.points.transform import Transform
 _LARGEST_RESIDUAL = 0.1
 # Another solution of this share of the merit makes an edge useless.
 _RIVAL = 0.95
+# Maximum clock offset where the stamps of two recordings overlap by half or more; else any is searched [s].
+_CLOCK_SEARCH = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +37,6 @@ class Edge:
     clock_offset: float
     cost: float
 
-    def reversed(self) -> 'Edge':
-        """Return the same edge from the second to the first camera."""
-        return Edge(self.second, self.first, self.rotation.T, -self.rotation.T @ self.translation, -self.clock_offset,
-                    self.cost)
-
 
 @dataclass(frozen=True, eq=False)
 class CameraPose:
@@ -50,7 +46,7 @@ class CameraPose:
     clock_offset: float
 
 
-def align_in_space(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], constants: EdgeConstants
+def align_in_space(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]
                    ) -> Tuple[Transform, float, float]:
     """Return the transform from the first camera to the second, both with depth, the clock offset, and the cost.
 
@@ -60,7 +56,7 @@ def align_in_space(first: CameraPaths, second: CameraPaths, clock_offset: Option
     Raises:
         BadInputError: they have nothing in common, or too little to tell.
     """
-    search = constants.clock_search if overlap(first, second) >= 0.5 else None
+    search = _CLOCK_SEARCH if overlap(first, second) >= 0.5 else None
     found = align(first.measured(), second, AlignmentParams(clock_offset, max_clock_offset=search, use_sigma=True,
                                                             clock_option='--clocks-agree'))
     if found.residual > _LARGEST_RESIDUAL:
@@ -85,7 +81,8 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
     best: Dict[Tuple[int, int], Edge] = {}
     for edge in sorted(edges, key=lambda one: -one.cost):
         best[edge.first, edge.second] = edge
-        best[edge.second, edge.first] = edge.reversed()
+        best[edge.second, edge.first] = Edge(edge.second, edge.first, edge.rotation.T,
+                                             -edge.rotation.T @ edge.translation, -edge.clock_offset, edge.cost)
     pairs = np.array(list(best)).reshape(-1, 2)
     graph = coo_matrix(([edge.cost for edge in best.values()], (pairs[:, 0], pairs[:, 1])), (count, count)).tocsr()
     groups, labels = connected_components(graph, directed=False)
@@ -102,9 +99,3 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
         poses[camera] = CameraPose((rotation @ edge.rotation, rotation @ edge.translation + translation),
                                    parent.clock_offset + edge.clock_offset)
     return [poses[camera] for camera in range(count)]
-
-
-def scaled(poses: Sequence[CameraPose], factor: float) -> List[CameraPose]:
-    """Return the cameras with all distances from the root multiplied."""
-    origin = poses[0].pose[1]
-    return [replace(one, pose=(one.pose[0], origin + factor * (one.pose[1] - origin))) for one in poses]

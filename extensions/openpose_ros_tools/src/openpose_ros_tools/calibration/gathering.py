@@ -10,7 +10,6 @@ from openpose_ros_fusion.rays import ray_gaps
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.calibration.constants import GatherConstants
 from openpose_ros_tools.calibration.edges import CameraPose
 from openpose_ros_tools.calibration.recording import CameraPaths
 
@@ -18,6 +17,13 @@ from openpose_ros_tools.calibration.recording import CameraPaths
 _LEAST_EIGENVALUE = 0.01
 # Two cameras see people at the same time if their frames are less apart [s].
 _SAME_TIME = 0.1
+# Joints at single times, at most.
+_MOST_JOINTS = 5000
+# People of two cameras are one if their rays are nearer (median), as a share of the distance; in space [m].
+_RAY_GATE, _SPACE_GATE = 0.06, FUSION.association.gate
+_LEAST_JOINTS = FUSION.association.least_joints
+# Distance that a person has to move before a camera sees another side, so that keypoints err differently [m].
+_RENEWED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,26 +59,21 @@ class Gathered:
 class _View(NamedTuple):
     """A person in a camera at a time, in the frame of the root.
 
-    points: (K, 3) positions [m], or unit vectors from the origin.
+    points: (K, 3) positions [m], or unit vectors from the origin; known: (K,) bool.
     """
 
     camera: int
     slot: int
     origin: np.ndarray
     points: np.ndarray
+    known: np.ndarray
     has_depth: bool
-
-    @property
-    def known(self) -> np.ndarray:
-        """Which joints are visible, (K,) bool."""
-        return np.asarray(np.isfinite(self.points).all(axis=1))
 
 
 _Person = Tuple[_View, ...]
 
 
-def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants, wide: float = 1.0
-           ) -> Gathered:
+def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], wide: float = 1.0) -> Gathered:
     """Return the joints that two cameras or more see at the same time.
 
     Args:
@@ -81,7 +82,7 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constant
     Raises:
         BadInputError: there are none.
     """
-    times = _common_times(cameras, poses, constants)
+    times = _common_times(cameras, poses)
     own = [times - one.clock_offset for one in poses]
     points = [paths.at(at) for paths, at in zip(cameras, own)]
     order = sorted(range(len(cameras)), key=lambda camera: not cameras[camera].has_depth)
@@ -92,99 +93,96 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constant
         people: List[_Person] = []
         for camera in order:
             views = _views(camera, points[camera][:, number], cameras[camera].has_depth, poses[camera])
-            people = _joined(people, views, constants, wide)
+            people = _joined(people, views, wide)
         for person, seen in enumerate(people, count):
-            middle = _middle(seen) if len(seen) > 1 else np.full((points[0].shape[2], 3), np.nan)
-            shared = np.isfinite(middle).all(axis=1) & (np.sum([one.known for one in seen], axis=0) > 1)
-            for name in np.flatnonzero(shared):
-                rows += [(one.camera, len(joints), one.slot, number) for one in seen if one.known[name]]
-                joints.append((*middle[name], person, name))
+            if len(seen) > 1:
+                middle = _middle(seen)
+                shared = np.isfinite(middle).all(axis=1) & (np.sum([one.known for one in seen], axis=0) > 1)
+                for name in np.flatnonzero(shared):
+                    rows += [(one.camera, len(joints), one.slot, number) for one in seen if one.known[name]]
+                    joints.append((*middle[name], person, name))
         count += len(people)
     if not joints:
         raise BadInputError('no two cameras see a joint of the same person at the same time')
     camera, point, slot, number = np.array(rows).T
     table = np.array(joints)
-    name = table[:, 4].astype(int)
-    velocity = [paths.velocity(at) for paths, at in zip(cameras, own)]
-    sigma = [paths.sigma(at) for paths, at in zip(cameras, own)]
-    rows = list(zip(camera, slot, number, name[point]))
-    owner = table[:, 3].astype(int)
+    owner, name = table[:, 3:].astype(int).T
     sums = np.stack([np.bincount(owner, axis) for axis in table[:, :3].T], axis=1)
     places = (sums / np.maximum(np.bincount(owner), 1)[:, None])[owner[point]]
-    block = _blocks(np.stack([camera, slot, number], axis=1), places, constants.renewed)
-    return Gathered(table[:, :3], owner, name, camera, point, block,
-                    *(np.array([each[c][s, n, j] for c, s, n, j in rows]) for each in (points, velocity, sigma)))
+    measured = (points, *([read(paths, at) for paths, at in zip(cameras, own)]
+                          for read in (CameraPaths.velocity, CameraPaths.sigma)))
+    chosen = list(zip(camera, slot, number, name[point]))
+    return Gathered(table[:, :3], owner, name, camera, point,
+                    _blocks(np.stack([camera, slot, number], axis=1), places),
+                    *(np.array([each[c][s, n, j] for c, s, n, j in chosen]) for each in measured))
 
 
-def _blocks(views: np.ndarray, places: np.ndarray, renewed: float) -> np.ndarray:
-    """Return the block of each measurement, (M,) int.
+def _blocks(views: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the block of each measurement, (M,) int: it ends where the person is `_RENEWED` from where it began.
 
     Args:
         views: (M, 3) int, camera, slot and time of each.
         places: (M, 3) [m] of the person.
-        renewed: a block ends where the person is further from where it began [m].
     """
     block, count, before, begin = np.zeros(len(views), int), -1, None, places[0]
     for row in np.lexsort(views.T[::-1]).tolist():
         track = tuple(views[row, :2])
-        if track != before or np.linalg.norm(places[row] - begin) > renewed:
+        if track != before or np.linalg.norm(places[row] - begin) > _RENEWED:
             count, before, begin = count + 1, track, places[row]
         block[row] = count
     return block
 
 
-def _common_times(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants
-                  ) -> np.ndarray:
+def _common_times(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose]) -> np.ndarray:
     """Return times of the root at which two cameras see people, evenly (N,) [s]."""
     chosen: List[np.ndarray] = []
     for first, second in itertools.combinations(range(len(cameras)), 2):
-        times = cameras[first].times + poses[first].clock_offset
-        other = cameras[second].times + poses[second].clock_offset
+        times, other = (cameras[camera].times + poses[camera].clock_offset for camera in (first, second))
         after = np.clip(np.searchsorted(other, times), 1, len(other) - 1)
-        both = times[np.minimum(np.abs(other[after] - times), np.abs(times - other[after - 1])) < _SAME_TIME]
-        chosen.append(both)
+        chosen.append(times[np.minimum(np.abs(other[after] - times), np.abs(times - other[after - 1])) < _SAME_TIME])
     times = np.unique(np.round(np.concatenate(chosen), 4))
     people = max(len(paths.positions) * paths.positions.shape[2] for paths in cameras)
-    most = min(max(constants.points // people, 1), len(times))
+    most = min(max(_MOST_JOINTS // people, 1), len(times))
     return times[np.linspace(0, len(times) - 1, most).astype(int)]
 
 
 def _views(camera: int, points: np.ndarray, has_depth: bool, pose: CameraPose) -> List[_View]:
-    """Return the people of a camera at a time, from its points (S, K, 3)."""
+    """Return the people of a camera at a time, from its points (S, K, 3), without those with a few joints."""
     rotation, origin = pose.pose
     turned = points @ rotation.T
     with np.errstate(invalid='ignore'):
         placed = turned + origin if has_depth else turned / np.linalg.norm(turned, axis=2, keepdims=True)
-    return [_View(camera, slot, origin, one, has_depth) for slot, one in enumerate(placed)]
+    known = np.isfinite(placed).all(axis=2)
+    return [_View(camera, slot, origin, placed[slot], known[slot], has_depth)
+            for slot in np.flatnonzero(known.sum(axis=1) >= _LEAST_JOINTS).tolist()]
 
 
-def _joined(people: List[_Person], views: List[_View], constants: GatherConstants, wide: float) -> List[_Person]:
+def _joined(people: List[_Person], views: List[_View], wide: float) -> List[_Person]:
     """Return the people with the views of one more camera, those that belong to no person as new ones."""
-    views = [view for view in views if view.known.sum() >= FUSION.association.least_joints]
     middles = [_middle(person) for person in people]
-    costs = np.array([[_distance(view, person, middle, constants) for person, middle in zip(people, middles)]
+    costs = np.array([[_distance(view, person, middle) for person, middle in zip(people, middles)]
                       for view in views]).reshape(len(views), len(people))
     found = {column: row for row, column in match(costs, np.isfinite(costs)) if costs[row, column] < wide}
     return ([(*person, views[found[column]]) if column in found else person for column, person in enumerate(people)]
             + [(view,) for row, view in enumerate(views) if row not in found.values()])
 
 
-def _distance(view: _View, person: _Person, middle: np.ndarray, constants: GatherConstants) -> float:
+def _distance(view: _View, person: _Person, middle: np.ndarray) -> float:
     """Return the median distance of a view from a person, as a share of the gate; infinite where they share little."""
     if np.isfinite(middle).any():
         offsets = middle - view.origin
-        depth = np.linalg.norm(offsets, axis=1)
         if view.has_depth:
-            distances = np.linalg.norm(middle - view.points, axis=1) / FUSION.association.gate
+            distances = np.linalg.norm(middle - view.points, axis=1) / _SPACE_GATE
         else:
-            distances = np.linalg.norm(offsets / depth[:, None] - view.points, axis=1) / constants.ray_gate
+            depth = np.linalg.norm(offsets, axis=1, keepdims=True)
+            distances = np.linalg.norm(offsets / depth - view.points, axis=1) / _RAY_GATE
     else:
         first = person[0]
         gaps, in_front = ray_gaps(first.origin, first.points, view.origin, view.points)
         reach = np.linalg.norm(first.origin - view.origin)
-        distances = np.where(in_front, gaps / max(float(reach), 1e-6) / constants.ray_gate, np.nan)
+        distances = np.where(in_front, gaps / max(float(reach), 1e-6) / _RAY_GATE, np.nan)
     known = np.isfinite(distances)
-    return float(np.median(distances[known])) if known.sum() >= FUSION.association.least_joints else np.inf
+    return float(np.median(distances[known])) if known.sum() >= _LEAST_JOINTS else np.inf
 
 
 def _middle(person: _Person) -> np.ndarray:

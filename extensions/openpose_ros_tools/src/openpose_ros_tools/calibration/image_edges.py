@@ -11,12 +11,19 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import merit
-from openpose_ros_tools.calibration.constants import EdgeConstants
 from openpose_ros_tools.calibration.recording import CameraPaths
 from skeleton_extract_3d.points.transform import Transform
 
 # Joints by which one pair of people suggests a pose, at most and at least.
 _MOST_POINTS, _LEAST_POINTS = 150, 24
+# Maximum clock offset that is searched, as each costs a resection, and its step [s]; times that are compared.
+_SEARCH, _STEP, _TIMES = 0.5, 0.05, 60
+# Pairs of people that are tried for each offset.
+_MOST_PAIRS = 12
+# A joint meets a ray at this distance, as a share of the distance from the camera.
+_GATE = 0.02
+# Joints that must meet, or two cameras have nothing in common; also as a share of those of people visible to both.
+LEAST_JOINTS, _LEAST_SHARE = 40, 0.4
 # RANSAC: error of inliers in the plane z = 1, its iterations, and its certainty.
 _RANSAC_ERROR, _ITERATIONS, _CERTAINTY = 0.012, 100, 0.99
 # Offsets near the best one that are tried then [s].
@@ -41,17 +48,16 @@ class _Found(NamedTuple):
     lag: float
 
 
-def resect(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], constants: EdgeConstants
-           ) -> Tuple[Transform, float, float]:
+def resect(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]) -> Tuple[Transform, float, float]:
     """Return the transform from a camera with depth to one without, the clock offset [s] and the cost.
 
     Raises:
         BadInputError: joints of the one do not lie on the rays of the other.
     """
-    return _search(first, second, clock_offset, _Method(_pose_of_points, _pose_of_points, _image_distances), constants)
+    return _search(first, second, clock_offset, _Method(_pose_of_points, _pose_of_points, _image_distances))
 
 
-def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], constants: EdgeConstants
+def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]
                   ) -> Tuple[Transform, float, float]:
     """Return the transform between two cameras without depth, its translation of length 1, clock offset and cost.
 
@@ -60,43 +66,50 @@ def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optiona
     """
     # RANSAC spends all of its 1000 iterations on pairs of different people; LMedS always needs 90
     suggest = _pose_of_rays if clock_offset is not None else partial(_pose_of_rays, method=cv2.LMEDS)
-    return _search(first, second, clock_offset, _Method(suggest, _pose_of_rays, _epipolar_distances), constants)
+    return _search(first, second, clock_offset, _Method(suggest, _pose_of_rays, _epipolar_distances))
 
 
-def _search(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], method: _Method,
-            constants: EdgeConstants) -> Tuple[Transform, float, float]:
+def _search(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], method: _Method
+            ) -> Tuple[Transform, float, float]:
     """Return the best pose, the clock offset [s] and the cost."""
-    frames = first.times[np.unique(np.linspace(0, len(first.times) - 1, constants.image_times).astype(int))]
-    points, gate = first.at(frames), constants.gate
-    steps = int(constants.image_search / constants.image_step)
-    lags = constants.image_step * np.arange(-steps, steps + 1) if clock_offset is None else np.array([clock_offset])
-    found = [_Found(_merit(method.distances(pose, points, there), gate), pose, lag)
-             for lag in lags.tolist() for there in [second.at(frames + lag)]
-             for pose in _suggested(points, there, method.suggest, constants.most_pairs)]
-    if not found:
+    frames = first.times[np.unique(np.linspace(0, len(first.times) - 1, _TIMES).astype(int))]
+    points, steps = first.at(frames), int(_SEARCH / _STEP)
+    lags = _STEP * np.arange(-steps, steps + 1) if clock_offset is None else np.array([clock_offset])
+
+    def found(pose: Transform, lag: float, there: np.ndarray) -> _Found:
+        gaps = np.moveaxis(method.distances(pose, points, there), 1, 0)
+        return _Found(merit(gaps.reshape(len(gaps), -1, gaps.shape[3]), _GATE), pose, lag)
+
+    suggested = [found(pose, lag, there) for lag in lags.tolist() for there in [second.at(frames + lag)]
+                 for pose in _suggested(points, there, method.suggest)]
+    if not suggested:
         raise BadInputError('they do not see the same people at the same time')
-    best = max(found, key=lambda one: one.merit)
+    best = max(suggested, key=lambda one: one.merit)
     for _ in range(2):
         fine = best.lag + _FINE if clock_offset is None else np.array([best.lag])
-        refined = [(lag, there, _refined(points, there, best.pose, method, gate))
+        refined = [(_refined(points, there, best.pose, method), lag, there)
                    for lag in fine.tolist() for there in [second.at(frames + lag)]]
-        best = max([best, *(_Found(_merit(method.distances(pose, points, there), gate), pose, lag)
-                            for lag, there, pose in refined if pose is not None)], key=lambda one: one.merit)
+        best = max([best, *(found(pose, lag, there) for pose, lag, there in refined if pose is not None)],
+                   key=lambda one: one.merit)
     there = second.at(frames + best.lag)
-    met, common = _met(points, there, method.distances(best.pose, points, there), gate)
-    if met < constants.least_joints or met < constants.least_share * common:
+    gaps = method.distances(best.pose, points, there)
+    met = int((gaps[_pairs(gaps)] < _GATE).sum())
+    # of people that both cameras see at a time, as many as the camera with fewer of them can share
+    visible = [np.isfinite(each).all(axis=3).sum(axis=(0, 2)) for each in (points, there)]
+    common = max(int(np.minimum(*visible).sum()), 1)
+    if met < LEAST_JOINTS or met < _LEAST_SHARE * common:
         raise BadInputError(f'{met} of {common} joints of people visible to both meet their rays, expected '
-                            f'{constants.least_joints} and {100 * constants.least_share:.0f} % or more')
-    return best.pose, best.lag, float(gate * common / met ** 1.5)
+                            f'{LEAST_JOINTS} and {100 * _LEAST_SHARE:.0f} % or more')
+    return best.pose, best.lag, float(_GATE * common / met ** 1.5)
 
 
-def _suggested(points: np.ndarray, there: np.ndarray, suggest: Solve, most_pairs: int) -> List[Transform]:
+def _suggested(points: np.ndarray, there: np.ndarray, suggest: Solve) -> List[Transform]:
     """Return the poses that single pairs of people suggest, those with most joints in common first."""
     random = np.random.RandomState(0)
     known, known_there = np.isfinite(points).all(axis=3), np.isfinite(there).all(axis=3)
     common = (known[:, None] & known_there[None]).sum(axis=(2, 3))
     found = []
-    for pair in np.argsort(-common, axis=None, kind='stable')[:most_pairs]:
+    for pair in np.argsort(-common, axis=None, kind='stable')[:_MOST_PAIRS]:
         one, other = np.unravel_index(pair, common.shape)
         if common[one, other] < _LEAST_POINTS:
             break
@@ -108,40 +121,22 @@ def _suggested(points: np.ndarray, there: np.ndarray, suggest: Solve, most_pairs
     return found
 
 
-def _refined(points: np.ndarray, there: np.ndarray, pose: Transform, method: _Method, gate: float
-             ) -> Optional[Transform]:
+def _refined(points: np.ndarray, there: np.ndarray, pose: Transform, method: _Method) -> Optional[Transform]:
     """Return the pose by all joints of all people that meet with another one."""
     gaps = method.distances(pose, points, there)
-    person, other, time = _pairs(gaps, gate)
-    near = gaps[person, other, time] < gate
+    person, other, time = _pairs(gaps)
+    near = gaps[person, other, time] < _GATE
     if near.sum() < _LEAST_POINTS:
         return None
     return method.solve(points[person, time][near], there[other, time][near])
 
 
-def _merit(gaps: np.ndarray, gate: float) -> float:
-    """Return how many joints of people (S1, S2, N, K) meet those of the other camera."""
-    rows = np.moveaxis(gaps, 1, 0)
-    return merit(rows.reshape(len(rows), -1, rows.shape[3]), gate)
-
-
-def _pairs(gaps: np.ndarray, gate: float) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _pairs(gaps: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which people of the two cameras are one, at what time: indices of S1, S2 and N."""
-    worth = np.nansum(np.maximum(0, 1 - (gaps / gate) ** 2), axis=3)
+    worth = np.nansum(np.maximum(0, 1 - (gaps / _GATE) ** 2), axis=3)
     other = worth.argmax(axis=1)
     person, time = np.nonzero(worth.max(axis=1) > 0)
     return person, other[person, time], time
-
-
-def _met(points: np.ndarray, there: np.ndarray, gaps: np.ndarray, gate: float) -> Tuple[int, int]:
-    """Return how many joints meet their rays, and how many joints could.
-
-    Of people that both cameras see at a time, as many as the camera with fewer of them can share.
-    """
-    person, other, time = _pairs(gaps, gate)
-    near = int((gaps[person, other, time] < gate).sum())
-    seen, seen_there = (np.isfinite(each).all(axis=3).sum(axis=(0, 2)) for each in (points, there))
-    return near, max(int(np.minimum(seen, seen_there).sum()), 1)
 
 
 def _pose_of_points(points: np.ndarray, rays: np.ndarray) -> Optional[Transform]:

@@ -10,25 +10,20 @@ Sources of the formats:
                 same cameras, calibrated with a checkerboard (Calib_scene.toml), show that it has no unit
     Kalibr      ethz-asl/kalibr 0b8b9e8, wiki "yaml formats": x_camera = T_cn_cnm1 x_previous, [m];
                 t_imu = t_camera + timeshift_cam_imu
-    EasyMocap   chingswy/easymocap-public-doc, quickstart/calibration.md: x_camera = Rot x + T, [m]
-    OpenCV      samples/cpp/stereo_calib.cpp: x_2 = R x_1 + T, in the unit of the board
+    OpenCV      x_camera = R x + T of each camera, as of solvePnP
     ROS         sensor_msgs/CameraInfo: the rectification R, and P = K' [1 | t], of cameras that are rectified together
 """
+import itertools
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
 from xml.etree import ElementTree
 
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.calibration import (
-    Calibration,
-    calibration_from_values,
-    distortion_model,
-    pinhole_calibration,
-)
+from openpose_ros_pkg.calibration import Calibration, calibration_from_values, distortion_model, pinhole_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.structured_text import yaml_value
 from skeleton_extract_3d.points.camera import calibrated_camera
@@ -40,12 +35,8 @@ _QUALISYS_PIXEL, _QUALISYS_UNIT, _QUALISYS_ROWS = 1 / 64, 0.001, 1080
 _FROM_QUALISYS = np.diag([1.0, -1.0, -1.0])
 # Sections of Calib.toml that are no cameras.
 _OTHER_SECTIONS = ('metadata', 'capture_volume', 'charuco', 'checkerboard')
-# Keys of a rotation and of a translation in YAML files of one camera, as OpenCV's functions call them.
-_ROTATIONS, _TRANSLATIONS = ('R', 'rvec', 'rotation', 'rotation_vector', 'rotation_matrix'), (
-    'T', 't', 'tvec', 'translation', 'translation_vector')
-_EXPECTED = ("a Calib.toml of Pose2Sim, a .qca.txt of Qualisys, a camchain of Kalibr, intri.yml and extri.yml of "
-             'EasyMocap, intrinsics.yml and extrinsics.yml of OpenCV (M1, D1, M2, D2, R, T), or a YAML file of each '
-             'camera with camera_matrix and either R and T, or P and R of cameras that are rectified together')
+_EXPECTED = ('a Calib.toml of Pose2Sim, a .qca.txt of Qualisys, a camchain of Kalibr, or a YAML file of each camera '
+             'with camera_matrix and either R and T, rvec and tvec, or P and R of cameras that are rectified together')
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +51,7 @@ class KnownCamera:
         clock_offset: [s], is added to the stamps of this camera.
 
     Raises:
-        BadInputError: the rotation is none, a number is not finite, or no lens has such values.
+        BadInputError: R is no rotation, a number is not finite, or no lens has such values.
     """
 
     name: str
@@ -93,38 +84,31 @@ class KnownCameras(NamedTuple):
     unit: float = 1.0  # of translations [m], if the file does not leave that to its author
 
 
-def read_known_cameras(paths: Sequence[Path], size: Optional[Tuple[int, int]] = None) -> KnownCameras:
-    """Read a calibration.
-
-    Args:
-        paths: of its files.
-        size: width and height of the images [px], for formats without it.
+def read_known_cameras(paths: Sequence[Path]) -> KnownCameras:
+    """Read the files of a calibration.
 
     Raises:
         BadInputError: a file can not be read, or is of no format that is known; the text says which are.
     """
-    texts = {path: _text(path) for path in paths}
-    first = texts[paths[0]].lstrip()
     try:
-        if first.startswith('<'):
-            return _one(paths, texts, _qualisys)
-        if paths[0].suffix == '.toml':
-            return _one(paths, texts, _pose2sim)
-        values = {path: _mapping(yaml_value(text)) for path, text in texts.items()}
-        together = {key: value for each in values.values() for key, value in each.items()}
-        if isinstance(together.get('cam0'), dict):
-            return _kalibr(together)
-        if 'names' in together:
-            return _easymocap(together, size)
-        if 'M1' in together:
-            return _opencv_stereo(together, size)
-        return _files_of_cameras(values)
+        texts = {path: path.read_text(encoding='utf-8-sig') for path in paths}
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f'{paths[0]} can not be read: {error}') from error
+    first = texts[paths[0]]
+    read = (_qualisys if first.lstrip().startswith('<') else _pose2sim if paths[0].suffix == '.toml' else
+            _kalibr if re.search('^cam0:', first, re.MULTILINE) else None)
+    if read and len(paths) > 1:
+        raise BadInputError(f'{paths[0]} has all cameras of a calibration, expected no other file beside it')
+    try:
+        known = read(first) if read else _files_of_cameras({path: yaml_value(text) for path, text in texts.items()})
+        if not known.cameras:
+            raise ValueError('it has no cameras')
+        return known
     except BadInputError:
         raise
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError,
             ElementTree.ParseError, np.linalg.LinAlgError, cv2.error) as error:
-        names = ', '.join(map(str, paths))
-        raise BadInputError(f'{names}: {error!r}; expected {_EXPECTED}') from error
+        raise BadInputError(f'{", ".join(map(str, paths))}: {error!r}; expected {_EXPECTED}') from error
 
 
 def seen_from_a_level_camera(known: KnownCameras, tilt: float, height: float) -> KnownCameras:
@@ -143,37 +127,16 @@ def seen_from_a_level_camera(known: KnownCameras, tilt: float, height: float) ->
                 translation=camera.translation - camera.rotation @ from_room @ place) for camera in known.cameras))
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding='utf-8-sig')
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f'{path} can not be read: {error}') from error
-
-
-def _one(paths: Sequence[Path], texts: Mapping[Path, str], read: Any) -> KnownCameras:
-    if len(paths) > 1:
-        raise BadInputError(f'{paths[0]} has all cameras of a calibration, expected no other file beside it')
-    cameras: KnownCameras = read(texts[paths[0]])
-    if not cameras.cameras:
-        raise ValueError('it has no cameras')
-    return cameras
-
-
-def _toml(text: str) -> Dict[str, Any]:
+def _pose2sim(text: str) -> KnownCameras:
     try:
         from tomllib import loads
     except ImportError:  # before Python 3.11
         from toml import loads  # type: ignore[no-redef]
-    values: Dict[str, Any] = loads(text)
-    return values
-
-
-def _pose2sim(text: str) -> KnownCameras:
     cameras = []
-    for section, values in _toml(text).items():
+    for section, values in loads(text).items():
         if section not in _OTHER_SECTIONS and isinstance(values, dict):
-            model = 'equidistant' if values.get('fisheye') else ''
-            calibration = _calibration(values['size'], values['matrix'], values['distortions'], model)
+            calibration = _calibration(values['size'], values['matrix'], values['distortions'],
+                                       'equidistant' if values.get('fisheye') else '')
             cameras.append(KnownCamera(str(values.get('name', section)), calibration, values['rotation'],
                                        values['translation']))
     return KnownCameras(tuple(cameras), True)
@@ -205,12 +168,10 @@ def _qualisys(text: str) -> KnownCameras:
     return KnownCameras(tuple(cameras), True, _QUALISYS_UNIT)
 
 
-def _kalibr(values: Mapping[str, Any]) -> KnownCameras:
+def _kalibr(text: str) -> KnownCameras:
     cameras: List[KnownCamera] = []
-    pose = np.eye(4)
-    for number in range(len(values)):
-        if f'cam{number}' not in values:
-            break
+    pose, values = np.eye(4), yaml_value(text)
+    for number in itertools.takewhile(lambda number: f'cam{number}' in values, itertools.count()):
         camera = values[f'cam{number}']
         if camera['camera_model'] != 'pinhole':
             raise BadInputError(f"cam{number} is of the model {camera['camera_model']}, which no CameraInfo can hold; "
@@ -225,60 +186,32 @@ def _kalibr(values: Mapping[str, Any]) -> KnownCameras:
     return KnownCameras(tuple(cameras), False)
 
 
-def _easymocap(values: Mapping[str, Any], size: Optional[Tuple[int, int]]) -> KnownCameras:
-    cameras = []
-    for name in map(str, values['names']):
-        own = (values[f'W_{name}'], values[f'H_{name}']) if f'W_{name}' in values else size
-        rotation = _numbers(values[f'Rot_{name}'] if f'Rot_{name}' in values else values[f'R_{name}'])
-        cameras.append(KnownCamera(name, _calibration(own, values[f'K_{name}'], values[f'dist_{name}']), rotation,
-                                   _numbers(values[f'T_{name}'])))
-    return KnownCameras(tuple(cameras), True)
-
-
-def _opencv_stereo(values: Mapping[str, Any], size: Optional[Tuple[int, int]]) -> KnownCameras:
-    left, right = (_calibration(size, values[f'M{number}'], values[f'D{number}']) for number in (1, 2))
-    return KnownCameras((KnownCamera('left', left, np.eye(3), np.zeros(3)),
-                         KnownCamera('right', right, _numbers(values['R']), _numbers(values['T']))), False)
-
-
 def _files_of_cameras(files: Mapping[Path, Dict[str, Any]]) -> KnownCameras:
     """Return cameras with a file each: all with R and T, or all rectified together."""
-    cameras, rectified = [], []
+    placed, rectified = [], []
     for path, values in files.items():
         calibration = calibration_from_values(values, str(path))
         name = calibration.name or path.stem
-        rotation, translation = ([values[key] for key in keys if key in values] for keys in (_ROTATIONS, _TRANSLATIONS))
-        if rotation and translation:
-            cameras.append(KnownCamera(name, calibration, _numbers(rotation[0]), _numbers(translation[0])))
-        else:
-            rectified.append(_rectified(name, calibration))
-    shifts = [abs(camera.translation).max() for camera in rectified]
-    if (cameras and rectified) or not (cameras or any(shifts)):
+        keys = next((keys for keys in (('R', 'T'), ('rvec', 'tvec')) if set(keys) <= set(values)), None)
+        if keys:
+            rotation, translation = (_numbers(values[key]) for key in keys)
+            placed.append(KnownCamera(name, calibration, rotation, translation))
+        else:  # in the rectified frame of the cameras that it is rectified with
+            back = np.reshape(calibration.rectification, (3, 3)).T
+            projection = np.reshape(calibration.projection, (3, 4))
+            shift = back @ np.linalg.inv(projection[:, :3]) @ projection[:, 3]
+            rectified.append(KnownCamera(name, calibration, back, shift))
+    if (placed and rectified) or not (placed or any(camera.translation.any() for camera in rectified)):
         raise BadInputError(f'{", ".join(map(str, files))} do not say where all cameras are; expected {_EXPECTED}')
-    return KnownCameras(tuple(cameras or rectified), bool(cameras))
-
-
-def _rectified(name: str, calibration: Calibration) -> KnownCamera:
-    """Return a camera in the rectified frame of the cameras that it is rectified with."""
-    back = np.reshape(calibration.rectification, (3, 3)).T
-    projection = np.reshape(calibration.projection, (3, 4))
-    return KnownCamera(name, calibration, back, back @ np.linalg.inv(projection[:, :3]) @ projection[:, 3])
+    return KnownCameras(tuple(placed or rectified), bool(placed))
 
 
 def _calibration(size: Any, matrix: Any, distortion: Any, model: str = '') -> Calibration:
-    if size is None:
-        raise BadInputError('this calibration does not tell the size of the images; give it: --size WIDTH HEIGHT')
     k = _numbers(matrix, (3, 3))
     if k[0, 1] != 0:
         raise BadInputError(f'the axes of the image have a skew of {k[0, 1]:g} px, which no CameraInfo can hold')
     return pinhole_calibration(round(float(size[0])), round(float(size[1])), (k[0, 0], k[1, 1]), (k[0, 2], k[1, 2]),
                                _numbers(distortion).tolist(), model)
-
-
-def _mapping(values: Any) -> Dict[str, Any]:
-    if not isinstance(values, dict):
-        raise ValueError('it has no keys with values')
-    return {str(key): value for key, value in values.items()}
 
 
 def _numbers(values: Any, shape: Tuple[int, ...] = (-1,)) -> np.ndarray:

@@ -9,12 +9,18 @@ from scipy.sparse.csgraph import connected_components
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.calibration.bundle import Adjusted
 from openpose_ros_tools.calibration.gathering import Gathered
+from openpose_ros_tools.calibration.image_edges import LEAST_JOINTS
 from openpose_ros_tools.calibration.recording import CameraPaths
 
 # Standard deviations above make the result doubtful [degrees, m, s].
 _LARGE = (1.0, 0.05, 0.02)
+# Cameras whose angle is less certain are refused [degrees]: at 3 m people would be 0.16 m apart.
+_REFUSED = 3.0
 # Pairs that share fewer joints are not reported.
 _LEAST_SHARED = 10
+# Least extent of the joints along the axis in which they spread least, and of the paths of people (standard deviation)
+# [m]: a plane, or people in one place, tell no pose.
+_LEAST_SPREAD, _LEAST_WALK = 0.05, 0.25
 
 
 class EdgeQuality(NamedTuple):
@@ -62,48 +68,47 @@ def edge_qualities(cameras: Sequence[CameraPaths], adjusted: Adjusted) -> List[E
     return found
 
 
-def check_connected(names: Sequence[str], gathered: Gathered, least: int) -> None:
-    """Raise where cameras share too few joints after the adjustment, so that nothing ties them together.
-
-    Args:
-        least: joints that two cameras must share.
-
-    Raises:
-        BadInputError: the text names the groups of cameras that share people.
-    """
+def check_connected(names: Sequence[str], gathered: Gathered) -> None:
+    """Raise BadInputError where cameras share too few joints after the adjustment to tie them together."""
     seen = coo_matrix((np.ones(len(gathered.point)), (gathered.camera, gathered.point)),
                       (len(names), len(gathered.joints))).tocsr()
-    groups, labels = connected_components((seen @ seen.T).toarray() >= least, directed=False)
+    groups, labels = connected_components((seen @ seen.T).toarray() >= LEAST_JOINTS, directed=False)
     if groups > 1:
-        told = ' | '.join(', '.join(name for name, label in zip(names, labels) if label == group)
-                          for group in range(groups))
-        raise BadInputError(f'the people do not tell how these groups of cameras stand to one another: {told}; let one '
-                            'person walk where all of them see it')
+        named = ' | '.join(', '.join(np.array(names)[labels == group]) for group in range(groups))
+        raise BadInputError('the people do not tell how these groups of cameras stand to one another: '
+                            f'{named}; let one person walk where all of them see it')
 
 
-def check_known(names: Sequence[str], std: np.ndarray, least_known: float) -> None:
-    """Raise where the people do not tell how a camera stands.
-
-    Args:
-        std: (C, 3) as in `doubts`.
-        least_known: maximum standard deviation of an angle [degrees].
-
-    Raises:
-        BadInputError: the text names the cameras.
-    """
-    unknown = [f'{name} (to {angle:.1f} degrees)' for name, angle in zip(names, std[:, 0].tolist())
-               if not angle <= least_known]
-    if unknown:
-        raise BadInputError(f'the people do not tell how these cameras stand to {names[0]}: {", ".join(unknown)}; let '
-                            'people walk longer where they and others see them')
+def check_spread(people: np.ndarray) -> None:
+    """Raise BadInputError where people (N, 18, 3) [m] in a plane, or in one place, tell no poses of cameras."""
+    joints = people[np.isfinite(people).all(axis=2)]
+    middles = np.nanmedian(people[np.isfinite(people).any(axis=(1, 2))], axis=1)
+    thickness, extent = (np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
+                         for points in (joints, middles))
+    if thickness[-1] < _LEAST_SPREAD:
+        raise BadInputError('all joints that cameras share lie in a plane: they spread by '
+                            f'{1e3 * thickness[-1]:.0f} mm across it, expected {1e3 * _LEAST_SPREAD:.0f} or more; let '
+                            'people walk to and fro')
+    if extent[0] < _LEAST_WALK:
+        raise BadInputError('people stay in one place where cameras see them together: they spread by '
+                            f'{extent[0]:.2f} m, expected {_LEAST_WALK:g} m or more; let a person walk through '
+                            'the room')
 
 
 def doubts(names: Sequence[str], std: np.ndarray) -> List[str]:
-    """Return what is uncertain.
+    """Return which cameras are uncertain.
 
     Args:
         std: (C, 3) standard deviations of cameras: angle [degrees], position [m], clock [s].
+
+    Raises:
+        BadInputError: the people do not tell how a camera stands; the text names the cameras.
     """
+    unknown = [f'{name} (to {angle:.1f} degrees)' for name, angle in zip(names, std[:, 0].tolist())
+               if not angle <= _REFUSED]
+    if unknown:
+        raise BadInputError(f'the people do not tell how these cameras stand to {names[0]}: {", ".join(unknown)}; let '
+                            'people walk longer where they and others see them')
     return [f'{name} is uncertain by {angle:.1f} degrees, {1e3 * position:.0f} mm and {1e3 * clock:.0f} ms; let people '
             'walk longer where it and others see them' for name, (angle, position, clock) in zip(names, std.tolist())
             if angle > _LARGE[0] or position > _LARGE[1] or clock > _LARGE[2]]

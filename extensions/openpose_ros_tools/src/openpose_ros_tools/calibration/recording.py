@@ -9,7 +9,6 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
 from openpose_ros_tools.alignment.people import steady_ids
-from openpose_ros_tools.calibration.constants import BundleConstants
 
 # Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
 _MAX_GAP = 0.1
@@ -17,6 +16,8 @@ _MAX_GAP = 0.1
 _APART = 1.0
 # Fewer frames with a person are no recording.
 _LEAST_FRAMES = 10
+# Error of a joint in space, where a recording does not tell it [m].
+_POSITION_SIGMA = 0.035
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ class CameraPaths:
         positions: (S, T, K, 3) points of S slots; NaN where missing.
     """
 
-    def __init__(self, recording: CameraRecording, begin: int, constants: BundleConstants) -> None:
+    def __init__(self, recording: CameraRecording, begin: int) -> None:
         order = np.argsort(recording.stamps, kind='stable')
         order = order[np.isfinite(recording.points[order]).all(axis=2).any(axis=1)]
         stamps = recording.stamps[order]
@@ -75,7 +76,12 @@ class CameraPaths:
         shape = (slots.max() + 1, len(frames), points.shape[1])
         self.positions, self._sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
         self.positions[slots, rows] = points
-        self._sigma[slots, rows] = _known_sigma(self.recording, constants)
+        sigma = self.recording.sigma
+        if self.has_depth:
+            sigma = np.where(np.isfinite(sigma), sigma, _POSITION_SIGMA) / np.sqrt(3.0)
+        else:
+            sigma = np.full(sigma.shape, FUSION.estimate.pixel_sigma / recording.focal)
+        self._sigma[slots, rows] = sigma
         self._paths = JointPaths(self.times, self.positions, bridged_gap(self.times, _MAX_GAP))
         self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)
 
@@ -100,23 +106,8 @@ class CameraPaths:
         return MeasuredPeople(self.recording.stamps - self.begin, self.recording.ids, self.recording.points,
                               self.recording.sigma)
 
-    def check_motion(self, least: float) -> None:
-        """Raise unless the people in space walk.
 
-        Args:
-            least: extent of their paths (standard deviation) [m].
-
-        Raises:
-            BadInputError: all of them stay in one place.
-        """
-        middles = np.nanmedian(self.recording.points, axis=1)
-        extents = np.linalg.svd(middles - middles.mean(axis=0), compute_uv=False) / np.sqrt(len(middles))
-        if extents[0] < least:
-            raise BadInputError(f'the people that {self.name} sees stay in one place: their middles spread by '
-                                f'{extents[0]:.2f} m, expected {least:g} m or more; let a person walk through the room')
-
-
-def paths_of(recordings: List[CameraRecording], constants: BundleConstants) -> List[CameraPaths]:
+def paths_of(recordings: List[CameraRecording]) -> List[CameraPaths]:
     """Return the paths of all cameras, by one clock as far as their stamps are.
 
     Raises:
@@ -130,7 +121,7 @@ def paths_of(recordings: List[CameraRecording], constants: BundleConstants) -> L
     if twice:
         raise BadInputError(f"two cameras have the name '{twice[0]}'")
     begin = min(int(recording.stamps.min()) for recording in recordings if len(recording.stamps))
-    return [CameraPaths(recording, begin, constants) for recording in recordings]
+    return [CameraPaths(recording, begin) for recording in recordings]
 
 
 def overlap(first: CameraPaths, second: CameraPaths) -> float:
@@ -138,13 +129,6 @@ def overlap(first: CameraPaths, second: CameraPaths) -> float:
     spans = [(paths.times[0], paths.times[-1]) for paths in (first, second)]
     common = min(end for _, end in spans) - max(start for start, _ in spans)
     return float(max(common, 0.0) / max(min(end - start for start, end in spans), 1e-9))
-
-
-def _known_sigma(recording: CameraRecording, constants: BundleConstants) -> np.ndarray:
-    """Return the error per axis, (R, K)."""
-    if not recording.has_depth:
-        return np.full(recording.sigma.shape, FUSION.estimate.pixel_sigma / recording.focal)
-    return np.where(np.isfinite(recording.sigma), recording.sigma, constants.position_sigma) / np.sqrt(3.0)
 
 
 def _slots(times: np.ndarray, ids: np.ndarray) -> np.ndarray:

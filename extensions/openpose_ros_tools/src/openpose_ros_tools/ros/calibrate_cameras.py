@@ -25,14 +25,14 @@ import sys
 from functools import partial
 from typing import Optional, Sequence
 
+import numpy as np
 import rospy
 
 from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, command_parser, named_value, number, plain_path
 from openpose_ros_pkg.params.parameters import frame_name
-from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
-from openpose_ros_tools.calibration.report import report, shared_frames
+from openpose_ros_tools.calibration.calibrate import Calibrated, CalibrationParams, calibrate
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.plots.rig_plot import rig_figure
@@ -50,16 +50,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         parser.error('give bags or CSV files, or --seconds to listen to running nodes')
     try:
         options.distance = options.distance and (*options.distance[:2], _metres(options.distance[2]))
-        options.tilt = options.tilt and (options.tilt[0], number(-90, 90)(options.tilt[1]))
     except argparse.ArgumentTypeError as error:
-        parser.error(f'--distance and --tilt end with a number: {error}')
+        parser.error(f'--distance ends with a number: {error}')
     return run_command('calibrate_cameras', lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:
     cameras = CameraOptions(options.cameras, dict(options.camera_info), options.rectified)
-    params = CalibrationParams(options.fixed_frame, options.clocks_agree, options.stature, options.distance,
-                               options.tilt)
+    params = CalibrationParams(options.fixed_frame, options.clocks_agree, options.stature, options.distance)
     with output_folder(options.output, options.overwrite, _FILES) as folder:
         recorded = (recordings_of_files(options.files, cameras) if options.files else
                     recordings_of_topics(options.seconds, cameras))
@@ -68,10 +66,29 @@ def _run(options: argparse.Namespace) -> int:
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)
         (folder / 'report.txt').write_text(text)
-    for frame in shared_frames(found.rig):
+    frames = [camera.frame_id for camera in found.rig.cameras]
+    for frame in sorted({frame for frame in frames if frames.count(frame) > 1}):
         _log.warning("several cameras have the frame '%s', which tf can not tell apart", frame)
     sys.stdout.write(text)
     return DONE
+
+
+def report(found: Calibrated) -> str:
+    """Return what was found, and how good it is."""
+    def text(value: float) -> str:
+        return f'{value:.1f}' if np.isfinite(value) else '-'
+
+    lines = [f'cameras in {found.rig.fixed_frame}' + (', z up from the floor' if found.floor else '') + ':',
+             f'{"camera":24}{"x":>9}{"y":>9}{"z [m]":>9}{"clock [ms]":>12}   uncertain by [degrees, mm, ms]']
+    for camera, (angle, position, clock) in zip(found.rig.cameras, found.std.tolist()):
+        lines.append(f'{camera.name:24}' + ''.join(f'{value:9.3f}' for value in camera.translation)
+                     + f'{1e3 * camera.clock_offset:12.1f}   {angle:.2f}  {1e3 * position:.0f}  {1e3 * clock:.1f}')
+    lines += ['', f'{"cameras that see people together":40}{"joints":>8}{"apart [mm]":>12}{"off [px]":>10}']
+    lines += [f'{edge.first + ", " + edge.second:40}{edge.joints:8}{text(1e3 * edge.distance):>12}'
+              f'{text(edge.pixels):>10}' for edge in found.edges]
+    if found.floor:
+        lines += ['', f'floor by {found.floor.ankles} ankles, uncertain by {found.floor.std:.1f} degrees']
+    return '\n'.join(lines + [f'warning: {warning}' for warning in found.warnings]) + '\n'
 
 
 _metres = number(0.001, 1000)
@@ -98,6 +115,4 @@ def _parser() -> argparse.ArgumentParser:
                         '(default: %(default)s)')
     parser.add_argument('--distance', nargs=3, metavar=('A', 'B', 'M'),
                         help='distance of two cameras: the scale in place of the stature')
-    parser.add_argument('--tilt', nargs=2, metavar=('CAMERA', 'DEGREES'),
-                        help='this camera is level and looks down by this: what is up, in place of what the floor says')
     return parser

@@ -1,18 +1,16 @@
 """Make a rig, and the calibration file of each camera, of a calibration that another program has made.
 
-    rosrun openpose_ros_tools rig_from Calib.toml -o room/rig.yaml                    # Pose2Sim
+    rosrun openpose_ros_tools rig_from Calib.toml -o room/rig.yaml                    # Pose2Sim, caliscope
     rosrun openpose_ros_tools rig_from capture.qca.txt -o room/rig.yaml               # Qualisys
-    rosrun openpose_ros_tools rig_from intri.yml extri.yml -o room/rig.yaml           # EasyMocap
-    rosrun openpose_ros_tools rig_from door.yaml window.yaml -o room/rig.yaml         # camera_matrix, R and T of each
+    rosrun openpose_ros_tools rig_from door.yaml window.yaml -o room/rig.yaml         # OpenCV: camera_matrix, R and T
     rosrun openpose_ros_tools rig_from camchain.yaml -o room/rig.yaml --height 1.4 --tilt 12       # Kalibr
     rosrun openpose_ros_tools rig_from left.yaml right.yaml -o room/rig.yaml --height 1.4          # ROS, stereo
-    rosrun openpose_ros_tools rig_from intrinsics.yml extrinsics.yml -o room/rig.yaml --size 1280 720 --unit mm
 
-R and T of files are x_camera = R x_world + T, as OpenCV has them. Files of Pose2Sim, Qualisys and EasyMocap, and R and
-T of single cameras, have the frame of the room, which should have z up; those of Kalibr, stereo_calib of OpenCV and
-stereo cameras of ROS have that of the first camera: the room then begins on the floor below it, x is where it looks, if
-it is level but for --tilt. Calibrations are of the lenses too: beside rig.yaml there is NAME.yaml of each camera, for
-the camera_info_url of its driver, or --camera-info of other programs.
+R and T of files are x_camera = R x_world + T, as OpenCV has them. Files of Pose2Sim and Qualisys, and R and T of single
+cameras, have the frame of the room, which should have z up; those of Kalibr and stereo cameras of ROS have that of the
+first camera: the room then begins on the floor below it, x is where it looks, if it is level but for --tilt.
+Calibrations are of the lenses too: beside rig.yaml there is NAME.yaml of each camera, for the camera_info_url of its
+driver, or --camera-info of other programs.
 
 Exit status: 0 done; 2 nothing was written, as an input is wrong.
 """
@@ -20,24 +18,18 @@ import argparse
 import re
 import sys
 from dataclasses import replace
-from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import List, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_fusion.rig import Rig, RigCamera, rig_camera, rig_text
+from openpose_ros_fusion.rig import Rig, rig_camera, rig_text
 from openpose_ros_pkg.calibration import calibration_text
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path, whole_number
+from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.params.parameters import frame_name
-from openpose_ros_tools.calibration.known_cameras import (
-    KnownCamera,
-    KnownCameras,
-    read_known_cameras,
-    seen_from_a_level_camera,
-)
+from openpose_ros_tools.calibration.known_cameras import KnownCameras, read_known_cameras, seen_from_a_level_camera
 from openpose_ros_tools.mocap.files import UNITS
 from openpose_ros_tools.outputs import PartFiles
 
@@ -49,26 +41,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
-def rig_of(known: KnownCameras, names: Sequence[str], unit: float, fixed_frame: str, frame_id: str) -> Rig:
-    """Return the rig of cameras.
-
-    Args:
-        names: of the cameras in the rig.
-        unit: of translations [m].
-        frame_id: of their images, where NAME stands for the name of a camera.
-    """
-    def of(name: str, camera: KnownCamera) -> RigCamera:
-        pose = camera.rotation.T, -unit * camera.rotation.T @ camera.translation
-        return rig_camera(name, frame_id.replace('NAME', name), pose, camera.clock_offset)
-
-    try:
-        return Rig(fixed_frame, tuple(map(of, names, known.cameras)))
-    except ValueError as error:
-        raise ParameterError(f'{error}; name them with --cameras') from error
-
-
 def _run(options: argparse.Namespace) -> int:
-    known = read_known_cameras(options.files, options.size and tuple(options.size))
+    known = read_known_cameras(options.files)
     unit = known.unit if options.unit is None else UNITS[options.unit]
     if not known.is_room:
         if options.height is None:
@@ -82,23 +56,25 @@ def _run(options: argparse.Namespace) -> int:
     if len(names) != len(known.cameras):
         raise ParameterError(f"--cameras has {len(names)} names, expected {len(known.cameras)}, of "
                              f"{', '.join(camera.name for camera in known.cameras)}")
-    rig = rig_of(known, names, unit, options.fixed_frame, options.frame_id)
+    try:
+        rig = Rig(options.fixed_frame, tuple(
+            rig_camera(name, options.frame_id.replace('NAME', name),
+                       (camera.rotation.T, -unit * camera.rotation.T @ camera.translation), camera.clock_offset)
+            for name, camera in zip(names, known.cameras)))
+    except ValueError as error:
+        raise ParameterError(f'{error}; name them with --cameras') from error
     texts = {options.output: rig_text(rig), **{
         options.output.with_name(f"{name.replace('/', '_')}.yaml"): calibration_text(
             replace(camera.calibration, name=name)) for name, camera in zip(names, known.cameras)}}
     if len(texts) <= len(names):
         raise ParameterError(f'{options.output} is also the file of a camera; give it another name')
-    _write(texts, options)
-    sys.stdout.write('\n'.join([*_description(rig, known), f'{options.output.parent}: '
-                                f"{', '.join(path.name for path in texts)}", '']))
-    return DONE
-
-
-def _write(texts: Dict[Path, str], options: argparse.Namespace) -> None:
     check_outputs(list(texts), options.overwrite, options.files)
     with PartFiles() as parts:
         for path, text in texts.items():
             parts.file(path).write_text(text)
+    sys.stdout.write('\n'.join([*_description(rig, known), f'{options.output.parent}: '
+                                f"{', '.join(path.name for path in texts)}", '']))
+    return DONE
 
 
 def _description(rig: Rig, known: KnownCameras) -> List[str]:
@@ -132,8 +108,6 @@ def _parser() -> argparse.ArgumentParser:
                         help='name of the frame of the room (default: %(default)s)')
     parser.add_argument('--unit', choices=('m', 'cm', 'mm'), help='of the translations, where the file was not written '
                         'in metres, as with boards in millimetres (Qualisys: mm)')
-    parser.add_argument('--size', nargs=2, type=whole_number(1), metavar=('W', 'H'),
-                        help='of the images [px], for files that do not tell it')
     parser.add_argument('--height', type=number(0.001, 1e6), metavar='M',
                         help='of the first camera above the floor; needed where the frame is that of a '
                         'camera')
