@@ -10,10 +10,7 @@ from openpose_ros_signals.geometry import TICK
 class Held:
     """One signal of one person over time: begins and ends with hysteresis, and never for a moment.
 
-    Attributes:
-        on: whether it is reported.
-        since: when it began to hold, before it was reported [s].
-        confidence: how far it holds.
+    `on`: whether it is reported, `since` when it began to hold [s], before it was reported, with which `confidence`.
 
     Args:
         begin: time to hold before it is reported [s]; None: as the constants say.

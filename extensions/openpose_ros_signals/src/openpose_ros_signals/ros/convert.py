@@ -39,7 +39,7 @@ _NOWHERE = (np.nan, np.nan, np.nan)
 
 
 def signals_to_array(persons: Sequence[records.PersonSignals], header: Header) -> PersonSignalsArray:
-    """Return the message of one frame."""
+    """Return the message of a frame."""
     return PersonSignalsArray(header=header, persons=[_person_to_message(person, header) for person in persons])
 
 

@@ -1,5 +1,4 @@
 """The node of signals: people in space to what they do, with markers."""
-import threading
 from pathlib import Path
 from typing import Any, List, Optional, Set, Tuple, Type
 
@@ -23,11 +22,10 @@ from openpose_ros_pkg.errors import NoTransformError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
-from openpose_ros_signals.node_params import LIVE_PARAMETERS, SignalsSettings
+from openpose_ros_signals.node_params import SignalsSettings
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import Present, SignalReader
 from openpose_ros_signals.records import Target
@@ -55,6 +53,8 @@ _MARKERS_QUEUE = 7 * PERSONS_QUEUE
 _SAME_TIME = 0.3
 # One point of the cloud in this many rows and columns is looked at: 5 mm apart at 2.5 m.
 _CLOUD_STEP = 4
+# A transform to the fixed frame is waited for so long; a frame of people without it is dropped [s].
+_TF_TIMEOUT = 0.1
 # z = 0 of a fixed frame.
 _FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 
@@ -78,29 +78,6 @@ class _Latest:
         self._message = message
 
 
-class _PeopleServer:
-    """Answers `get_people`: which people are there, for state machines."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._present: Tuple[Present, ...] = ()
-        self._header, self._silence = Header(), Silence()
-        self._service = rospy.Service('get_people', GetPeople, self._answer)
-
-    def take(self, present: Tuple[Present, ...], header: Header) -> None:
-        """Take the people that are there at the time of a frame."""
-        self._silence.heard()
-        with self._lock:
-            self._present, self._header = present, header
-
-    def _answer(self, _request: GetPeopleRequest) -> GetPeopleResponse:
-        """Return the people that are there; raises rospy.ServiceException while no messages come."""
-        if self._silence.lasts:
-            raise rospy.ServiceException('no people come: is the extractor running?')
-        with self._lock:
-            return GetPeopleResponse(summary_to_message(self._present, self._header))
-
-
 class SignalsNode:
     """Reads the signals of the newest people in a thread of its own."""
 
@@ -113,15 +90,17 @@ class SignalsNode:
             self._upwards = _FIXED_FLOOR[:3]
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
         self._lost: Set[str] = set()
-        self._transforms = Transforms(params.tf_timeout) if params.fixed_frame or self._targets else None
-        self._reader, self._markers, self._health = SignalReader(), SignalMarkers(settings.markers), Health()
-        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
+        self._transforms = Transforms(_TF_TIMEOUT) if params.fixed_frame or self._targets else None
+        self._reader, self._markers, self._health = SignalReader(), SignalMarkers(), Health()
         demand = Demand(settings.demand.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
-        self._server = _PeopleServer() if params.summary else None
+        self._silence = Silence()
+        self._present: Tuple[Tuple[Present, ...], Header] = (), Header()
+        if params.summary:
+            rospy.Service('get_people', GetPeople, self._get_people)
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
         self._health.show_lasting(self._fault)
         self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
@@ -143,8 +122,11 @@ class SignalsNode:
         """Return which targets tf does not know; empty: it knows all."""
         return f"no transform of {', '.join(sorted(self._lost))}" if self._lost else ''
 
-    def _reconfigure(self, settings: SignalsSettings) -> None:
-        self._markers.reconfigure(settings.markers)
+    def _get_people(self, _request: GetPeopleRequest) -> GetPeopleResponse:
+        """Return the people that are there, for state machines; raises ServiceException while no messages come."""
+        if self._silence.lasts:
+            raise rospy.ServiceException('no people come: is the extractor running?')
+        return GetPeopleResponse(summary_to_message(*self._present))
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         pose, floor = self._pose(message.header), self._floor_plane(message.header)
@@ -158,8 +140,8 @@ class SignalsNode:
         self._poses.publish(poses_of(array))
         for person in array.persons:
             self._persons.publish(person)
-        if self._server is not None:
-            self._server.take(self._reader.present, header)
+        self._silence.heard()
+        self._present = self._reader.present, header
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.markers(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))
