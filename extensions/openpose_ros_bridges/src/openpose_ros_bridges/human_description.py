@@ -32,20 +32,14 @@ _MEASURED = (('shoulders', ('l_shoulder', 'r_shoulder')), ('hips', ('l_hip', 'r_
 
 
 class Joint(NamedTuple):
-    """A joint of the model.
-
-    Attributes:
-        origin: of the child in the parent [m], whose axes are parallel at the angle 0.
-        axis: about which it turns; None: fixed.
-        limits: of the angle [rad].
-    """
+    """A joint of the model."""
 
     name: str
     parent: str
     child: str
-    origin: Vector = _ORIGIN
-    axis: Optional[Vector] = None
-    limits: Limits = (0.0, 0.0)
+    origin: Vector = _ORIGIN  # of the child in the parent [m], whose axes are parallel at the angle 0
+    axis: Optional[Vector] = None  # about which it turns; None: fixed
+    limits: Limits = (0.0, 0.0)  # of the angle [rad]
 
 
 class _Shape(NamedTuple):

@@ -1,6 +1,6 @@
 """The node of signals: people in space to what they do, with markers."""
 from pathlib import Path
-from typing import Any, List, Optional, Set, Tuple, Type
+from typing import Any, List, Optional, Tuple, Type
 
 import numpy as np
 import rospy
@@ -18,7 +18,6 @@ from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.errors import NoTransformError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
@@ -30,21 +29,14 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import Present, SignalReader
 from openpose_ros_signals.records import Target
 from openpose_ros_signals.ros.convert import poses_of, signals_to_array, summary_to_message
+from openpose_ros_signals.ros.frames import Frames
 from openpose_ros_signals.ros.input_end import Silence
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
-from skeleton_extract_3d.points.transform import (
-    IDENTITY,
-    LEVEL,
-    TURNED,
-    Transform,
-    transform_landmarks,
-    transform_people,
-)
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, Transform, transform_landmarks, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.floor_input import FloorInput
-from skeleton_extract_3d.ros.transforms import Transforms
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 # Text, two facings, and rays with cones of two arms.
@@ -53,8 +45,6 @@ _MARKERS_QUEUE = 7 * PERSONS_QUEUE
 _SAME_TIME = 0.3
 # One point of the cloud in this many rows and columns is looked at: 5 mm apart at 2.5 m.
 _CLOUD_STEP = 4
-# A transform to the fixed frame is waited for so long; a frame of people without it is dropped [s].
-_TF_TIMEOUT = 0.1
 # z = 0 of a fixed frame.
 _FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 
@@ -89,8 +79,7 @@ class SignalsNode:
         if self._turns:
             self._upwards = _FIXED_FLOOR[:3]
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
-        self._lost: Set[str] = set()
-        self._transforms = Transforms(_TF_TIMEOUT) if params.fixed_frame or self._targets else None
+        self._frames = Frames(params.fixed_frame, *(target.frame_id for target in self._targets))
         self._reader, self._markers, self._health = SignalReader(), SignalMarkers(), Health()
         demand = Demand(settings.demand.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
@@ -120,7 +109,8 @@ class SignalsNode:
 
     def _fault(self) -> str:
         """Return which targets tf does not know; empty: it knows all."""
-        return f"no transform of {', '.join(sorted(self._lost))}" if self._lost else ''
+        lost = sorted(target.name for target in self._targets if target.frame_id in self._frames.lost)
+        return f"no transform of {', '.join(lost)}" if lost else ''
 
     def _get_people(self, _request: GetPeopleRequest) -> GetPeopleResponse:
         """Return the people that are there, for state machines; raises ServiceException while no messages come."""
@@ -156,33 +146,15 @@ class SignalsNode:
         return frame
 
     def _pose(self, header: Header) -> Transform:
-        if self._turns:
-            return LEVEL
-        return IDENTITY if self._transforms is None else self._transforms.pose(self._params.fixed_frame, header)
+        return LEVEL if self._turns else self._frames.to(self._params.fixed_frame, header)
 
     def _floor_plane(self, header: Header) -> Optional[np.ndarray]:
         return _FIXED_FLOOR if self._params.fixed_frame else self._floor.at(header)
 
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""
-        found: List[Target] = []
-        if self._transforms is None:
-            return found
-        for target in self._targets:
-            try:
-                # what was not there is not waited for, as that would hold up each frame
-                moved = self._transforms.lookup(header.frame_id, target.frame_id, header.stamp,
-                                                0.0 if target.name in self._lost else None)
-                rotation, translation = convert.rotation_and_translation(moved)
-            except NoTransformError as error:
-                if target.name not in self._lost:
-                    self._health.warn('target without transform',
-                                      f'{target.name} is left out: {error.__cause__ or error}')
-                self._lost.add(target.name)
-                continue
-            self._lost.discard(target.name)
-            found.append(Target(target.name, rotation @ target.position + translation))
-        return found
+        poses = [(target, self._frames.known(target.frame_id, header)) for target in self._targets]
+        return [Target(target.name, pose[0] @ target.position + pose[1]) for target, pose in poses if pose is not None]
 
     def _points(self, header: Header, pose: Transform) -> Optional[np.ndarray]:
         message = self._cloud.near(header)
