@@ -49,6 +49,8 @@ class PlanningSceneMessages:
         self._params, self._save, self._objects = params, save, SceneObjects(left)
         self._links = read_links(params.robot_links, 'robot_links')
         self._frames = Frames(params.planning_frame, params.robot_links)
+        self.kind = MOVEIT.message('PlanningScene', {
+            'robot_state': 'moveit_msgs/RobotState', 'world': 'moveit_msgs/PlanningSceneWorld', 'is_diff': 'bool'})
         primitive = FieldMap(SHAPES, 'SolidPrimitive', type=('uint8', lambda kind, *_: kind),
                              dimensions=('float64[]', lambda _, *sizes: list(sizes)))
 
@@ -65,8 +67,6 @@ class PlanningSceneMessages:
             primitive_poses=('geometry_msgs/Pose[]', lambda _, change: (
                 [Pose(Point(0.0, 0.0, height), _NO_TURN) for height in (
                     0.0, -change.solid.length / 2, change.solid.length / 2)] if change.operation == ADD else [])))
-        self.kind = MOVEIT.message('PlanningScene', {
-            'robot_state': 'moveit_msgs/RobotState', 'world': 'moveit_msgs/PlanningSceneWorld', 'is_diff': 'bool'})
 
     def convert(self, message: PersonDetection_3dArray) -> Optional[genpy.Message]:
         """Return what changes with a frame, None: nothing; raises NoTransformError."""
