@@ -69,9 +69,7 @@ _HINGES = {f'{side[0]}_{limb[1]}': (tuple(f'{side}_{part}' for part in limb), si
 def skeleton_2d(keypoints: np.ndarray, skeleton: SkeletonModel, size: Tuple[int, int]) -> np.ndarray:
     """Return the points of hri_msgs/Skeleton2D, (18, 3): x, y as shares of the image, confidence; 0 what is missing.
 
-    Args:
-        keypoints: (K, 3) x, y [px] and score.
-        size: width and height of the image [px].
+    Keypoints (K, 3) are x, y [px] and score, the size is width and height of the image [px].
     """
     points = np.zeros((len(SKELETON_2D), 3))
     for row, joint in enumerate(SKELETON_2D):

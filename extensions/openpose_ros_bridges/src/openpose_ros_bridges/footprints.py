@@ -26,12 +26,10 @@ class Circle(NamedTuple):
 
 
 def circles_of(persons: Sequence[Located], capsules: Capsules, shape: str, sigmas: float) -> List[Circle]:
-    """Return the footprints of people.
+    """Return the footprints of people, whose radii grow by `sigmas` times the sigma of the joints.
 
-    Args:
-        shape: `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each
-            shin, where both are known, else as `BODY`.
-        sigmas: multiple of the sigma of the joints by which radii grow.
+    `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each shin, where
+    both are known, else as `BODY`.
     """
     radii = capsules.radii[:, np.newaxis] + sigmas * capsules.known_sigma
     return [circle for person in persons for circle in _circles(person, capsules, radii, shape)]

@@ -64,14 +64,10 @@ def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
 
 def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
                ) -> Margins:
-    """Return how far links are from parts at their ends and at the nearest point between.
+    """Return how far links are from parts at their ends (N, 2, 3) [m] and at the nearest point between.
 
     Where errors are the same along a part, the nearest point decides; where they differ, one of these nearly does.
-
-    Args:
-        ends: (N, 2, 3) of the parts [m].
-        sigma: (N, 2) of these [m].
-        grown: (N, 2) by how much the ends may be nearer [m].
+    `sigma` (N, 2) is that of the ends, `grown` (N, 2) by how much they may be nearer [m].
     """
     begins, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     squares = np.maximum((along ** 2).sum(axis=1), 1e-12)

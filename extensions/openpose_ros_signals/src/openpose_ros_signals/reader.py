@@ -43,11 +43,10 @@ class SignalReader:
         """Return what each person does, in the order of the people.
 
         Args:
-            people: in a frame of reference in which the room stands still, or walking and falls are not told rightly.
+            people: in a frame in which the room stands still, or walking and falls are not told rightly.
             stamp: [s]; if it is before that of the last frame, all people begin anew.
             up: (3,) upwards, any length.
-            around: targets, cloud and floor, in the same frame.
-            landmarks: their hands and faces, in the same frame; None: not known.
+            around, landmarks: what is around, and hands and faces, in the same frame; None: not known.
         """
         if stamp < self._stamp:
             self._people.clear()

@@ -61,7 +61,7 @@ class HriNode:
         self._params = params = settings.hri
         prefixes = id_prefixes(params.cameras)
         self._messages, self._health = HriMessages(), Health()
-        self._lock = threading.Lock()
+        self._lock, self._has_ended = threading.Lock(), False
         self._models = HumanDescriptions(rf"({'|'.join(prefixes.values())})\d+", self._health)
         rospy.on_shutdown(self._end)  # before the first body comes
         self._bodies, self._persons = BodyTopics(BODIES, self._models.forget), BodyTopics(PERSONS)
@@ -110,7 +110,7 @@ class HriNode:
         bodies = {chain.name(person): body for person, body in body_poses(people).items()}
         end.heard()
         with self._lock:
-            if rospy.is_shutdown():
+            if self._has_ended:
                 return  # no model stays after the node
             chain.frame_id, chain.names = header.frame_id, list(map(chain.name, distinct_ids(people.ids).tolist()))
             self._bodies.keep(self._names)
@@ -148,6 +148,7 @@ class HriNode:
 
     def _end(self) -> None:
         with self._lock:
+            self._has_ended = True
             self._models.clear()
 
     def _publish_body(self, name: str, body: BodyPose, header: Header) -> None:
