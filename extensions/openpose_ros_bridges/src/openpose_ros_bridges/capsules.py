@@ -175,12 +175,10 @@ def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: B
     costs = np.where(known[persons], away[parts] * scale[persons, np.newaxis] + np.nan_to_num(points.sigma[persons]),
                      np.inf)
     nearest = costs.argmin(axis=1)
-    rows, both = (persons, nearest), np.stack([nearest, nearest], axis=1)
-    return Capsules(
-        distinct_ids(people.ids)[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
-        (away[parts, nearest] + _radii(constants)[parts]) * scale[persons],
-        np.repeat(points.sigma[rows][:, np.newaxis], 2, axis=1),
-        np.repeat(points.velocity[rows][:, np.newaxis], 2, axis=1), np.zeros(len(persons), bool))
+    rows = persons[:, np.newaxis], np.stack([nearest, nearest], axis=1)
+    return Capsules(distinct_ids(people.ids)[persons], parts, rows[1], points.xyz[rows],
+                    (away[parts, nearest] + _radii(constants)[parts]) * scale[persons], points.sigma[rows],
+                    points.velocity[rows], np.zeros(len(persons), bool))
 
 
 def bone_paths(constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> np.ndarray:

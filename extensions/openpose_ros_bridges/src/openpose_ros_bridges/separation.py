@@ -110,7 +110,7 @@ class SeparationEstimator:
         self._view: Optional[View] = None
 
     def take(self, people: People3D, stamp: float, view: Optional[View] = None) -> None:
-        """Take the people of a frame that is not older than the newest one, and what the camera sees, in their frame."""
+        """Take the people of a frame that is not older than the newest one, and what the camera sees of their frame."""
         if self._newest is not None and stamp < self._newest:
             return
         parts, reaches = self._of(people, stamp)
