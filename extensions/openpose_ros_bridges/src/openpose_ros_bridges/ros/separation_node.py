@@ -106,7 +106,7 @@ class SeparationNode:
             now = rospy.get_rostime()
             with self._lock:
                 found, frame_id = self._at(now), self._frame_id
-            self._tell(found, Header(stamp=now, frame_id=frame_id))
+            self._publish(found, Header(stamp=now, frame_id=frame_id))
         else:
             self._reason = ''
         time.sleep(max(self._due - time.monotonic(), 0.0))
@@ -146,7 +146,7 @@ class SeparationNode:
             raise NoTransformError(f'the transform of {frame} is {age:.2f} s old')
         return convert.rotation_and_translation(transform)[1], abs(age)
 
-    def _tell(self, found: Separation, header: Header) -> None:
+    def _publish(self, found: Separation, header: Header) -> None:
         if found.bound == 0 and found.reason:
             self._health.count('nothing known')
         self._reason = found.reason if found.bound == 0 else ''
