@@ -44,7 +44,8 @@ ARM = [at('left_elbow'), at('left_wrist', 0.3, 0.0, 0.0)]
     ([ARM, [at('left_shoulder'), at('left_elbow')]], [0.1, 0.1], {'left_forearm', 'left_hand', 'left_upper_arm'}),
     ([[at('left_wrist')] * 2], [0.1], set()),  # a ball at the wrist: forearm and hand go on
     ([[at('left_elbow', 0.0, 0.0, 0.2), at('left_wrist', 0.3, 0.0, 0.2)]], [0.1], set()),
-    ([[[np.nan] * 3, [0.0] * 3]], [10.0], set()), ([[[0.0] * 3] * 2], [10.0], {part for part in PARTS if not part.endswith('foot')})],
+    ([[[np.nan] * 3, [0.0] * 3]], [10.0], set()),
+    ([[[0.0] * 3] * 2], [10.0], {part for part in PARTS if not part.endswith('foot')})],
     ids=['within a link', 'within two', 'touches one', 'beside one', 'place not known', 'all of it'])
 def test_parts_within_links_are_the_robots(ends, radii, parts):
     assert left_out(ends, radii) == parts
