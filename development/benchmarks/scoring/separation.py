@@ -6,6 +6,7 @@ stands. A bound counts at 20 Hz, against the true distance at that very time, be
 those of the true joints.
 """
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
@@ -15,7 +16,7 @@ from chain_runs import Frames, camera_poses, open_sequence, read_truth, true_peo
 from openpose_ros_bridges.capsules import Capsules, capsules_of
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
-from openpose_ros_bridges.separation import Links, SeparationEstimator
+from openpose_ros_bridges.separation import CONSTANTS, Links, SeparationEstimator
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
@@ -110,13 +111,14 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
     """Count how the bounds hold in a scene where the people of these frames, with the stamps of the truth, come."""
     sequence = open_sequence(folder)
     poses, truth = camera_poses(folder, sequence), _Truth(folder)
-    params = params or SeparationParams(guard=delivery.guard, feet=False)  # of which the truth says nothing
+    params = params or SeparationParams(guard=delivery.guard)
+    constants = replace(CONSTANTS, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
     arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times[:len(found)].tolist())
                 if delivery.comes(number, time - truth.times[0], number / len(truth.times))]
     rows = [np.zeros(0, ROW)]
     for robot in _robots(truth, folder.name):
-        estimator, waiting, newest, known = SeparationEstimator(params), arrivals.copy(), 0.0, set()
+        estimator, waiting, newest, known = SeparationEstimator(params, constants), arrivals.copy(), 0.0, set()
         for now in np.arange(arrivals[0][0], truth.times[-1] + 1e-9, 1 / RATE).tolist():
             while waiting and waiting[0][0] <= now:
                 number = waiting.pop(0)[1]

@@ -112,7 +112,7 @@ class PlannersTest(unittest.TestCase):
         node.wait(TIMEOUT)
 
     def moveit_node(self, *arguments):
-        node = self.start('moveit_node', '_planning_frame:=world', '_max_rate:=0', *arguments)
+        node = self.start('moveit_node', '_planning_frame:=world', *arguments)
         self.addCleanup(self.stop, node)
         self.addCleanup(rospy.set_param, '/moveit_node', {})
         return node

@@ -2,19 +2,19 @@
 import numpy as np
 import pytest
 import rospy
-from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
+from openpose_ros_msgs.msg import PersonDetectionArray
 from std_msgs.msg import Header
 
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
-from openpose_ros_bridges.node_params import VisionParams
+from openpose_ros_bridges.node_params import VisionParams, VisionSettings
+from openpose_ros_bridges.ros import jsk_node, vision_msgs_node
 from openpose_ros_bridges.ros.hri_messages import HriMessages
-from openpose_ros_bridges.ros.jsk_node import JskMessages
-from openpose_ros_bridges.ros.people_nodes import PeopleMessages, SpencerMessages
-from openpose_ros_bridges.ros.vision_msgs_node import VisionMessages
+from openpose_ros_bridges.ros.people_nodes import Ages, people_msgs, spencer
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
+from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, openpose_name
+from openpose_ros_pkg.skeletons import COCO_18, openpose_name
 from openpose_ros_signals.records import Facing, FloorPose, Gesture, PersonSignals, Posture, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -71,6 +71,10 @@ SIGNALS = [
     PersonSignals(9, np.full(3, np.nan), floor=FloorPose(np.array([3.0, 2.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])))]
 
 
+def vision(**params):
+    return vision_msgs_node.outputs(VisionSettings(VisionParams(**params), DemandParams()))
+
+
 def numbers(message):
     return [getattr(message, name) for name in message.__slots__]
 
@@ -87,11 +91,21 @@ def empty(kind, header=CAMERA):
     return kind(header=header, **({'pose_model': 'COCO_18'} if 'pose_model' in kind.__slots__ else {}))
 
 
+def test_without_people_messages_are_empty(packages):
+    for output in (*people_msgs(), *spencer(), *vision(), *jsk_node.outputs()):
+        none = checked(output.convert(*(empty(kind) for _, kind in output.inputs)))
+        assert none.header == CAMERA
+        assert all(getattr(none, name) == [] for name in none.__slots__ if name != 'header')
+        if output.end is not None:
+            assert checked(output.end(ROOM)) == output.convert(*(empty(kind, ROOM) for _, kind in output.inputs))
+        if output.inputs[0][1] is PersonDetectionArray:
+            with pytest.raises(BadInputError, match="pose_model 'no such' is unknown"):
+                output.convert(PersonDetectionArray(pose_model='no such'))
+
+
 def test_people(packages):
-    messages = PeopleMessages()
-    none = checked(messages.convert(empty(PersonDetection_3dArray), empty(PersonSignalsArray, ROOM)))
-    assert (none.header, none.people) == (ROOM, [])
-    message = checked(messages.convert(people(), signals_to_array(SIGNALS, ROOM)))
+    (output,) = people_msgs()
+    message = checked(output.convert(people(), signals_to_array(SIGNALS, ROOM)))
     assert message.header == ROOM
     one, other = message.people
     assert (one.name, one.reliability, one.tagnames, one.tags) == ('7', 0.75, ['posture', 'gesture'],
@@ -102,11 +116,10 @@ def test_people(packages):
 
 
 def test_tracked_persons(packages):
-    messages = SpencerMessages()
-    assert checked(messages.convert(empty(PersonDetection_3dArray), empty(PersonSignalsArray))).tracks == []
-    messages.convert(people(), signals_to_array(SIGNALS[:1], ROOM))
+    (output,) = spencer()
+    output.convert(people(), signals_to_array(SIGNALS[:1], ROOM))
     later = Header(stamp=rospy.Time(14), frame_id='room')
-    message = checked(messages.convert(people(), signals_to_array(SIGNALS, later)))
+    message = checked(output.convert(people(), signals_to_array(SIGNALS, later)))
     assert message.header == later
     one, other = message.tracks
     assert (one.track_id, one.detection_id, one.age.to_sec()) == (7, 7, 1.5)
@@ -123,6 +136,14 @@ def test_tracked_persons(packages):
     np.testing.assert_allclose(np.diag(np.reshape(one.twist.covariance, (6, 6))),
                                [2 * along / 0.16] * 3 + [UNKNOWN] * 3, rtol=1e-6)
     np.testing.assert_array_equal(np.diag(np.reshape(other.twist.covariance, (6, 6))), UNKNOWN)
+    output.end(later)
+    assert output.convert(people(), signals_to_array(SIGNALS, later)).tracks[0].age.to_sec() == 0.0
+
+
+def test_ages_count_from_the_first_frame_of_a_recording():
+    ages = Ages()
+    assert [ages.of(*frame) for frame in ((4, 11.0), (5, 11.5), (4, 11.5), (5, 13.0), (4, 13.0), (4, 2.0), (4, 3.0))
+            ] == [0.0, 0.0, 0.5, 1.5, 2.0, 0.0, 1.0]
 
 
 def in_image():
@@ -132,27 +153,16 @@ def in_image():
     return convert_2d.people_to_array(People2D(COCO_18, keypoints, np.ones(2), np.array([7, 9])), CAMERA)
 
 
-def test_detections_in_an_image(packages):
-    messages = VisionMessages(VisionParams(margin_2d=0.1))
-    assert checked(messages.convert_2d(empty(PersonDetectionArray))).detections == []
-    message = checked(messages.convert_2d(in_image()))
-    (detection,) = message.detections
-    assert (message.header, detection.header) == (CAMERA, CAMERA)
+def test_detections(packages):
+    of_image, of_space = vision(class_id=0, margin_2d=0.1, margin_3d=0.25)
+    (detection,) = checked(of_image.convert(in_image())).detections
+    assert detection.header == CAMERA
     assert numbers(detection.bbox.center) == [120.0, 150.0, 0.0]
     assert (detection.bbox.size_x, detection.bbox.size_y) == (80.0, 240.0)
     (result,) = detection.results
-    assert (result.id, result.score) == (1, 0.5)
+    assert (result.id, result.score) == (0, 0.5)
     np.testing.assert_array_equal(np.diag(np.reshape(result.pose.covariance, (6, 6))), UNKNOWN)
-    with pytest.raises(BadInputError, match="pose_model 'no such' is unknown"):
-        messages.convert_2d(PersonDetectionArray(pose_model='no such'))
-
-
-def test_detections_in_space(packages):
-    messages = VisionMessages(VisionParams(class_id=0, margin_3d=0.25))
-    assert checked(messages.convert_3d(empty(PersonDetection_3dArray))).detections == []
-    message = checked(messages.convert_3d(people()))
-    assert message.header == CAMERA
-    one, other = message.detections
+    one, other = checked(of_space.convert(people())).detections
     assert numbers(one.bbox.center.position) == [1.5, 3.0, 3.25]
     assert numbers(one.bbox.center.orientation) == [0.0, 0.0, 0.0, 1.0]
     assert numbers(one.bbox.size) == [1.5, 2.5, 1.0]
@@ -163,30 +173,18 @@ def test_detections_in_space(packages):
     assert other.results[0].score == 0.0
 
 
-def test_poses_in_an_image(packages):
-    messages = JskMessages()
-    assert checked(messages.convert_2d(empty(PersonDetectionArray))).poses == []
-    message = checked(messages.convert_2d(in_image()))
-    assert message.header == CAMERA
-    one, other = message.poses
+def test_poses_and_skeletons(packages):
+    of_space, of_image, of_bones = jsk_node.outputs()
+    one, other = checked(of_image.convert(in_image())).poses
     assert (one.limb_names, one.scores) == (['Nose', 'Neck'], [0.75, 0.25])
     assert [numbers(pose.position) for pose in one.poses] == [[100.0, 50.0, 0.0], [140.0, 250.0, 0.0]]
     assert all(numbers(pose.orientation) == [0.0, 0.0, 0.0, 1.0] for pose in one.poses)
     assert (other.limb_names, other.poses, other.scores) == ([], [], [])
-    with pytest.raises(BadInputError, match="pose_model 'no such' is unknown"):
-        messages.convert_2d(PersonDetectionArray(pose_model='no such'))
-
-
-def test_poses_and_skeletons_in_space(packages):
-    messages = JskMessages()
-    assert checked(messages.convert_3d(empty(PersonDetection_3dArray))).poses == []
-    none = checked(messages.convert_skeletons(empty(PersonDetection_3dArray)))
-    assert (none.header, none.human_ids, none.skeletons) == (CAMERA, [], [])
-    one, other = checked(messages.convert_3d(people())).poses
+    one, other = checked(of_space.convert(people())).poses
     assert (one.limb_names, one.scores) == (['Nose', 'Neck'], [0.75, 0.75])
     assert [numbers(pose.position) for pose in one.poses] == [[1.0, 2.0, 3.0], [2.0, 4.0, 3.5]]
     assert other.scores == [0.0, 0.0]  # INFERRED
-    message = checked(messages.convert_skeletons(people()))
+    message = checked(of_bones.convert(people()))
     assert [number.data for number in message.human_ids] == [7, 9]
     for skeleton, nose, neck in zip(message.skeletons, ([1.0, 2.0, 3.0], [5.0, 0.0, 3.0]),
                                     ([2.0, 4.0, 3.5], [5.0, 1.0, 3.0])):
@@ -197,22 +195,20 @@ def test_poses_and_skeletons_in_space(packages):
 
 def test_limbs_are_named_as_jsk_perception_names_them():
     assert [openpose_name(joint) for joint in COCO_18.joints] == JSK_LIMBS
-    assert {openpose_name(joint) for joint in BODY_25.joints} - set(JSK_LIMBS) == {
-        'MidHip', 'LBigToe', 'LSmallToe', 'LHeel', 'RBigToe', 'RSmallToe', 'RHeel'}
 
 
 def test_messages_of_hri_msgs_are_those_of_its_release(packages):
     messages = HriMessages()
-    for kind in (messages.ids, messages.region, messages.skeleton, messages.posture, messages.gesture):
-        checked(kind())
+    for made in (messages.ids, messages.region, messages.skeleton, messages.posture, messages.gesture):
+        checked(made.kind())
 
 
 @pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [
-    (PeopleMessages, 'people_msgs', 'Person', 'string name\ngeometry_msgs/Point position', 'velocity is missing'),
-    (SpencerMessages, 'spencer_tracking_msgs', 'TrackedPerson', 'uint32 track_id', 'track_id is uint32, not uint64'),
-    (lambda: VisionMessages(VisionParams()), 'vision_msgs', 'ObjectHypothesisWithPose',
+    (people_msgs, 'people_msgs', 'Person', 'string name\ngeometry_msgs/Point position', 'velocity is missing'),
+    (spencer, 'spencer_tracking_msgs', 'TrackedPerson', 'uint32 track_id', 'track_id is uint32, not uint64'),
+    (vision, 'vision_msgs', 'ObjectHypothesisWithPose',
      'string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose', 'id is string, not int64'),
-    (JskMessages, 'jsk_recognition_msgs', 'PeoplePose', 'string[] limb_names\ngeometry_msgs/Pose[] poses',
+    (jsk_node.outputs, 'jsk_recognition_msgs', 'PeoplePose', 'string[] limb_names\ngeometry_msgs/Pose[] poses',
      'scores is missing'),
     (HriMessages, 'hri_msgs', 'IdsList', 'std_msgs/Header header\nuint32[] ids', r'ids is uint32\[\], not string\[\]')],
     ids=['people', 'spencer', 'vision', 'jsk', 'hri'])

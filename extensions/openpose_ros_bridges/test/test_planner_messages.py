@@ -14,7 +14,7 @@ from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
 from openpose_ros_bridges.ros import bridge
 from openpose_ros_bridges.ros.bridge import Output, _Publisher
 from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages, saver
-from openpose_ros_bridges.ros.obstacles_node import CostmapMessages, Footprints, ObstacleMessages
+from openpose_ros_bridges.ros.obstacles_node import Footprints, costmap_outputs, teb_output
 from openpose_ros_pkg.errors import ForeignPackageError, ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
@@ -71,6 +71,11 @@ NO_SIGNALS = signals_to_array([], ROOM)
 WALKS = signals(Walk(True, 1.5, np.array([0.0, 1.0, 0.0])))
 
 
+def teb(**params):
+    settings = ObstacleParams(**params, **OWN_FRAME)
+    return teb_output(settings, Footprints(settings))
+
+
 def numbers(message):
     return [getattr(message, name) for name in message.__slots__]
 
@@ -84,7 +89,6 @@ def test_a_scene_changes_by_diffs(packages):
     messages = PlanningSceneMessages(MoveitParams(), save=saved.append)
     assert messages.convert(people()) is None
     scene = checked(messages.convert(people(5)))
-    assert (scene.is_diff, scene.robot_state.is_diff) == (True, True)
     parts = {told.id: told for told in scene.world.collision_objects}
     assert set(parts) <= {f'person_5_{part}' for part in PARTS}
     assert len(parts) == 17  # feet need a network with toes
@@ -96,25 +100,19 @@ def test_a_scene_changes_by_diffs(packages):
         (length, radius), (ball,), (other,) = (checked(primitive).dimensions for primitive in told.primitives)
         assert radius == ball == other
         assert [pose.position.z for pose in told.primitive_poses] == [0.0, -length / 2, length / 2]
-    moved = checked(messages.convert(people(5))).world.collision_objects
-    assert {(told.operation, len(told.primitives), len(told.primitive_poses)) for told in moved} == {(3, 0, 0)}
-    assert [told.pose for told in moved] == [told.pose for told in parts.values()]
+    moved = checked(messages.convert(people(5)))
+    assert {(told.operation, len(told.primitives), len(told.primitive_poses))
+            for told in moved.world.collision_objects} == {(3, 0, 0)}
+    assert [told.pose for told in moved.world.collision_objects] == [told.pose for told in parts.values()]
     gone = checked(messages.convert(people()))
     assert {(told.operation, told.id) for told in gone.world.collision_objects} == {(1, name) for name in parts}
     assert messages.end(ROOM) is None
     assert saved[-1] == ()
-
-
-def test_nothing_else_of_the_scene_is_touched(packages):
-    """An empty field of a diff is no change in MoveIt."""
-    messages = PlanningSceneMessages(MoveitParams())
-    for scene in (messages.convert(people(5)), messages.convert(people(5)), messages.end(ROOM)):
-        untouched = type(scene)(is_diff=True)
+    for each in (scene, moved, gone):  # nothing else is touched: an empty field of a diff is no change in MoveIt
+        untouched = type(each)(is_diff=True)
         untouched.robot_state.is_diff = True
-        untouched.world.collision_objects = scene.world.collision_objects
-        assert scene == untouched
-        matrix = scene.allowed_collision_matrix
-        assert numbers(matrix) == [[], [], [], []]
+        untouched.world.collision_objects = each.world.collision_objects
+        assert each == untouched
 
 
 def test_objects_that_a_killed_node_left(packages):
@@ -162,10 +160,10 @@ def test_wrong_links_are_refused(packages):
 
 
 def test_obstacles(packages):
-    messages = ObstacleMessages(Footprints(ObstacleParams(**OWN_FRAME)))
-    none = checked(messages.convert(people(), NO_SIGNALS))
-    assert (none.header, none.obstacles) == (ROOM, [])
-    (one,) = checked(messages.convert(people(5), WALKS)).obstacles
+    output = teb()
+    for none in (checked(output.convert(people(), NO_SIGNALS)), checked(output.end(ROOM))):
+        assert (none.header, none.obstacles) == (ROOM, [])
+    (one,) = checked(output.convert(people(5), WALKS)).obstacles
     checked(one)
     assert (one.id, one.header, len(one.polygon.points)) == (5, ROOM, 1)
     assert numbers(one.polygon.points[0]) == [0.0, 0.0, 0.0]
@@ -175,28 +173,25 @@ def test_obstacles(packages):
     along = (np.sqrt(2) * SIGMA / 0.4) ** 2 / 3
     np.testing.assert_allclose(np.reshape(one.velocities.covariance, (6, 6)),
                                np.diag([along] * 3 + [NOT_KNOWN] * 3), rtol=1e-6)
-    (unknown,) = messages.convert(people(5), signals(None)).obstacles
+    (unknown,) = output.convert(people(5), signals(None)).obstacles
     assert numbers(unknown.velocities.twist.linear) == [0.0] * 3
     assert unknown.velocities.covariance[0] == NOT_KNOWN
-    legs = ObstacleMessages(Footprints(ObstacleParams(footprint='legs', **OWN_FRAME)))
-    assert [leg.id for leg in checked(legs.convert(people(5), WALKS)).obstacles] == [10, 11]
-    assert checked(messages.end(ROOM)).obstacles == []
+    assert [leg.id for leg in checked(teb(footprint='legs').convert(people(5), WALKS)).obstacles] == [10, 11]
 
 
-def test_points_for_a_costmap(packages):
-    messages = CostmapMessages(Footprints(ObstacleParams(height=0.25, **OWN_FRAME)))
-    for none in (messages.convert(people(), NO_SIGNALS), messages.end(ROOM)):
+def test_points_for_a_costmap_and_the_scan_that_clears():
+    settings = ObstacleParams(**OWN_FRAME)
+    marking, clearing = costmap_outputs(settings, Footprints(settings))
+    for none in (marking.convert(people(), NO_SIGNALS), marking.end(ROOM)):
         assert (checked(none).header, len(points_of(none))) == (ROOM, 0)
-    points = points_of(checked(messages.convert(people(5), WALKS)))
-    assert set(points[:, 2]) == {0.25}
+    points = points_of(checked(marking.convert(people(5), WALKS)))
+    assert set(points[:, 2]) == {0.5}
     # 1.5 m/s for 2 s, and the robot of 0.5 m at the origin
     assert 3.2 < points[:, 1].max() < 4.0
     assert np.linalg.norm(points[:, :2], axis=1).min() >= 0.5
-    assert len(points_of(messages.convert(people(5), signals(Walk(False, 0.0, np.zeros(3)))))) < len(points) / 4
-
-
-def test_the_scan_that_clears_meets_nothing(packages):
-    scan = checked(CostmapMessages(Footprints(ObstacleParams(**OWN_FRAME))).clearing(people(5)))
+    stands = marking.convert(people(5), signals(Walk(False, 0.0, np.zeros(3))))
+    assert len(points_of(stands)) < len(points) / 4
+    scan = checked(clearing.convert(people(5)))
     assert scan.header == ROOM
     assert set(scan.ranges) == {np.inf}
     assert scan.range_max == 10.0
@@ -252,7 +247,7 @@ def test_people_end_with_the_node_and_stay_known_while_no_planner_reads(packages
     (lambda: PlanningSceneMessages(MoveitParams()), 'moveit_msgs', 'CollisionObject',
      'Header header\nstring id\nshape_msgs/SolidPrimitive[] primitives\ngeometry_msgs/Pose[] primitive_poses\n'
      'byte ADD=0\nbyte REMOVE=1\nbyte MOVE=3\nbyte operation', 'pose is missing'),
-    (lambda: ObstacleMessages(Footprints(ObstacleParams(**OWN_FRAME))), 'costmap_converter', 'ObstacleMsg',
+    (teb, 'costmap_converter', 'ObstacleMsg',
      'std_msgs/Header header\ngeometry_msgs/Polygon polygon\nint64 id\ngeometry_msgs/Quaternion orientation\n'
      'geometry_msgs/TwistWithCovariance velocities', 'radius is missing')], ids=['moveit', 'teb'])
 def test_other_definitions_are_refused(packages, make, package, message, other, text):

@@ -62,20 +62,15 @@ def plain(value):
 
 
 @pytest.mark.parametrize('person', [EVERYTHING, NOTHING, SOME], ids=['everything', 'nothing', 'some'])
-def test_there_and_back(person):
+def test_there_and_back_and_turned(person):
     array = signals_to_array([person], HEADER)
     array.persons[0]._check_types()
     assert array.persons[0].header == HEADER
     assert plain(signals_from_array(array)[0]) == plain(person)
-
-
-@pytest.mark.parametrize('person', [EVERYTHING, NOTHING, SOME], ids=['everything', 'nothing', 'some'])
-def test_all_places_and_directions_are_turned(person):
-    array = signals_to_array([person], HEADER)
-    before, after = (signals_from_array(each)[0] for each in (array, turned_array(array, UPRIGHT)))
+    after = signals_from_array(turned_array(array, UPRIGHT))[0]
     np.testing.assert_array_equal(after.place, UPRIGHT @ person.place)
-    assert plain(before) == plain(person), 'the message is another one'
-    for there, here in zip(after.gestures, before.gestures):
+    assert plain(signals_from_array(array)[0]) == plain(person), 'the message is another one'
+    for there, here in zip(after.gestures, person.gestures):
         if here.pointing is not None:
             for ray in ('eye_ray', 'arm_ray'):
                 np.testing.assert_array_equal(getattr(there.pointing, ray).direction,
@@ -86,8 +81,6 @@ def test_all_places_and_directions_are_turned(person):
         turned = rotation_of(UPRIGHT) * Rotation.from_quat(person.floor.orientation)
         np.testing.assert_allclose(after.floor.orientation, turned.as_quat())
         np.testing.assert_array_equal(after.walk.direction, UPRIGHT @ person.walk.direction)
-    back = signals_from_array(turned_array(turned_array(array, UPRIGHT), UPRIGHT.T))[0]
-    np.testing.assert_allclose(back.place, person.place)
 
 
 def test_unknown_values_are_those_that_the_message_names():

@@ -20,10 +20,6 @@ def by_part(people):
     return {capsule.part: capsule for capsule in rows(capsules_of(people))}
 
 
-def test_no_person_has_no_capsule():
-    assert len(capsules_of(People3D.empty(COCO_18))) == 0
-
-
 def test_a_person_has_all_parts_but_feet():
     people = standing(3, 7)
     capsules = capsules_of(people)

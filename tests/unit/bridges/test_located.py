@@ -8,7 +8,7 @@ from animated_skeleton import SIGMA, STANDING, TRUNK, UP, people_of, without
 from openpose_ros_bridges.body_model import body_poses
 from openpose_ros_bridges.capsules import capsules_of, reaches_of
 from openpose_ros_bridges.footprints import BODY, circles_of
-from openpose_ros_bridges.located import Ages, box_round, located
+from openpose_ros_bridges.located import box_round, located
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.reader import SignalReader
@@ -40,14 +40,11 @@ def test_what_is_not_known_stays_unknown():
     (person,) = located(visible(7), [PersonSignals(7, np.full(3, np.nan), floor=FLOOR)])
     assert (person.velocity, person.tags) == (None, ())
     assert np.isnan(person.turn_sigma)
-    bare = replace(visible(7), sigma=np.full((1, 18), np.nan))
-    assert np.isnan(located(bare, [BUSY])[0].sigma)
-
-
-def test_people_without_a_place_or_without_joints_are_left_out():
-    assert located(People3D.empty(COCO_18), ()) == []
-    assert located(visible(7), [replace(BUSY, floor=None)]) == []
-    assert located(visible(8), [BUSY]) == []
+    assert np.isnan(located(replace(visible(7), sigma=np.full((1, 18), np.nan)), [BUSY])[0].sigma)
+    # people without a place or without joints are left out
+    for people, signals in ((People3D.empty(COCO_18), ()), (visible(7), [replace(BUSY, floor=None)]),
+                            (visible(8), [BUSY])):
+        assert located(people, signals) == []
 
 
 @pytest.mark.parametrize('number', [0, 5])
@@ -61,22 +58,17 @@ def test_people_who_have_one_id_are_told_apart_by_their_rows(number):
     placed, capsules = located(people, signals), capsules_of(people)
     assert [(person.id, round(person.position[0])) for person in placed] == [(1, 2), (2, 4)]
     assert all(circle.radius < 1 for circle in circles_of(placed, capsules, BODY, 1.0))
-    solids = solids_of(capsules, 'p', 1.0)
-    assert [round(solids[f'p_{row}_head'].centre[0]) for row in (1, 2)] == [2, 4]
+    solids = solids_of(capsules, 1.0)
+    assert [round(solids[f'person_{row}_head'].centre[0]) for row in (1, 2)] == [2, 4]
     assert sorted(body_poses(people)) == sorted(set(reaches_of(people).persons.tolist())) == [1, 2]
 
 
-def test_a_lying_person_has_no_direction():
+def test_a_lying_person_has_no_direction_and_a_hidden_one_is_not_measured():
     fallen = replace(BUSY, posture=Posture('lying', 12.0, 1.0), fall=Fall(12.0, 0.5, 2.0), gestures=())
-    (person,) = located(visible(7), [fallen])
+    people = visible(7)
+    (person,) = located(replace(people, status=np.full((1, 18), INFERRED), confidence=np.zeros((1, 18))), [fallen])
     assert person.tags == (('posture', 'lying'), ('fallen', 'true'))
     assert np.isnan(person.turn_sigma)
-
-
-def test_a_hidden_person_is_not_measured():
-    people = visible(7)
-    hidden = replace(people, status=np.full((1, 18), INFERRED), confidence=np.zeros((1, 18)))
-    (person,) = located(hidden, [BUSY])
     assert (person.measured, person.reliability) == (False, 0.0)
     half = replace(people, confidence=np.where(np.arange(18) < 4, 0.5, 0.0)[np.newaxis])
     assert located(half, [BUSY])[0].reliability == 0.5
@@ -87,21 +79,6 @@ def test_sigma_is_that_of_the_trunk_where_it_is_known():
     arms = replace(people, sigma=np.where([name in TRUNK for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
     assert located(arms, [BUSY])[0].sigma == pytest.approx(0.04)
     assert located(without(arms, TRUNK), [BUSY])[0].sigma == pytest.approx(0.5)
-
-
-def test_ages_count_from_the_first_frame_of_a_recording():
-    ages = Ages()
-    assert [ages.of(ids, stamp) for ids, stamp in (
-        ([], 10.0), ([4], 11.0), ([5, 4], 11.5), ([5], 12.0), ([4, 5], 13.0), ([4], 2.0), ([4], 3.0))] == [
-        [], [0.0], [0.0, 0.5], [0.5], [2.0, 1.5], [0.0], [1.0]]
-
-
-def test_the_oldest_ages_are_forgotten():
-    ages = Ages()
-    ages.of([0, 1], 0.0)
-    for name in range(2, 1100):
-        ages.of([1, name], float(name))
-    assert ages.of([0, 1], 1100.0) == [0.0, 1100.0]
 
 
 def test_box():

@@ -46,28 +46,18 @@ def operations(changes):
     return {change.name: change.operation for change in changes}
 
 
-def test_no_people_no_objects():
-    none = capsules_of(People3D.empty(COCO_18))
-    assert solids_of(none, 'person', 1.0) == {}
-    assert SceneObjects().update({}, 1.0) == []
-
-
 def test_parts_lie_along_the_limbs_and_are_wider_by_sigma():
+    assert solids_of(capsules_of(People3D.empty(COCO_18)), 1.0) == {}
     people = people_of([STANDING], [5], np.random.RandomState(0))
-    bare, wide = (solids_of(capsules_of(people), 'person', sigmas) for sigmas in (0.0, 2.0))
+    bare, wide = (solids_of(capsules_of(people), sigmas) for sigmas in (0.0, 2.0))
     assert {'person_5_head', 'person_5_spine', 'person_5_left_hand', 'person_5_right_shin'} <= set(bare)
     shin = bare['person_5_left_shin']
     ends = [people.xyz[0, COCO_18.index[f'left_{joint}']] for joint in ('knee', 'ankle')]
     np.testing.assert_allclose(axis(shin), ends, atol=1e-6)
     assert wide['person_5_left_shin'].radius == pytest.approx(shin.radius + 2 * SIGMA)
-
-
-@pytest.mark.parametrize('sigma', [np.nan, np.inf, 1e30])
-def test_parts_whose_sigma_is_not_known_are_wide(sigma):
-    people = people_of([STANDING], [5], np.random.RandomState(0))
-    solids = [solids_of(capsules_of(each), 'person', 1.0)['person_5_spine'] for each in (
-        people, replace(people, sigma=np.full((1, 18), sigma)))]
-    assert 0.2 < solids[1].radius - solids[0].radius < 1001.0
+    for sigma in (np.nan, np.inf, 1e30):
+        unknown = solids_of(capsules_of(replace(people, sigma=np.full((1, 18), sigma))), 1.0)
+        assert 0.2 < unknown['person_5_left_shin'].radius - shin.radius < 1001.0
 
 
 @pytest.mark.parametrize('way', [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-1, 2, -3), (0, 0, 0)])
@@ -76,7 +66,7 @@ def test_any_direction(way):
     xyz[0, [COCO_18.index['left_knee'], COCO_18.index['left_ankle']]] = [(1, 1, 1), np.add((1, 1, 1), way)]
     there = np.isfinite(xyz[..., 0])
     people = People3D(COCO_18, xyz, there, np.where(there, MEASURED, 0), np.where(there, 0.0, np.nan), [1])
-    shin = solids_of(capsules_of(people), 'p', 1.0)['p_1_left_shin']
+    shin = solids_of(capsules_of(people), 1.0)['person_1_left_shin']
     np.testing.assert_allclose(axis(shin), [(1, 1, 1), np.add((1, 1, 1), way)], atol=1e-6)
 
 
@@ -84,7 +74,7 @@ def test_known_objects_hold_a_walking_person_and_mostly_move():
     walk = held((0.0, replace(STANDING, place=(0.0, -1.0))), (2.0, replace(STANDING, place=(0.0, 1.0), facing=90.0)))
     scene, planner, counts = SceneObjects(), Planner(), dict.fromkeys((ADD, MOVE, REMOVE), 0)
     for stamp, people in frames(walk, 2.0, 10):
-        solids = solids_of(capsules_of(people), 'person', 1.0)
+        solids = solids_of(capsules_of(people), 1.0)
         changes = scene.update(solids, stamp)
         planner.apply(changes)
         for change in changes:
@@ -105,15 +95,15 @@ def test_known_objects_hold_a_walking_person_and_mostly_move():
 
 def test_a_person_comes_loses_a_hand_and_leaves():
     scene, random = SceneObjects(), np.random.RandomState(0)
+
+    def told(people, stamp):
+        return operations(scene.update(solids_of(capsules_of(people), 1.0), stamp))
     both = people_of([STANDING, replace(STANDING, place=(2.0, 0.0))], [1, 2], random)
-    first = operations(scene.update(solids_of(capsules_of(both), 'person', 1.0), 0.0))
+    first = told(both, 0.0)
     assert set(first.values()) == {ADD}
-    handless = without(both, ['left_wrist'])
-    second = operations(scene.update(solids_of(capsules_of(handless), 'person', 1.0), 0.1))
-    removed = {f'person_{person}_left_{part}' for person in (1, 2) for part in ('forearm', 'hand')}
-    assert {name for name, operation in second.items() if operation == REMOVE} == removed
-    alone = people_of([STANDING], [2], random)
-    third = operations(scene.update(solids_of(capsules_of(alone), 'person', 1.0), 0.2))
+    removed = {name for name, operation in told(without(both, ['left_wrist']), 0.1).items() if operation == REMOVE}
+    assert removed == {f'person_{person}_left_{part}' for person in (1, 2) for part in ('forearm', 'hand')}
+    third = told(people_of([STANDING], [2], random), 0.2)
     assert {name for name, operation in third.items() if operation == REMOVE} == {
         name for name in first if name.startswith('person_1_')} - removed
     assert {third[f'person_2_left_{part}'] for part in ('forearm', 'hand')} == {ADD}
@@ -140,9 +130,5 @@ def test_objects_are_added_anew_each_second_and_when_stamps_go_back():
     scene = SceneObjects()
     told = [scene.update({'part': STRAIGHT}, stamp)[0].operation for stamp in (0.0, 0.5, 0.9, 1.0, 1.9, 0.2, 0.3)]
     assert told == [ADD, MOVE, MOVE, ADD, MOVE, ADD, MOVE]
-
-
-def test_objects_of_a_node_that_was_killed_are_removed_or_taken_over():
-    scene = SceneObjects(['person_1_head', 'person_2_head'])
-    told = operations(scene.update({'person_2_head': STRAIGHT}, 5.0))
-    assert told == {'person_1_head': REMOVE, 'person_2_head': ADD}
+    left = SceneObjects(['person_1_head', 'person_2_head'])  # by a node that was killed
+    assert operations(left.update({'person_2_head': STRAIGHT}, 5.0)) == {'person_1_head': REMOVE, 'person_2_head': ADD}

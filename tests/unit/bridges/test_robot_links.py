@@ -35,21 +35,17 @@ def test_what_is_no_link_is_refused(text):
         read_links(text, 'robot_links')
 
 
-def test_a_part_within_a_link_is_the_robots():
-    arm = [at('left_elbow'), at('left_wrist', 0.3, 0.0, 0.0)]
-    assert left_out([arm], [0.1]) == {'left_forearm', 'left_hand'}
+ARM = [at('left_elbow'), at('left_wrist', 0.3, 0.0, 0.0)]
+
+
+@pytest.mark.parametrize('ends, radii, parts', [
+    ([ARM], [0.1], {'left_forearm', 'left_hand'}),
     # two links that meet hold what goes from one to the other
-    shoulder = [at('left_shoulder'), at('left_elbow')]
-    assert left_out([arm, shoulder], [0.1, 0.1]) == {'left_forearm', 'left_hand', 'left_upper_arm'}
-
-
-def test_a_part_that_only_touches_a_link_stays():
-    hand = [at('left_wrist')] * 2
-    assert left_out([hand], [0.1]) == set()  # a ball at the wrist: forearm and hand go on
-    beside = [at('left_elbow', 0.0, 0.0, 0.2), at('left_wrist', 0.3, 0.0, 0.2)]
-    assert left_out([beside], [0.1]) == set()
-
-
-def test_a_link_whose_place_is_not_known_hides_no_people():
-    assert left_out([[[np.nan] * 3, [0.0] * 3]], [10.0]) == set()
-    assert left_out([[[0.0] * 3] * 2], [10.0]) == {PARTS[part] for part in set(capsules_of(PEOPLE).parts)}
+    ([ARM, [at('left_shoulder'), at('left_elbow')]], [0.1, 0.1], {'left_forearm', 'left_hand', 'left_upper_arm'}),
+    ([[at('left_wrist')] * 2], [0.1], set()),  # a ball at the wrist: forearm and hand go on
+    ([[at('left_elbow', 0.0, 0.0, 0.2), at('left_wrist', 0.3, 0.0, 0.2)]], [0.1], set()),
+    ([[[np.nan] * 3, [0.0] * 3]], [10.0], set()),
+    ([[[0.0] * 3] * 2], [10.0], {part for part in PARTS if not part.endswith('foot')})],
+    ids=['within a link', 'within two', 'touches one', 'beside one', 'place not known', 'all of it'])
+def test_parts_within_links_are_the_robots(ends, radii, parts):
+    assert left_out(ends, radii) == parts

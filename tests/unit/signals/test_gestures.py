@@ -50,12 +50,6 @@ def lifted(arm, until=2.5, side='right'):
     return shown(STANDING.with_arm(side, arm), until)
 
 
-def test_both_arms_wave():
-    signals = watch(swinging(both(WAVE_IN), both(WAVE_OUT), 1.7), 2)
-    assert {(gesture.name, gesture.arm) for _, person in signals for gesture in person.gestures} == {
-        ('wave', 'left'), ('wave', 'right')}
-
-
 @pytest.mark.parametrize('motion, rate, absent', [
     (lifted(CROSSED), 10, ''), (lifted(PRAYING), 30, ''), (lifted(HANGING), 5, ''),
     (shown(both(PRAYING)), 5, ''), (shown(both(TO_THE_SIDE)), 10, ''),

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import LYING, STANDING, TRUNK, UP, Limb, held, joints_of, people_of, without
+from animated_skeleton import LYING, STANDING, UP, Limb, Pose, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -49,14 +49,6 @@ def test_a_new_id_in_the_same_place_is_a_new_person():
     assert sorted(name for name, _ in since) == [1, 2] and max(since)[1] >= 1.6
 
 
-def test_what_is_told_follows_exchanged_ids_within_a_second():
-    poses = [replace(STANDING, place=LEFT), replace(RAISED, place=RIGHT)]
-    signals = read(lambda _: poses, lambda stamp: [1, 2] if stamp < 1.55 else [2, 1])
-    assert all([bool(person.gestures) for person in people] == [False, True]
-               for stamp, people in signals.items() if 0.5 < stamp < 1.55 or stamp > 2.55)
-    assert not any(person.walk.moving for stamp, people in signals.items() if stamp > 2.55 for person in people)
-
-
 def test_a_person_hidden_by_a_passer_by_goes_on():
     def poses(stamp):
         passes = replace(STANDING, place=(-0.8, 1.2 * (stamp - 1.6)))
@@ -69,24 +61,10 @@ def test_a_person_hidden_by_a_passer_by_goes_on():
     assert not any(people[0].gestures for people in signals.values())
 
 
-def after_a_fall(poses_at, ids_at, hidden=()):
-    """Return what is told from 2 s on: a person falls at 1 s, and from 3 to 6 s joints are hidden."""
-    reader, random, falls = SignalReader(), np.random.RandomState(0), held((0, STANDING), (1, STANDING), (1.5, LYING))
-    told = []
-    for number in range(71):
-        stamp = number / 10
-        people = people_of([falls(stamp) if stamp < 3 else poses_at(stamp)], [ids_at(stamp)], random)
-        told += reader.update(without(people, hidden) if 3 <= stamp < 6 else people, stamp, UP)
-    return told[20:]
-
-
-def test_a_fallen_person_that_crawls_off_with_a_hidden_trunk_is_the_same():
-    told = after_a_fall(lambda stamp: replace(LYING, place=(0.0 if stamp < 6 else 2.5, 0.0)), lambda _: 1, TRUNK)
-    assert told[-1].posture.name == 'lying' and len({person.fall for person in told}) == 1 and told[0].fall is not None
-
-
 def test_a_new_id_where_a_person_fell_did_not_fall():
-    told = after_a_fall(lambda _: LYING, lambda stamp: 1 if stamp < 3 else 2)
+    falls = held((0, STANDING), (1, STANDING), (1.5, LYING))
+    told = [people[0] for stamp, people in read(
+        lambda stamp: [falls(stamp)], lambda stamp: [1 if stamp < 3 else 2], 7.0).items() if stamp >= 2]
     assert [person.fall is not None for person in told] == [person.id == 1 for person in told]
 
 
@@ -97,6 +75,20 @@ def test_a_person_that_was_away_for_long_begins_anew(gap, kept):
     signals = read(lambda stamp: [STANDING] * len(ids(stamp)), ids, 4)
     back = min(stamp for stamp in signals if stamp > 1.0 and signals[stamp])
     assert (signals[back][0].posture.name == 'standing') is kept
+
+
+@pytest.mark.parametrize('frames, there', [
+    ([(5.0, [1]), (5.5, [1, 2]), (6.0, [2]), (6.5, [2])], [(2, 5.5)]), ([(5.0, [1, 2]), (5.1, [])], []),
+    ([(5.0, [2]), (5.1, []), (5.9, [2])], [(2, 5.0)]), ([(5.0, [1, 2]), (5.9, []), (6.1, [2])], [(2, 6.1)]),
+    ([(5.0, [1]), (5.1, [3])], [(3, 5.1)]), ([(100.0, [1, 2]), (99.9, [1])], [(1, 99.9)])],
+    ids=['one is gone', 'all are gone', 'was away for less than a second', 'was away for longer',
+         'a new id in the same place', 'time jumps back'])
+def test_people_of_the_last_frame_and_since_when(frames, there):
+    reader, random = SignalReader(), np.random.RandomState(0)
+    assert reader.present == ()
+    for stamp, ids in frames:
+        reader.update(people_of([Pose(place=RIGHT if name == 2 else LEFT) for name in ids], ids, random), stamp, UP)
+    assert [(present.signals.id, present.since) for present in reader.present] == there
 
 
 def test_stamps_that_jump_back_begin_anew():

@@ -5,7 +5,7 @@ joints are those of urdf/human-tpl.xacro in https://github.com/ros4hri/human_des
 """
 import warnings
 from dataclasses import dataclass
-from typing import Dict, NamedTuple, Optional, Tuple
+from typing import Dict, NamedTuple, Tuple
 
 import numpy as np
 
@@ -29,75 +29,47 @@ _EARS, _HIPS = ('left_ear', 'right_ear'), ('left_hip', 'right_hip')
 
 
 class Pose(NamedTuple):
-    """Where a link is.
+    """Where a link is."""
 
-    Attributes:
-        position: (3,) [m].
-        rotation: (3, 3), columns are its axes.
-    """
-
-    position: np.ndarray
-    rotation: np.ndarray
+    position: np.ndarray  # (3,) [m]
+    rotation: np.ndarray  # (3, 3), columns are its axes
 
 
 @dataclass(frozen=True)
 class BodyPose:
-    """A person in space.
+    """A person in space."""
 
-    Attributes:
-        root: of link `body`, in the frame of the people: in the middle of the hips, x out of the body, z to the head.
-        links: poses of the other links whose joints are known, in that of the root, by their names without id.
-        joints: angles of the joints that are known [rad], by their names without id.
-        velocity: (3,) of the root [m/s]; NaN: not estimated.
-    """
-
-    root: Pose
-    links: Dict[str, Pose]
-    joints: Dict[str, float]
-    velocity: np.ndarray
+    root: Pose  # of link `body` in the frame of the people: in the middle of the hips, x out of the body, z to the head
+    links: Dict[str, Pose]  # of the other links whose joints are known, in that of the root, by their names without id
+    joints: Dict[str, float]  # angles of the joints that are known [rad], by their names without id
+    velocity: np.ndarray  # (3,) of the root [m/s]; NaN: not estimated
 
 
 class _Chain(NamedTuple):
-    """Joints in a row that turn one link against another.
-
-    Attributes:
-        parent, child: links; `known` are the joints of the child that have to be known.
-        axes: as `Rotation.as_euler` has them, intrinsic.
-        names, signs: of the angles.
-    """
+    """Joints in a row that turn one link against another."""
 
     parent: str
     child: str
-    known: Tuple[str, ...]
-    axes: str
-    names: Tuple[str, str, str]
-    signs: Tuple[int, int, int]
+    known: Tuple[str, ...]  # joints of the child that have to be known
+    axes: str  # as `Rotation.as_euler` has them, intrinsic
+    names: Tuple[str, ...]  # of the angles
+    signs: Tuple[int, int, int]  # of the angles
 
 
-def _chains() -> Tuple[_Chain, ...]:
-    chains = [_Chain('torso', 'head', ('nose',), 'XZY', ('r_head', 'y_head', 'p_head'), (1, 1, -1))]
-    for side, full, sign in (('l', 'left', 1), ('r', 'right', -1)):
-        for parent, part, further, axes, signs in (
-                ('torso', 'shoulder', 'elbow', 'ZXZ', (-sign, sign, sign)),
-                ('body', 'hip', 'knee', 'ZXY', (-1, sign, -1))):
-            chains.append(_Chain(parent, f'{side}_{part}', (f'{full}_{part}', f'{full}_{further}'), axes,
-                                 tuple(f'{side}_{letter}_{part}' for letter in 'ypr'), signs))  # type: ignore[arg-type]
-    return tuple(chains)
-
-
-_CHAINS = _chains()
+_CHAINS = (_Chain('torso', 'head', ('nose',), 'XZY', ('r_head', 'y_head', 'p_head'), (1, 1, -1)), *(
+    _Chain(parent, f'{side[0]}_{part}', (f'{side}_{part}', f'{side}_{further}'), axes,
+           tuple(f'{side[0]}_{letter}_{part}' for letter in 'ypr'), signs)
+    for side, sign in (('left', 1), ('right', -1)) for parent, part, further, axes, signs in (
+        ('torso', 'shoulder', 'elbow', 'ZXZ', (-sign, sign, sign)), ('body', 'hip', 'knee', 'ZXY', (-1, sign, -1)))))
 # Elbows bend forwards, knees backwards.
-_HINGES = {f'{side[0]}_{joint}': (tuple(f'{side}_{part}' for part in parts), sign) for side in ('left', 'right')
-           for joint, parts, sign in (('elbow', ('shoulder', 'elbow', 'wrist'), 1),
-                                      ('knee', ('hip', 'knee', 'ankle'), -1))}
+_HINGES = {f'{side[0]}_{limb[1]}': (tuple(f'{side}_{part}' for part in limb), sign) for side in ('left', 'right')
+           for limb, sign in ((ARM, 1), (LEG, -1))}
 
 
 def skeleton_2d(keypoints: np.ndarray, skeleton: SkeletonModel, size: Tuple[int, int]) -> np.ndarray:
     """Return the points of hri_msgs/Skeleton2D, (18, 3): x, y as shares of the image, confidence; 0 what is missing.
 
-    Args:
-        keypoints: (K, 3) x, y [px] and score.
-        size: width and height of the image [px].
+    Keypoints (K, 3) are x, y [px] and score, the size is width and height of the image [px].
     """
     points = np.zeros((len(SKELETON_2D), 3))
     for row, joint in enumerate(SKELETON_2D):
@@ -146,9 +118,10 @@ def _angles(places: Dict[str, np.ndarray], links: Dict[str, Pose]) -> Dict[str, 
             turn = links[chain.parent].rotation.T @ links[chain.child].rotation
             angles.update(zip(chain.names, _euler(turn, chain)))
     for name, (joints, sign) in _HINGES.items():
-        bend = _bend(*(places.get(joint) for joint in joints))
-        if bend is not None:
-            angles[name] = sign * bend
+        if set(joints) <= set(places):
+            first, middle, last = (places[joint] for joint in joints)
+            upper, lower = middle - first, last - middle
+            angles[name] = sign * float(np.arctan2(np.linalg.norm(np.cross(upper, lower)), upper @ lower))
     return angles
 
 
@@ -160,11 +133,3 @@ def _euler(turn: np.ndarray, chain: _Chain) -> np.ndarray:
     if chain.axes == 'ZXZ' and chain.signs[1] < 0:  # the same turn, with the second angle as the URDF's limits have it
         angles = angles * (1, -1, 1) + (np.pi, 0, np.pi)
     return np.asarray(chain.signs * ((angles + np.pi) % (2 * np.pi) - np.pi))
-
-
-def _bend(first: Optional[np.ndarray], middle: Optional[np.ndarray], last: Optional[np.ndarray]) -> Optional[float]:
-    """Return by what a limb is bent in the middle [rad], 0: straight; None: not known."""
-    if first is None or middle is None or last is None:
-        return None
-    upper, lower = middle - first, last - middle
-    return float(np.arctan2(np.linalg.norm(np.cross(upper, lower)), upper @ lower))

@@ -20,6 +20,38 @@ POINTS = (*COCO_18.joints, 'mid_hip', 'head', *(f'{side}_hand' for side in _SIDE
 """Names of the points at which capsules end."""
 _POINTS = {name: row for row, name in enumerate(POINTS)}
 _ELBOWS, _WRISTS = (joint_indices(*(f'{side}_{joint}' for side in _SIDES)) for joint in ('elbow', 'wrist'))
+
+
+class Segment(NamedTuple):
+    """A part of a body between two points; {} stands for the side where there are two of it."""
+
+    name: str
+    start: str
+    end: str
+    radius: str  # field of `CapsuleConstants`
+    length: str = ''  # field of `BodyConstants` or `CapsuleConstants`; '': no bone
+
+
+SEGMENTS = (
+    Segment('shoulders', 'left_shoulder', 'right_shoulder', 'trunk'),
+    Segment('hips', 'left_hip', 'right_hip', 'trunk'),
+    Segment('spine', 'neck', 'mid_hip', 'trunk', 'trunk_length'),
+    Segment('neck', 'neck', 'head', 'head', 'neck_to_head'),
+    Segment('head', 'left_ear', 'right_ear', 'head'),
+    *(Segment(*(text.format(side) for text in texts)) for side in _SIDES for texts in (
+        ('{}_side', '{}_shoulder', '{}_hip', 'trunk'),
+        ('{}_upper_arm', '{}_shoulder', '{}_elbow', 'upper_arm', 'upper_arm'),
+        ('{}_forearm', '{}_elbow', '{}_wrist', 'forearm', 'forearm'),
+        ('{}_hand', '{}_wrist', '{}_hand', 'hand', 'hand_axis'),
+        ('{}_thigh', '{}_hip', '{}_knee', 'thigh', 'thigh'),
+        ('{}_shin', '{}_knee', '{}_ankle', 'shin', 'shin'),
+        ('{}_foot', '{}_ankle', '{}_big_toe', 'foot', 'foot_length'))))
+"""All parts of a body."""
+PARTS = tuple(segment.name for segment in SEGMENTS)
+"""Names of the capsules of a body."""
+_ENDS = np.array([[_POINTS[segment.start], _POINTS[segment.end]] for segment in SEGMENTS])
+_FEET = np.array([segment.radius == 'foot' for segment in SEGMENTS])
+_TRUNK = np.array([segment.radius == 'trunk' for segment in SEGMENTS])
 _RENDERED = ('98 % of the surface of rendered, dressed people with known joints (wave, turn, cross, group, robot) is '
              'nearer to the bone, rounded')
 _WINTER = 'Winter, Biomechanics and Motor Control of Human Movement, 2009, fig. 4.1'
@@ -51,56 +83,29 @@ class CapsuleConstants:
     part_of_head: float = constant(0.08, 'Sigma of the middle of the head without both ears.', unit='m',
                                    source='middle of the ears to eyes and nose, BodyConstants.head_points')
 
+    @property
+    def hand_axis(self) -> float:
+        """Length of the axis of the capsule of a hand [m]."""
+        return self.hand_length - self.hand
+
 
 CAPSULES = CapsuleConstants()
 # More says nothing [m].
 _MOST_SIGMA = 1000.0
 
 
-def _parts() -> Tuple[Tuple[str, str, str, str], ...]:
-    """Return name, field of `CapsuleConstants` and points of all parts."""
-    parts = [('shoulders', 'trunk', 'left_shoulder', 'right_shoulder'), ('hips', 'trunk', 'left_hip', 'right_hip'),
-             ('spine', 'trunk', 'neck', 'mid_hip'), ('neck', 'head', 'neck', 'head'),
-             ('head', 'head', 'left_ear', 'right_ear')]
-    for side in _SIDES:
-        parts += [(f'{side}_{name}', field, f'{side}_{start}', f'{side}_{end}') for name, field, start, end in (
-            ('side', 'trunk', 'shoulder', 'hip'), ('upper_arm', 'upper_arm', 'shoulder', 'elbow'),
-            ('forearm', 'forearm', 'elbow', 'wrist'), ('hand', 'hand', 'wrist', 'hand'),
-            ('thigh', 'thigh', 'hip', 'knee'), ('shin', 'shin', 'knee', 'ankle'), ('foot', 'foot', 'ankle', 'big_toe'))]
-    return tuple(parts)
-
-
-_PARTS = _parts()
-PARTS = tuple(name for name, *_ in _PARTS)
-"""Names of the capsules of a body."""
-_ENDS = np.array([[_POINTS[start], _POINTS[end]] for *_, start, end in _PARTS])
-_FEET = np.array([part.endswith('foot') for part in PARTS])
-_TRUNK = np.array([field == 'trunk' for _, field, *_ in _PARTS])
-
-
 @dataclass(frozen=True)
 class Capsules:
-    """N capsules of the people of a frame.
+    """N capsules of the people of a frame."""
 
-    Attributes:
-        persons: (N,) int64 ids, see `distinct_ids`.
-        parts: (N,) int64 places in `PARTS`.
-        points: (N, 2) int64 places in `POINTS` of the ends.
-        ends: (N, 2, 3) float64 [m].
-        radii: (N,) [m], without sigma.
-        sigma: (N, 2) [m], root mean square distance of the true ends from these; NaN: not estimated.
-        velocity: (N, 2, 3) of the ends [m/s]; NaN: not estimated.
-        measured: (N,) bool, both ends are MEASURED; a hand is with its forearm.
-    """
-
-    persons: np.ndarray
-    parts: np.ndarray
-    points: np.ndarray
-    ends: np.ndarray
-    radii: np.ndarray
-    sigma: np.ndarray
-    velocity: np.ndarray
-    measured: np.ndarray
+    persons: np.ndarray  # (N,) int64 ids, see `distinct_ids`
+    parts: np.ndarray  # (N,) int64 places in `PARTS`
+    points: np.ndarray  # (N, 2) int64 places in `POINTS` of the ends
+    ends: np.ndarray  # (N, 2, 3) float64 [m]
+    radii: np.ndarray  # (N,) [m], without sigma
+    sigma: np.ndarray  # (N, 2) [m], root mean square distance of the true ends from these; NaN: not estimated
+    velocity: np.ndarray  # (N, 2, 3) of the ends [m/s]; NaN: not estimated
+    measured: np.ndarray  # (N,) bool, both ends are MEASURED; a hand is with its forearm
 
     def __len__(self) -> int:
         return len(self.persons)
@@ -116,12 +121,12 @@ class Capsules:
 
 
 class _Points(NamedTuple):
-    """Points of P people: (P, M, 3) [m], status (P, M), sigma (P, M) [m] and velocity (P, M, 3) [m/s]."""
+    """M points of P people."""
 
-    xyz: np.ndarray
-    status: np.ndarray
-    sigma: np.ndarray
-    velocity: np.ndarray
+    xyz: np.ndarray  # (P, M, 3) [m]
+    status: np.ndarray  # (P, M)
+    sigma: np.ndarray  # (P, M) [m]
+    velocity: np.ndarray  # (P, M, 3) [m/s]
 
 
 def capsules_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> Capsules:
@@ -170,25 +175,20 @@ def reaches_of(people: People3D, constants: CapsuleConstants = CAPSULES, body: B
     costs = np.where(known[persons], away[parts] * scale[persons, np.newaxis] + np.nan_to_num(points.sigma[persons]),
                      np.inf)
     nearest = costs.argmin(axis=1)
-    rows, both = (persons, nearest), np.stack([nearest, nearest], axis=1)
-    return Capsules(
-        distinct_ids(people.ids)[persons], parts, both, np.repeat(points.xyz[rows][:, np.newaxis], 2, axis=1),
-        (away[parts, nearest] + _radii(constants)[parts]) * scale[persons],
-        np.repeat(points.sigma[rows][:, np.newaxis], 2, axis=1),
-        np.repeat(points.velocity[rows][:, np.newaxis], 2, axis=1), np.zeros(len(persons), bool))
+    rows = persons[:, np.newaxis], np.stack([nearest, nearest], axis=1)
+    return Capsules(distinct_ids(people.ids)[persons], parts, rows[1], points.xyz[rows],
+                    (away[parts, nearest] + _radii(constants)[parts]) * scale[persons], points.sigma[rows],
+                    points.velocity[rows], np.zeros(len(persons), bool))
 
 
 def bone_paths(constants: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> np.ndarray:
     """Return the lengths of the chains of bones between all points of an adult, (M, M) [m]."""
-    bones = [('neck', 'mid_hip', body.trunk_length), ('neck', 'head', body.neck_to_head),
-             *(('head', COCO_18.joints[joint], float(np.linalg.norm(place)))
-               for joint, place in zip(HEAD, body.head_points))]
-    for side in _SIDES:
-        bones += [(start, f'{side}_{end}', length) for start, end, length in (
-            ('neck', 'shoulder', body.shoulder_width / 2), ('mid_hip', 'hip', body.hip_width / 2),
-            (f'{side}_shoulder', 'elbow', body.upper_arm), (f'{side}_elbow', 'wrist', body.forearm),
-            (f'{side}_wrist', 'hand', constants.hand_length - constants.hand), (f'{side}_hip', 'knee', body.thigh),
-            (f'{side}_knee', 'ankle', body.shin), (f'{side}_ankle', 'big_toe', constants.foot_length))]
+    bones = [('head', COCO_18.joints[joint], float(np.linalg.norm(place)))
+             for joint, place in zip(HEAD, body.head_points)]
+    bones += [(start, end, float(getattr(body if hasattr(body, name) else constants, name)))
+              for _, start, end, _, name in SEGMENTS if name]
+    bones += [(middle, f'{side}_{joint}', width / 2) for side in _SIDES for middle, joint, width in (
+        ('neck', 'shoulder', body.shoulder_width), ('mid_hip', 'hip', body.hip_width))]
     paths = np.full((len(POINTS), len(POINTS)), np.inf)
     np.fill_diagonal(paths, 0.0)
     for start, end, length in bones:
@@ -199,7 +199,7 @@ def bone_paths(constants: CapsuleConstants = CAPSULES, body: BodyConstants = BOD
 
 
 def _radii(constants: CapsuleConstants) -> np.ndarray:
-    return np.array([getattr(constants, field) for _, field, *_ in _PARTS])
+    return np.array([getattr(constants, segment.radius) for segment in SEGMENTS])
 
 
 def _body_points(people: People3D, constants: CapsuleConstants, body: BodyConstants) -> Tuple[_Points, np.ndarray]:
@@ -209,12 +209,9 @@ def _body_points(people: People3D, constants: CapsuleConstants, body: BodyConsta
     statures = np.array([stature_of(xyz, status) for xyz, status in zip(joints.xyz, joints.status)])
     scale = np.clip(np.where(np.isnan(statures), body.adult_stature, statures), *body.stature_limits
                     ) / body.adult_stature
-    return _joined(joints, _mid_hip(joints), _head(joints, scale, constants), _hands(joints, scale, constants),
-                   _toes(people)), scale
-
-
-def _joined(*points: _Points) -> _Points:
-    return _Points(*(np.concatenate(values, axis=1) for values in zip(*points)))
+    points = (joints, _mean(joints, HIPS), _head(joints, scale, constants), _hands(joints, scale, constants),
+              _toes(people))
+    return _Points(*(np.concatenate(values, axis=1) for values in zip(*points))), scale
 
 
 def _mean(points: _Points, joints: np.ndarray) -> _Points:
@@ -225,10 +222,6 @@ def _mean(points: _Points, joints: np.ndarray) -> _Points:
                    np.where((status == MISSING).any(axis=1), MISSING, seen)[:, np.newaxis],
                    points.sigma[:, joints].max(axis=1, keepdims=True),
                    points.velocity[:, joints].mean(axis=1, keepdims=True))
-
-
-def _mid_hip(joints: _Points) -> _Points:
-    return _mean(joints, HIPS)
 
 
 def _head(joints: _Points, scale: np.ndarray, constants: CapsuleConstants) -> _Points:
@@ -250,7 +243,7 @@ def _hands(joints: _Points, scale: np.ndarray, constants: CapsuleConstants) -> _
 
     The hand may be bent at the wrist, by any angle where the direction of the forearm is not known.
     """
-    length = ((constants.hand_length - constants.hand) * scale)[:, np.newaxis]
+    length = (constants.hand_axis * scale)[:, np.newaxis]
     wrists, elbows = (_Points(*(value[:, rows] for value in joints)) for rows in (_WRISTS, _ELBOWS))
     forearm = np.linalg.norm(wrists.xyz - elbows.xyz, axis=2)
     has_forearm = forearm > 0

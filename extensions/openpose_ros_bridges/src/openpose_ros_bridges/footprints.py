@@ -16,30 +16,20 @@ _SHINS = tuple(PARTS.index(f'{side}_shin') for side in ('left', 'right'))
 
 
 class Circle(NamedTuple):
-    """A circle on the floor that moves.
+    """A circle on the floor that moves."""
 
-    Attributes:
-        id: of the person; with `LEGS` 2 * id of the left leg or of the body, 2 * id + 1 of the right leg.
-        centre: (2,) [m].
-        radius: [m].
-        velocity: (2,) [m/s]; zeros: standing still, or not known.
-        velocity_sigma: root mean square length of its error [m/s]; NaN: not known.
-    """
-
-    id: int
-    centre: np.ndarray
-    radius: float
-    velocity: np.ndarray
-    velocity_sigma: float
+    id: int  # of the person; with `LEGS` 2 * id of the left leg or of the body, 2 * id + 1 of the right leg
+    centre: np.ndarray  # (2,) [m]
+    radius: float  # [m]
+    velocity: np.ndarray  # (2,) [m/s]; zeros: standing still, or not known
+    velocity_sigma: float  # root mean square length of its error [m/s]; NaN: not known
 
 
 def circles_of(persons: Sequence[Located], capsules: Capsules, shape: str, sigmas: float) -> List[Circle]:
-    """Return the footprints of people.
+    """Return the footprints of people, whose radii grow by `sigmas` times the sigma of the joints.
 
-    Args:
-        shape: `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each
-            shin, where both are known, else as `BODY`.
-        sigmas: multiple of the sigma of the joints by which radii grow.
+    `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each shin, where
+    both are known, else as `BODY`.
     """
     radii = capsules.radii[:, np.newaxis] + sigmas * capsules.known_sigma
     return [circle for person in persons for circle in _circles(person, capsules, radii, shape)]

@@ -12,15 +12,10 @@ _SAMPLES = 33
 
 @dataclass(frozen=True)
 class View:
-    """What a camera sees.
+    """What a camera sees."""
 
-    Attributes:
-        planes: (4, 3) unit vectors inwards from its sides, which meet in the camera, in its optical frame.
-        pose: from the optical frame to that of the people.
-    """
-
-    planes: np.ndarray
-    pose: Transform
+    planes: np.ndarray  # (4, 3) unit vectors inwards from its sides, which meet in the camera, in its optical frame
+    pose: Transform  # from the optical frame to that of the people
 
     @classmethod
     def of(cls, camera: CameraModel, pose: Transform) -> 'View':
@@ -33,8 +28,7 @@ class View:
         return cls(planes / np.linalg.norm(planes, axis=1, keepdims=True), pose)
 
     def depths_inside(self, points: np.ndarray, reach: float) -> np.ndarray:
-        """Return how far points (N, 3) [m] are from the border of what is seen up to a depth [m], (N,); < 0: outside.
-        """
+        """Return how far points (N, 3) [m] are inside what is seen up to a depth [m], (N,) [m]."""
         rotation, translation = self.pose
         own = (points - translation) @ rotation
         return np.asarray(np.minimum((own @ self.planes.T).min(axis=1), reach - own[:, 2]))

@@ -32,29 +32,18 @@ _MEASURED = (('shoulders', ('l_shoulder', 'r_shoulder')), ('hips', ('l_hip', 'r_
 
 
 class Joint(NamedTuple):
-    """A joint of the model.
-
-    Attributes:
-        origin: of the child in the parent [m], whose axes are parallel at the angle 0.
-        axis: about which it turns; None: fixed.
-        limits: of the angle [rad].
-    """
+    """A joint of the model."""
 
     name: str
     parent: str
     child: str
-    origin: Vector = _ORIGIN
-    axis: Optional[Vector] = None
-    limits: Limits = (0.0, 0.0)
+    origin: Vector = _ORIGIN  # of the child in the parent [m], whose axes are parallel at the angle 0
+    axis: Optional[Vector] = None  # about which it turns; None: fixed
+    limits: Limits = (0.0, 0.0)  # of the angle [rad]
 
 
-class _Shape(NamedTuple):
-    """A sphere; or a cylinder of a length along z, or along y if `across`. Its middle is at the origin."""
-
-    radius: float
-    origin: Vector = _ORIGIN
-    length: float = 0.0
-    across: bool = False
+# What is drawn of a link: the kind of a shape, its sizes [m], its middle [m], and its turn about x [rad].
+_Shape = Tuple[str, Dict[str, float], Vector, float]
 
 
 def lengths_of(body: BodyPose) -> Lengths:
@@ -126,8 +115,12 @@ def urdf_of(name: str, lengths: Lengths) -> str:
     joints, shapes = joints_of(lengths), _shapes(lengths)
     for link in ('body', *(joint.child for joint in joints)):
         element = ElementTree.SubElement(robot, 'link', name=f'{link}_{name}')
-        for shape in shapes.get(link, ()):
-            _add_shape(element, shape)
+        for kind, sizes, middle, turn in shapes.get(link, ()):
+            visual = ElementTree.SubElement(element, 'visual')
+            ElementTree.SubElement(visual, 'origin', xyz=_text(middle), rpy=_text((turn, 0.0, 0.0)))
+            geometry = ElementTree.SubElement(visual, 'geometry')
+            ElementTree.SubElement(geometry, kind, {name: str(size) for name, size in sizes.items()})
+            ElementTree.SubElement(visual, 'material', name='skin')
     for joint in joints:
         element = ElementTree.SubElement(robot, 'joint', name=f'{joint.name}_{name}',
                                          type='fixed' if joint.axis is None else 'revolute')
@@ -143,31 +136,24 @@ def urdf_of(name: str, lengths: Lengths) -> str:
 
 def _shapes(lengths: Lengths) -> Dict[str, List[_Shape]]:
     """Return what is drawn of each link: sticks between joints, balls at joints, a ball for the head with its nose."""
-    ball, head = _Shape(_LIMB_RADIUS), _HEAD_RADIUS * lengths['head']
+    head = _HEAD_RADIUS * lengths['head']
+
+    def ball(radius: float = _LIMB_RADIUS, middle: Vector = _ORIGIN) -> _Shape:
+        return 'sphere', {'radius': radius}, middle, 0.0
 
     def stick(length: float) -> List[_Shape]:
-        return [_Shape(_LIMB_RADIUS, (0.0, 0.0, -length / 2), length), ball]
+        return [('cylinder', {'radius': _LIMB_RADIUS, 'length': length}, (0.0, 0.0, -length / 2), 0.0), ball()]
 
-    shapes = {'body': [_Shape(_LIMB_RADIUS, length=lengths['hips'], across=True)],
-              'torso': [*stick(lengths['trunk']), _Shape(_LIMB_RADIUS, length=lengths['shoulders'], across=True)],
-              'head': [_Shape(head), _Shape(head / 5, (head, 0.0, 0.0))]}
+    def across(length: float) -> _Shape:
+        return 'cylinder', {'radius': _LIMB_RADIUS, 'length': length}, _ORIGIN, math.pi / 2
+
+    shapes = {'body': [across(lengths['hips'])], 'torso': [*stick(lengths['trunk']), across(lengths['shoulders'])],
+              'head': [ball(head), ball(head / 5, (head, 0.0, 0.0))]}
     for side, _ in _SIDES:
         for (root, middle, end), upper, lower in ((ARM, 'upper_arm', 'forearm'), (LEG, 'thigh', 'shin')):
             shapes.update({f'{side}_{root}': stick(lengths[upper]), f'{side}_{middle}': stick(lengths[lower]),
-                           f'{side}_{end}': [ball]})
+                           f'{side}_{end}': [ball()]})
     return shapes
-
-
-def _add_shape(link: ElementTree.Element, shape: _Shape) -> None:
-    visual = ElementTree.SubElement(link, 'visual')
-    ElementTree.SubElement(visual, 'origin', xyz=_text(shape.origin),
-                           rpy=_text((math.pi / 2 if shape.across else 0.0, 0.0, 0.0)))
-    geometry = ElementTree.SubElement(visual, 'geometry')
-    if shape.length:
-        ElementTree.SubElement(geometry, 'cylinder', radius=str(shape.radius), length=str(shape.length))
-    else:
-        ElementTree.SubElement(geometry, 'sphere', radius=str(shape.radius))
-    ElementTree.SubElement(visual, 'material', name='skin')
 
 
 def _text(vector: Sequence[float]) -> str:

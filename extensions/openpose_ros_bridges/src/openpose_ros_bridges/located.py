@@ -1,7 +1,7 @@
 """Where people are, how they move and how sure that is, and boxes round them: what other packages ask for."""
 import math
 from dataclasses import dataclass
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from skeleton_extract_3d.body.body import JOINTS, TRUNK
 from skeleton_extract_3d.people import MEASURED, People3D
 
 _TRUNK = frozenset(JOINTS[joint] for joint in TRUNK)
-# Number of people whose ages are remembered.
-_MOST_AGES = 1000
 # Variance of what is not known, [m^2], [(m/s)^2] or [rad^2]: spencer_tracking_msgs has more than 99999 for it.
 UNKNOWN_VARIANCE = 999999.0
 
@@ -27,29 +25,17 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class Located:
-    """A person whose place on the floor is known.
-
-    Attributes:
-        id: of the person.
-        position: (3,) on the floor below the trunk [m].
-        orientation: (4,) unit quaternion x, y, z, w: x level to where the body faces, z upwards.
-        velocity: (3,) over the floor [m/s], zeros while standing still; None: not known yet.
-        sigma: root mean square distance of the true position [m]; NaN: not known.
-        turn_sigma: the same of the turn about z [rad]; NaN: not known.
-        reliability: mean confidence of the joints that were seen in the image, 0 to 1; 0: none was.
-        measured: whether any joint was measured in this frame; false: hidden, and estimated.
-        tags: names and values of what the person does.
-    """
+    """A person whose place on the floor is known."""
 
     id: int
-    position: np.ndarray
-    orientation: np.ndarray
-    velocity: Optional[np.ndarray]
-    sigma: float
-    turn_sigma: float
-    reliability: float
-    measured: bool
-    tags: Tuple[Tuple[str, str], ...]
+    position: np.ndarray  # (3,) on the floor below the trunk [m]
+    orientation: np.ndarray  # (4,) unit quaternion x, y, z, w: x level to where the body faces, z upwards
+    velocity: Optional[np.ndarray]  # (3,) over the floor [m/s], zeros while standing still; None: not known yet
+    sigma: float  # root mean square distance of the true position [m]; NaN: not known
+    turn_sigma: float  # the same of the turn about z [rad]; NaN: not known
+    reliability: float  # mean confidence of the joints that were seen in the image, 0 to 1; 0: none was
+    measured: bool  # whether any joint was measured in this frame; false: hidden, and estimated
+    tags: Tuple[Tuple[str, str], ...]  # names and values of what the person does
 
 
 def located(people: People3D, signals: Sequence[PersonSignals]) -> List[Located]:
@@ -57,6 +43,17 @@ def located(people: People3D, signals: Sequence[PersonSignals]) -> List[Located]
     rows = {name: row for row, name in enumerate(distinct_ids(people.ids).tolist())}
     return [_located(people, rows[person.id], person, person.floor) for person in signals
             if person.floor is not None and person.id in rows]
+
+
+def _located(people: People3D, row: int, person: PersonSignals, floor: FloorPose) -> Located:
+    # a lying body faces up or down, which tells no direction on the floor
+    walk, body = person.walk, None if person.posture.name == 'lying' else person.body
+    tags = [*([] if person.posture.name == UNKNOWN else [('posture', person.posture.name)]),
+            *(('gesture', f'{gesture.name} {gesture.arm}') for gesture in person.gestures),
+            *([('fallen', 'true')] if person.fall is not None else [])]
+    return Located(person.id, floor.position, floor.orientation, None if walk is None else walk.speed * walk.direction,
+                   sigma_of(people, row), math.nan if body is None else body.sigma,
+                   reliability_of(people.confidence[row]), bool((people.status[row] == MEASURED).any()), tuple(tags))
 
 
 def sigma_of(people: People3D, row: int) -> float:
@@ -70,10 +67,7 @@ def sigma_of(people: People3D, row: int) -> float:
 
 
 def velocity_sigma(person: Located, constants: MotionConstants = SIGNALS.motion) -> float:
-    """Return the root mean square length of the error of a velocity [m/s]; NaN: not known.
-
-    It is that of a difference of two positions; errors that stay the same are counted too.
-    """
+    """Return the root mean square error of a velocity [m/s], a difference of two positions; NaN: not known."""
     return math.nan if person.velocity is None else math.sqrt(2) * person.sigma / constants.time
 
 
@@ -96,47 +90,11 @@ def box_round(points: np.ndarray, margin: float) -> Box:
 
 
 def covariance(sigma: float, turn_sigma: float) -> List[float]:
-    """Return a 6 x 6 covariance, row by row: of x, y, z, and turns about x, y, z.
+    """Return a 6 x 6 covariance, row by row: of x, y, z, and turns about x, y, z, of which the first two are not known.
 
     Args:
         sigma: root mean square length of the error in space, the same in all directions; NaN: not known.
-        turn_sigma: that of the turn about z; NaN: not known. The others are not known.
+        turn_sigma: that of the turn about z; NaN: not known.
     """
     variances = np.array([sigma ** 2 / 3] * 3 + [np.nan, np.nan, turn_sigma ** 2])
     return np.diag(np.where(np.isfinite(variances), variances, UNKNOWN_VARIANCE)).ravel().tolist()
-
-
-def _located(people: People3D, row: int, person: PersonSignals, floor: FloorPose) -> Located:
-    # a lying body faces up or down, which tells no direction on the floor
-    walk, body = person.walk, None if person.posture.name == 'lying' else person.body
-    return Located(
-        person.id, floor.position, floor.orientation,
-        None if walk is None else walk.speed * walk.direction, sigma_of(people, row),
-        math.nan if body is None else body.sigma, reliability_of(people.confidence[row]),
-        bool((people.status[row] == MEASURED).any()), tuple(_tags(person)))
-
-
-def _tags(person: PersonSignals) -> List[Tuple[str, str]]:
-    posture = [] if person.posture.name == UNKNOWN else [('posture', person.posture.name)]
-    return [*posture, *(('gesture', f'{gesture.name} {gesture.arm}') for gesture in person.gestures),
-            *([('fallen', 'true')] if person.fall is not None else [])]
-
-
-class Ages:
-    """For how long people have been known."""
-
-    def __init__(self) -> None:
-        self._first: Dict[int, float] = {}
-        self._stamp = -math.inf
-
-    def of(self, ids: Sequence[int], stamp: float) -> List[float]:
-        """Return the ages [s] of the people of a frame; all begin anew if its stamp [s] is before the last one's."""
-        if stamp < self._stamp:
-            self._first.clear()
-        self._stamp = stamp
-        for name in ids:
-            # the newest last
-            self._first[name] = self._first.pop(name, stamp)
-        for name in list(self._first)[:-_MOST_AGES]:
-            del self._first[name]
-        return [stamp - self._first[name] for name in ids]

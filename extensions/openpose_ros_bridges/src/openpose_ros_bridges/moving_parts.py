@@ -11,49 +11,34 @@ _MOST_SPHERES = 20
 
 
 class Links(NamedTuple):
-    """Parts of the robot as spheres: names, centres (L, 3) [m] in the frame of the people, radii (L,) [m].
-
-    `away` (L,) is how far each may have moved since [m].
-    """
+    """L parts of the robot as spheres, in the frame of the people."""
 
     names: Sequence[str]
-    centres: np.ndarray
-    radii: np.ndarray
-    away: np.ndarray
+    centres: np.ndarray  # (L, 3) [m]
+    radii: np.ndarray  # (L,) [m]
+    away: np.ndarray  # (L,) how far each may have moved since [m]
 
 
 class MovingParts(NamedTuple):
-    """Parts of bodies where they were last known, in arrays with a row for each.
+    """N parts of bodies where they were last known."""
 
-    Attributes:
-        tracks, persons, parts, status, stamps: (N,) numbers of people in this memory, their ids, places in `PARTS`,
-            status, and when [s].
-        ends: (N, 2, 3) [m].
-        radii: (N,) that contain the part [m].
-        skins: (N,) radii by which distances are told [m].
-        sigma, speeds: (N, 2) root mean square errors of both ends [m], and of their velocities [m/s].
-        velocity: (N, 2, 3) [m/s].
-        swings: (N, 2) how far both ends may move about the root of their limb [m].
-    """
-
-    tracks: np.ndarray
-    persons: np.ndarray
-    parts: np.ndarray
-    status: np.ndarray
-    stamps: np.ndarray
-    ends: np.ndarray
-    radii: np.ndarray
-    skins: np.ndarray
-    sigma: np.ndarray
-    speeds: np.ndarray
-    velocity: np.ndarray
-    swings: np.ndarray
+    persons: np.ndarray  # (N,) ids of people
+    parts: np.ndarray  # (N,) places in `PARTS`
+    status: np.ndarray  # (N,)
+    stamps: np.ndarray  # (N,) when [s]
+    ends: np.ndarray  # (N, 2, 3) [m]
+    radii: np.ndarray  # (N,) that contain the part [m]
+    skins: np.ndarray  # (N,) by which distances are told [m]
+    sigma: np.ndarray  # (N, 2) root mean square errors of both ends [m]
+    speeds: np.ndarray  # (N, 2) and of their velocities [m/s]
+    velocity: np.ndarray  # (N, 2, 3) [m/s]
+    swings: np.ndarray  # (N, 2) how far both ends may move about the root of their limb [m]
 
     @classmethod
     def none(cls) -> 'MovingParts':
         ids, values = np.zeros(0, np.int64), np.zeros(0)
         ends, points = np.zeros((0, 2)), np.zeros((0, 2, 3))
-        return cls(ids, ids, ids, ids, values, points, values, values, ends, ends, points, ends)
+        return cls(ids, ids, ids, values, points, values, values, ends, ends, points, ends)
 
     def where(self, chosen: np.ndarray) -> 'MovingParts':
         return MovingParts(*(value[chosen] for value in self))
@@ -79,14 +64,10 @@ def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
 
 def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
                ) -> Margins:
-    """Return how far links are from parts at their ends and at the nearest point between.
+    """Return how far links are from parts at their ends (N, 2, 3) [m] and at the nearest point between.
 
     Where errors are the same along a part, the nearest point decides; where they differ, one of these nearly does.
-
-    Args:
-        ends: (N, 2, 3) of the parts [m].
-        sigma: (N, 2) of these [m].
-        grown: (N, 2) by how much the ends may be nearer [m].
+    `sigma` (N, 2) is that of the ends, `grown` (N, 2) by how much they may be nearer [m].
     """
     begins, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     squares = np.maximum((along ** 2).sum(axis=1), 1e-12)
@@ -100,11 +81,6 @@ def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: L
 
     distances = distances - known.radii - (links.radii + links.away)[:, np.newaxis]
     return Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
-
-
-def as_wide(mask: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return a mask (N,) for values (N, ...)."""
-    return mask.reshape(-1, *(1,) * (values.ndim - 1))
 
 
 def tail(deviations: np.ndarray) -> np.ndarray:

@@ -40,8 +40,8 @@ class VisionSettings:
 class HriParams(Parameters):
     """What is published of people, and how they are named."""
 
-    id_prefix: str = parameter(
-        'p', 'Bodies are named by this and the number of the person. Letters, digits and underscores, a letter first.')
+    retired = ('signals',)
+
     cameras: str = parameter(
         '', 'Namespaces of chains whose people are not fused, separated by spaces: a body of left is named left_p5. '
             'Empty: the chain in the namespace of the node.')
@@ -51,64 +51,6 @@ class HriParams(Parameters):
     publish_tf: bool = parameter(
         True, 'Publish the frames body_ID, and those of the links of its robot model, on /tf. The node works then also '
               'while its topics have no subscribers.')
-    image_width: int = parameter(0, 'Width of the images, where no camera info says it. 0: camera info does.',
-                                 unit='px', minimum=0, maximum=100_000)
-    image_height: int = parameter(0, 'Height of the images, where no camera info says it. 0: camera info does.',
-                                  unit='px', minimum=0, maximum=100_000)
-    signals: bool = parameter(
-        True, 'Publish posture and gesture of each body, which people_signals_node tells; false: without them.')
-    roi_margin: float = parameter(
-        0.1, 'Regions are wider than the keypoints by this share of their longer side, on each side.', minimum=0.0,
-        maximum=1.0)
-    forget: float = parameter(
-        2.0, 'The topics of a body end when it has not been tracked for this long, or when the input ends.', unit='s',
-        minimum=0.0, maximum=3600.0)
-
-
-@dataclass(frozen=True)
-class SeparationParams(Parameters):
-    """Separation of people from links of the robot."""
-
-    robot_links: str = parameter(
-        '', 'Links of the robot, one at least, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame '
-            'of tf, FRAME>FRAME:RADIUS a capsule from one to another, such as elbow_link>wrist_link:0.1.')
-    probability: float = parameter(
-        0.99, 'The bound is less than the distance with this probability.', minimum=0.5, maximum=0.9999)
-    rate: float = parameter(20.0, 'Messages per second, also when no people come.', unit='Hz', minimum=0.1,
-                            maximum=200.0)
-    fixed_frame: str = parameter(
-        '', 'Frame in which the room stands still, for a camera that moves. Empty: the frame of the people.')
-    room_velocities: bool = parameter(
-        False, 'Velocities of people are those in the room: the extractor has tracking_frame, or the camera stands '
-               'still. false: with fixed_frame, they are not used.')
-    feet: bool = parameter(
-        True, 'Feet are within reach of the ankles where the network has no toes. false: there are no feet then.')
-    data_timeout: float = parameter(
-        1.0, 'The bound is 0 when the newest people are older.', unit='s', minimum=0.05, maximum=10.0)
-    lost_timeout: float = parameter(
-        3.0, 'A lost track may be anywhere within walking distance for this long.', unit='s', minimum=0.0,
-        maximum=60.0)
-    tf_timeout: float = parameter(
-        0.2, 'The bound is 0 when the transform of a link is older. Also how long people wait for theirs.', unit='s',
-        minimum=0.0, maximum=10.0)
-    link_speed: float = parameter(
-        1.0, 'Links move at most this fast: the bound is less by that, times the age of the transform.', unit='m/s',
-        minimum=0.0, maximum=20.0)
-    guard: bool = parameter(
-        False, 'People may come from where the camera does not look: outside of the image, and beyond guard_range. '
-               'Places that furniture, people or the robot hide count as seen.')
-    guard_range: float = parameter(5.0, 'Depth up to which people are found.', unit='m', minimum=0.1, maximum=100.0)
-    guard_margin: float = parameter(
-        1.0, 'People are found when they are that far in the image: an arm may be in it before (0.7 m), and a person '
-             'is published some frames later (walking for 0.2 s).', unit='m', minimum=0.0, maximum=5.0)
-
-
-@dataclass(frozen=True)
-class SeparationSettings:
-    """Parameters of separation_node."""
-
-    separation: SeparationParams
-    demand: DemandParams
 
 
 @dataclass(frozen=True)
@@ -120,26 +62,54 @@ class HriSettings:
 
 
 @dataclass(frozen=True)
+class SeparationParams(Parameters):
+    """Separation of people from links of the robot."""
+
+    retired = ('rate', 'feet')
+
+    robot_links: str = parameter(
+        '', 'Links of the robot, one at least, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame '
+            'of tf, FRAME>FRAME:RADIUS a capsule from one to another, such as elbow_link>wrist_link:0.1.')
+    probability: float = parameter(
+        0.99, 'The bound is less than the distance with this probability.', minimum=0.5, maximum=0.9999)
+    fixed_frame: str = parameter(
+        '', 'Frame in which the room stands still, for a camera that moves. Empty: the frame of the people.')
+    room_velocities: bool = parameter(
+        False, 'Velocities of people are those in the room: the extractor has tracking_frame, or the camera stands '
+               'still. false: with fixed_frame, they are not used.')
+    lost_timeout: float = parameter(
+        3.0, 'A lost track may be anywhere within walking distance for this long.', unit='s', minimum=0.0,
+        maximum=60.0)
+    link_speed: float = parameter(
+        1.0, 'Links move at most this fast: the bound is less by that, times the age of the transform.', unit='m/s',
+        minimum=0.0, maximum=20.0)
+    guard: bool = parameter(
+        False, 'People may come from where the camera does not look: outside of the image, and beyond guard_range. '
+               'Places that furniture, people or the robot hide count as seen.')
+    guard_range: float = parameter(5.0, 'Depth up to which people are found.', unit='m', minimum=0.1, maximum=100.0)
+
+
+@dataclass(frozen=True)
+class SeparationSettings:
+    """Parameters of separation_node."""
+
+    separation: SeparationParams
+    demand: DemandParams
+
+
+@dataclass(frozen=True)
 class MoveitParams(Parameters):
     """How people become objects of the planning scene."""
 
     planning_frame: str = parameter(
         '', "Publish people in this frame, which MoveIt has to know, such as world; empty: in the people's own, where "
             'that is a link of the robot.')
-    tf_timeout: float = parameter(0.1, 'Wait this long for a transform; a frame without one is dropped.', unit='s',
-                                  minimum=0.0, maximum=10.0)
-    prefix: str = parameter('person', 'Objects are named by this, the number of the person and the part of the body, '
-                                      'such as person_5_left_hand.')
     sigmas: float = parameter(1.0, 'The radius of a part grows by this multiple of the sigma of its joints.',
                               minimum=0.0, maximum=5.0)
     robot_links: str = parameter(
         '', "The robot's own links, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame of tf, "
             'FRAME>FRAME:RADIUS a capsule from one to another, such as elbow_link>wrist_link:0.1. Parts of people '
             'within them are left out: they are the robot, taken for a person.')
-    robot_padding: float = parameter(0.05, 'Links of the robot are wider by this, on each side.', unit='m', minimum=0.0,
-                                     maximum=1.0)
-    max_rate: float = parameter(10.0, 'Most updates per second; 0: one for each frame.', unit='Hz', minimum=0.0,
-                                maximum=1000.0)
 
 
 @dataclass(frozen=True)
@@ -154,33 +124,22 @@ class MoveitSettings:
 class ObstacleParams(Parameters):
     """How people become obstacles on the floor."""
 
+    retired = ('step', 'height')
+
     planning_frame: str = parameter(
         'odom', 'Frame of the obstacles of teb_local_planner, with z upwards: the global_frame of its costmap, as it '
                 'does not turn velocities.')
     robot_frame: str = parameter('base_link', 'Frame of the footprints of costmap_2d, with z upwards and its origin in '
                                               'the middle of the robot.')
-    tf_timeout: float = parameter(0.1, 'Wait this long for a transform; a frame without one is dropped.', unit='s',
-                                  minimum=0.0, maximum=10.0)
     footprint: str = parameter(BODY, 'Obstacles of a person: body, a circle that holds all of the body; legs, one for '
                                      'each leg, where both are known, with the ids 2 ID and 2 ID + 1, else the body '
                                      'with 2 ID.', choices=(BODY, LEGS))
     sigmas: float = parameter(1.0, 'Radii grow by this multiple of the sigma of the joints and, of predicted '
                                    'footprints, of the velocity.', minimum=0.0, maximum=5.0)
     horizon: float = parameter(2.0, 'Prediction horizon of people that walk.', unit='s', minimum=0.0, maximum=10.0)
-    step: float = parameter(0.25, 'Time from one predicted footprint to the next.', unit='s', minimum=0.05,
-                            maximum=10.0)
-    spacing: float = parameter(0.05, 'Distance of the points in a footprint, at most the resolution of the costmap.',
-                               unit='m', minimum=0.02, maximum=1.0)
-    height: float = parameter(0.5, 'Height of these points in robot_frame, within the limits of the layer that reads '
-                                   'them.', unit='m', minimum=-10.0, maximum=10.0)
     robot_radius: float = parameter(0.5, 'Points nearer to the origin of robot_frame are left out: people that walk '
                                          'towards the robot would else put an obstacle into it.', unit='m', minimum=0.0,
                                     maximum=10.0)
-    footprint_range: float = parameter(5.0, 'Points farther from the robot are left out. The scan that clears reaches '
-                                            'twice as far: nearer than that its rays miss no cell.', unit='m',
-                                       minimum=0.1, maximum=20.0)
-    max_rate: float = parameter(10.0, 'Most messages per second on each topic; 0: one for each frame.', unit='Hz',
-                                minimum=0.0, maximum=1000.0)
 
 
 @dataclass(frozen=True)
@@ -192,9 +151,7 @@ class ObstacleSettings:
 
 
 # The parameters of each file in config/; a node loads the file of its name.
-CONFIG_FILES: Dict[str, Type[Any]] = {'hri_node.yaml': HriSettings, 'jsk_node.yaml': BridgeSettings,
-                                      'moveit_node.yaml': MoveitSettings,
-                                      'obstacles_node.yaml': ObstacleSettings,
-                                      'people_msgs_node.yaml': BridgeSettings,
-                                      'separation_node.yaml': SeparationSettings,
-                                      'spencer_node.yaml': BridgeSettings, 'vision_msgs_node.yaml': VisionSettings}
+CONFIG_FILES: Dict[str, Type[Any]] = {
+    **{f'{bridge}_node.yaml': BridgeSettings for bridge in ('jsk', 'people_msgs', 'spencer')},
+    'hri_node.yaml': HriSettings, 'moveit_node.yaml': MoveitSettings, 'obstacles_node.yaml': ObstacleSettings,
+    'separation_node.yaml': SeparationSettings, 'vision_msgs_node.yaml': VisionSettings}

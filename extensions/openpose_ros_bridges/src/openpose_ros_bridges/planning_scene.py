@@ -12,7 +12,8 @@ import numpy as np
 from openpose_ros_bridges.capsules import PARTS, Capsules
 from openpose_ros_pkg.params.constants import constant
 
-ADD, REMOVE, MOVE = 'add', 'remove', 'move'
+ADD, REMOVE, MOVE = 'ADD', 'REMOVE', 'MOVE'
+"""Operations, as moveit_msgs/CollisionObject names them."""
 
 
 @dataclass(frozen=True)
@@ -29,19 +30,12 @@ SCENE = SceneConstants()
 
 
 class Solid(NamedTuple):
-    """A capsule in space.
+    """A capsule in space."""
 
-    Attributes:
-        centre: (3,) [m].
-        orientation: (4,) unit quaternion x, y, z, w: z along its axis.
-        length: of the axis [m].
-        radius: [m].
-    """
-
-    centre: np.ndarray
-    orientation: np.ndarray
-    length: float
-    radius: float
+    centre: np.ndarray  # (3,) [m]
+    orientation: np.ndarray  # (4,) unit quaternion x, y, z, w: z along its axis
+    length: float  # of the axis [m]
+    radius: float  # [m]
 
 
 class Change(NamedTuple):
@@ -52,23 +46,23 @@ class Change(NamedTuple):
     solid: Solid
 
 
-def solids_of(capsules: Capsules, prefix: str, sigmas: float) -> Dict[str, Solid]:
+def solids_of(capsules: Capsules, sigmas: float) -> Dict[str, Solid]:
     """Return the parts of people by their names, such as person_5_left_hand.
 
     Args:
         sigmas: multiple of the greater sigma of the two ends by which the radius grows.
     """
-    ways = capsules.ends[:, 1] - capsules.ends[:, 0]
-    lengths = np.linalg.norm(ways, axis=1)
+    axes = capsules.ends[:, 1] - capsules.ends[:, 0]
+    lengths = np.linalg.norm(axes, axis=1)
     radii = capsules.radii + sigmas * capsules.known_sigma.max(axis=1, initial=0.0)
-    names = (f'{prefix}_{person}_{PARTS[part]}' for person, part in zip(capsules.persons, capsules.parts))
+    names = (f'person_{person}_{PARTS[part]}' for person, part in zip(capsules.persons, capsules.parts))
     return {name: Solid(centre, orientation, float(length), float(radius)) for name, centre, orientation, length, radius
-            in zip(names, capsules.ends.mean(axis=1), _turns(ways, lengths), lengths, radii)}
+            in zip(names, capsules.ends.mean(axis=1), _turns(axes, lengths), lengths, radii)}
 
 
-def _turns(ways: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+def _turns(axes: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Return the shortest turns of z to directions (N, 3), (N, 4) unit quaternions x, y, z, w."""
-    x, y, z = (ways / np.where(lengths > 0, lengths, 1.0)[:, np.newaxis]).T
+    x, y, z = (axes / np.where(lengths > 0, lengths, 1.0)[:, np.newaxis]).T
     turns = np.stack((-y, x, np.zeros_like(x), 1 + z), axis=-1)
     turns[1 + z < 1e-9] = (1.0, 0.0, 0.0, 0.0)  # straight down
     return np.asarray(turns / np.linalg.norm(turns, axis=1, keepdims=True))

@@ -23,10 +23,7 @@ class RobotLink(NamedTuple):
 
 
 def read_links(text: str, key: str) -> Tuple[RobotLink, ...]:
-    """Return the links of a text such as `shoulder_link>elbow_link:0.1 tool0:0.08`.
-
-    Args:
-        key: name of the parameter.
+    """Return the links of a parameter such as `shoulder_link>elbow_link:0.1 tool0:0.08`.
 
     Raises:
         ParameterError: it is written otherwise.
@@ -44,15 +41,13 @@ def read_links(text: str, key: str) -> Tuple[RobotLink, ...]:
 def without_links(capsules: Capsules, ends: np.ndarray, radii: Sequence[float]) -> Capsules:
     """Return the capsules without those that are taken for the robot's, as their axes lie within its links.
 
-    Args:
-        ends: (L, 2, 3) of the links, in the frame of the capsules [m]; NaN: not known.
-        radii: of the links with their padding [m].
+    Ends (L, 2, 3) of the links are in the frame of the capsules [m], NaN: not known; radii with their padding [m].
     """
-    starts, ways = capsules.ends[:, 0], capsules.ends[:, 1] - capsules.ends[:, 0]
-    points = starts[:, np.newaxis] + _ALONG[:, np.newaxis] * ways[:, np.newaxis]
+    starts, axes = capsules.ends[:, 0], capsules.ends[:, 1] - capsules.ends[:, 0]
+    points = starts[:, np.newaxis] + _ALONG[:, np.newaxis] * axes[:, np.newaxis]
     within = np.zeros(points.shape[:2], bool)
     for (start, end), radius in zip(ends, radii):
-        way = end - start
-        share = np.clip((points - start) @ way / max(way @ way, 1e-12), 0.0, 1.0)
-        within |= np.linalg.norm(points - start - share[..., np.newaxis] * way, axis=-1) <= radius
+        axis = end - start
+        share = np.clip((points - start) @ axis / max(axis @ axis, 1e-12), 0.0, 1.0)
+        within |= np.linalg.norm(points - start - share[..., np.newaxis] * axis, axis=-1) <= radius
     return capsules.where(~within.all(axis=1))

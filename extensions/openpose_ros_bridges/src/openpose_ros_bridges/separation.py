@@ -8,7 +8,8 @@ and velocity v. Two statements hold of it, and the best one counts:
                at most 2.0 m/s t, and no further than it reaches
 
 Both speeds are from ISO 13855: walking, and upper limbs. A person is an id; where it is not in the newest frame, its
-track is lost: it is where it was last known, also when another id appears near it. A part that is not MEASURED is also
+track is lost: it is where it was last known, also when another id appears near it; of people without an id of their
+own no bound is known. A part that is not MEASURED is also
 within reach of the nearest joint that is, of which the same is said. Errors have heavier tails than normal ones:
 Student's t with three degrees of freedom.
 
@@ -34,9 +35,10 @@ from openpose_ros_bridges.capsules import (
     reaches_of,
 )
 from openpose_ros_bridges.guard import View
-from openpose_ros_bridges.moving_parts import Links, Margins, MovingParts, as_wide, greatest, margins_of, tail
+from openpose_ros_bridges.moving_parts import Links, Margins, MovingParts, greatest, margins_of, tail
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.people import distinct_ids
 from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
@@ -64,52 +66,39 @@ class SeparationConstants:
                                      source='chosen: half of a step')
     ahead: float = constant(0.1, 'Stamps that are ahead of the clock by more are of another clock.', unit='s',
                             source='chosen: several times the error of NTP')
+    data_timeout: float = constant(1.0, 'The bound is 0 when the newest people are older.', unit='s', source='chosen')
+    guard_margin: float = constant(1.0, 'People are found when they are that far in the image.', unit='m', source=(
+        'chosen: an arm may be in it before, 0.7 m, and a person is published some frames later, walking for 0.2 s'))
+    feet: bool = constant(True, 'Feet are within reach of the ankles where the network has no toes.', source='chosen')
 
 
 CONSTANTS = SeparationConstants()
 
 
 class Separation(NamedTuple):
-    """How near people are.
+    """How near people are; the pair of link and part is that which alone would have the least bound."""
 
-    Attributes:
-        distance: from the surface of a link to that of a part of a body, the least one [m]; inf: no person is known;
-            NaN: nothing is known.
-        bound: that is less than it with the probability [m]; inf: no person is known, and there is no guard volume.
-        link, person, part, status: the pair that alone would have the least bound: name of the link, id (0: none), name
-            of the part, MEASURED, INFERRED or MISSING.
-        age: of the data of this person, or, without one, of the newest frame [s]; NaN: there is none.
-        people: number of people that count, including lost tracks.
-        reason: why the bound is not by the people; empty: it is.
-    """
-
-    distance: float
-    bound: float
+    distance: float  # the least one from a link to a part of a body [m]; inf: no person is known; NaN: nothing is
+    bound: float  # less than it with the probability [m]; inf: no person is known, and there is no guard volume
     link: str = ''
-    person: int = 0
+    person: int = 0  # id; 0: none
     part: str = ''
-    status: int = MISSING
-    age: float = math.nan
-    people: int = 0
-    reason: str = ''
+    status: int = MISSING  # MEASURED, INFERRED or MISSING
+    age: float = math.nan  # of the data of this person, or, without one, of the newest frame [s]; NaN: there is none
+    people: int = 0  # number of people that count, including lost tracks
+    reason: str = ''  # why the bound is not by the people; empty: it is
 
 
 class SeparationEstimator:
-    """Remembers where people are, and tells how near they may be at any time.
-
-    Args:
-        params: probability, and times after which nothing is known.
-    """
+    """Remembers where people are, and tells how near they may be at any time."""
 
     def __init__(self, params: SeparationParams, constants: SeparationConstants = CONSTANTS,
                  capsules: CapsuleConstants = CAPSULES, body: BodyConstants = BODY) -> None:
         self._params, self._constants, self._capsules, self._body = params, constants, capsules, body
-        roots, paths = _roots(), bone_paths(capsules, body)
         # from one side of the root to the other
-        self._swings = 2 * paths[np.arange(len(POINTS)), roots]
+        self._swings = 2 * bone_paths(capsules, body)[np.arange(len(POINTS)), _roots()]
         self._paces = _paces(body)
         self._quantile = float(stdtrit(3, params.probability)) / math.sqrt(3)
-        self._tracks = 0  # numbers that were given
         self.clear()
 
     def clear(self) -> None:
@@ -117,16 +106,11 @@ class SeparationEstimator:
         self._parts = self._reaches = MovingParts.none()
         self._newest: Optional[float] = None
         self._unplaced: Sequence[int] = ()
-        self._nameless = False
+        self._have_ids = True
         self._view: Optional[View] = None
 
     def take(self, people: People3D, stamp: float, view: Optional[View] = None) -> None:
-        """Take the people of a frame.
-
-        Args:
-            stamp: [s]; of a frame that is older than the newest one nothing is taken.
-            view: what the camera sees, in the frame of the people; None: it is not known.
-        """
+        """Take the people of a frame that is not older than the newest one, and what the camera sees of their frame."""
         if self._newest is not None and stamp < self._newest:
             return
         parts, reaches = self._of(people, stamp)
@@ -135,42 +119,39 @@ class SeparationEstimator:
         self._parts, self._reaches = self._parts.where(kept).and_of(parts), self._reaches.where(kept).and_of(reaches)
         # a person without a position may be anywhere, unless it is known from before
         known = set(self._parts.persons.tolist())
-        self._unplaced = [name for name in people.ids.tolist() if name not in known]
-        # it can not be told from others when it is lost
-        self._nameless = bool((people.ids <= 0).any())
-        self._tracks += len(people)
+        self._unplaced = [name for name in distinct_ids(people.ids).tolist() if name not in known]
+        self._have_ids = bool((people.ids > 0).all()) and len(set(people.ids.tolist())) == len(people)
         self._newest, self._view = stamp, view
 
     def at(self, now: float, links: Links) -> Separation:
         """Return how near people are to links at a time [s]."""
-        params, newest = self._params, self._newest
+        newest = self._newest
         if newest is None:
             return unknown('no people message yet')
         age = now - newest
-        if age > params.data_timeout:
+        if age > self._constants.data_timeout:
             return unknown(f'the newest people are {age:.2f} s old', age)
         if age < -self._constants.ahead:
             return unknown(f'stamps of people are {-age:.2f} s ahead of the clock', age)
-        kept = (self._parts.stamps == newest) | (now - self._parts.stamps <= params.lost_timeout)
+        kept = (self._parts.stamps == newest) | (now - self._parts.stamps <= self._params.lost_timeout)
         known = self._parts.where(kept)
         found = self._nearest(known, self._reaches.where(kept), np.maximum(now - known.stamps, 0.0), links)
-        found = found._replace(people=len(set(known.tracks.tolist())) + len(self._unplaced),
+        found = found._replace(people=len(set(known.persons.tolist())) + len(self._unplaced),
                                age=age if math.isnan(found.age) else found.age)
         if self._unplaced:
             return found._replace(distance=math.nan, bound=0.0, reason=f'person {self._unplaced[0]} has no position')
-        if self._nameless:
-            return found._replace(bound=0.0, reason='a person has no id')
-        return found if not params.guard else self._guarded(found, max(age, 0.0), links)
+        if not self._have_ids:  # then it can not be told from others when it is lost
+            return found._replace(bound=0.0, reason='a person has no id of its own')
+        return found if not self._params.guard else self._guarded(found, max(age, 0.0), links)
 
     def _guarded(self, found: Separation, age: float, links: Links) -> Separation:
         """Return the separation with people coming from where the camera does not look."""
         if self._view is None:
             return found._replace(bound=0.0, reason='no camera info: what the camera sees is not known')
-        params = self._params
-        free = self._view.depths_inside(links.centres, params.guard_range) - links.radii - links.away
+        free = self._view.depths_inside(links.centres, self._params.guard_range) - links.radii - links.away
         # a person, and an arm before it
         came = self._constants.walking * age + min(self._constants.limbs * age, float(self._swings.max()))
-        bound = max(float(free.min()) - params.guard_margin - came, 0.0)
+        bound = max(float(free.min()) - self._constants.guard_margin - came, 0.0)
         if bound >= found.bound:
             return found
         return Separation(found.distance, bound, links.names[int(free.argmin())], age=age, people=found.people,
@@ -190,7 +171,7 @@ class SeparationEstimator:
                                      axis=0))
 
         highest = float(np.max([each.distances.min(axis=0) for each in statements], axis=0).min())
-        _, person = np.unique(known.tracks, return_inverse=True)
+        _, person = np.unique(known.persons, return_inverse=True)
 
         def probability(bound: float) -> float:
             nearest = np.full(person.max() + 1, np.inf)
@@ -220,25 +201,19 @@ class SeparationEstimator:
 
     def _of(self, people: People3D, stamp: float) -> Tuple[MovingParts, MovingParts]:
         """Return the parts of the people of a frame, and the spheres within reach of measured joints that hold them."""
-        # by their rows, as a message may have an id twice
-        rows = replace(people, ids=np.arange(len(people)))
-        known, missing, reaches = (parts_of(each, self._capsules, self._body) for parts_of, each in (
-            (known_parts, rows), (self._reaches_of, rows), (self._reaches_of, _measured(rows))))
+        known, missing = known_parts(people, self._capsules, self._body), self._reaches_of(people)
         parts = self._rows(known, np.where(known.measured, MEASURED, INFERRED), known.radii, stamp).and_of(
             self._rows(missing, np.full(len(missing), MISSING), np.zeros(len(missing)), stamp))
+        reaches = self._reaches_of(_measured(people))
         around = self._rows(reaches, np.full(len(reaches), MEASURED), np.zeros(len(reaches)), stamp)
         by_part = {key: row for row, key in enumerate(zip(around.persons.tolist(), around.parts.tolist()))}
         own = np.array([by_part.get(key, -1) for key in zip(parts.persons.tolist(), parts.parts.tolist())], int)
         # what has no such sphere may be anywhere, by this statement
         spheres = parts._replace(radii=np.full(len(own), np.inf))
-        if len(reaches):
-            spheres = MovingParts(*(np.where(as_wide(own >= 0, other), value[own], other) for value, other in zip(
-                around, spheres)))
-        tracks, ids = self._tracks + parts.persons, people.ids[parts.persons]
-        return parts._replace(tracks=tracks, persons=ids), spheres._replace(tracks=tracks, persons=ids)
+        return parts, spheres.and_of(around).where(np.where(own >= 0, len(own) + own, np.arange(len(own))))
 
-    def _reaches_of(self, people: People3D, capsules: CapsuleConstants, body: BodyConstants) -> Capsules:
-        return reaches_of(people, capsules, body, self._params.feet)
+    def _reaches_of(self, people: People3D) -> Capsules:
+        return reaches_of(people, self._capsules, self._body, self._constants.feet)
 
     def _rows(self, capsules: Capsules, status: np.ndarray, skins: np.ndarray, stamp: float) -> MovingParts:
         constants, paces = self._constants, self._paces[capsules.points]
@@ -249,7 +224,7 @@ class SeparationEstimator:
         # what moves at an unknown velocity stays within `walking` by the other statement
         speeds = np.where(moves, constants.speed_error * paces, constants.walking + constants.limbs)
         return MovingParts(
-            capsules.persons, capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
+            capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
             capsules.radii, skins, capsules.known_sigma * error, speeds,
             np.where(moves[..., np.newaxis], capsules.velocity, 0.0), self._swings[capsules.points])
 

@@ -18,8 +18,7 @@ class HoldConstants:
 
     sure: float = constant(0.6, 'It begins with this degree.')
     unsure: float = constant(0.4, 'It ends below this degree.')
-    time: float = constant(0.1, 'It begins when it has held for this long, and ends when it has not for as long.',
-                           unit='s')
+    time: float = constant(0.1, 'It begins when it has held for this long, and ends when it has not as long.', unit='s')
     hidden: float = constant(0.4, 'What holds goes on for this long while its joints are hidden.', unit='s')
 
 
@@ -47,8 +46,7 @@ class PostureConstants:
                                unit='deg')
     level_shin: Ramp = constant((50.0, 70.0), 'Angle of the shin to straight down, of a knee on the floor.', unit='deg')
     low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips over the lower foot, crouching.', unit='statures')
-    balance: Ramp = constant((0.20, 0.14), 'Level distance of the middle of the trunk from the feet, crouching.',
-                             unit='statures')
+    balance: Ramp = constant((0.2, 0.14), 'Level distance of the trunk from the feet, crouching.', unit='statures')
 
 
 @dataclass(frozen=True)
@@ -60,23 +58,17 @@ class GestureConstants:
     over_eyes: Ramp = constant((0.01, 0.04), 'Height of the wrist over the eyes, of a raised hand.', unit='statures')
     steep_arm: Ramp = constant((138.0, 146.0), 'Angle of the line from shoulder to wrist to straight down, of a '
                                                'raised hand; less steep, it points.', unit='deg')
-    open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow of a raised hand; less is a hand on the head.',
-                                unit='deg')
-    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing; straighter, no motion of the elbow '
-                                                  'beckons.', unit='deg')
-    arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, pointing.',
-                              unit='deg')
+    open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow, hand raised; less: hand on the head.', unit='deg')
+    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing; straighter: no beckoning.', unit='deg')
+    arm_away: Ramp = constant((42.0, 52.0), 'Angle of shoulder to wrist to straight down, pointing.', unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
     off_face: Ramp = constant((0.12, 0.16), 'Distance of the wrist from the nose; nearer, the hand is at the head.',
                               unit='statures')
-    hand_up: Ramp = constant((-0.04, 0.01), 'Height of the wrist over the shoulder, of a hand that says stop or waves.',
-                             unit='statures')
-    forearm_up: Ramp = constant((70.0, 57.0), 'Angle of the forearm to straight up, of a hand that says stop or waves.',
-                                unit='deg')
+    hand_up: Ramp = constant((-0.04, 0.01), 'Height of the wrist over the shoulder, stop or wave.', unit='statures')
+    forearm_up: Ramp = constant((70.0, 57.0), 'Angle of the forearm to straight up, stop or wave.', unit='deg')
     stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
-    stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder, of a hand that says stop.',
-                                unit='statures')
+    stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder, stop.', unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
                                         'straight up, where hands are seen.', unit='deg')
     crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
@@ -89,15 +81,12 @@ class GestureConstants:
 class SwingConstants:
     """Gestures that move to and fro."""
 
-    pause: float = constant(0.6, 'From turn to turn it takes at most this time; the joints of twice of it are '
-                                 'remembered.', unit='s')
-    smooth: float = constant(0.05, 'A position is the mean of those that are at most this much earlier or later.',
-                             unit='s')
+    pause: float = constant(0.6, 'Longest time from turn to turn; twice as long joints are remembered.', unit='s')
+    smooth: float = constant(0.05, 'A position is the mean of those at most this much earlier or later.', unit='s')
     wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, waving: the longer of the '
                                         'last two; the shorter may be half, as it is under way.', unit='statures')
     wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
-    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, beckoning.',
-                            unit='deg')
+    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between turns, beckoning.', unit='deg')
     beckon_bent: Ramp = constant((90.0, 78.0), 'Angle of the elbow where it is most bent; more open, hands are '
                                                'shaken.', unit='deg')
     beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')

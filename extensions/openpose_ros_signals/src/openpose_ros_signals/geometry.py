@@ -20,10 +20,8 @@ from skeleton_extract_3d.body.body import (
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 
 # Shoulder, elbow, wrist and hip, knee, ankle of the left and the right side, (2, 3).
-ARMS = np.stack([joint_indices(*(f'{side}_{joint}' for joint in ('shoulder', 'elbow', 'wrist')))
-                 for side in ('left', 'right')])
-LEGS = np.stack([joint_indices(*(f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle')))
-                 for side in ('left', 'right')])
+ARMS, LEGS = (np.stack([joint_indices(*(f'{side}_{joint}' for joint in limb)) for side in ('left', 'right')])
+              for limb in (('shoulder', 'elbow', 'wrist'), ('hip', 'knee', 'ankle')))
 EYES, EARS = joint_indices('left_eye', 'right_eye'), joint_indices('left_ear', 'right_ear')
 NOSE = int(joint_indices('nose')[0])
 # Stamps of frames are this exact [s].
@@ -32,23 +30,14 @@ _NONE = np.full(3, np.nan)
 
 
 class Body(NamedTuple):
-    """A person at one time.
+    """A person at one time."""
 
-    Attributes:
-        stamp: [s].
-        joints: (18, 3) [m], in the order of COCO_18; NaN where hidden.
-        sigma: (18,) [m]; NaN where hidden or not estimated.
-        up: (3,) unit vector.
-        stature: [m].
-        sure: (18,) bool, joints whose place is known well, see `PersonConstants`.
-    """
-
-    stamp: float
-    joints: np.ndarray
-    sigma: np.ndarray
-    up: np.ndarray
-    stature: float
-    sure: np.ndarray = np.ones(len(COCO_18.joints), bool)
+    stamp: float  # [s]
+    joints: np.ndarray  # (18, 3) [m], in the order of COCO_18; NaN where hidden
+    sigma: np.ndarray  # (18,) [m]; NaN where hidden or not estimated
+    up: np.ndarray  # (3,) unit vector
+    stature: float  # [m]
+    sure: np.ndarray = np.ones(len(COCO_18.joints), bool)  # (18,), joints whose place is known well: `PersonConstants`
 
     @property
     def shoulders(self) -> np.ndarray:
@@ -114,12 +103,7 @@ def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float,
             constants: PersonConstants = SIGNALS.person) -> Body:
-    """Return a person without the joints whose place is not known well.
-
-    Args:
-        joints: (18, 3) [m], their status (18,) and sigma (18,) [m].
-        up: (3,) unit vector.
-    """
+    """Return a person of joints (18, 3) [m], status (18,), sigma (18,) [m], without those that are not known well."""
     xyz, status, sigma = joints
     with np.errstate(invalid='ignore'):
         known, sure = ((sigma <= most * stature) | (np.isnan(sigma) & (status == MEASURED))

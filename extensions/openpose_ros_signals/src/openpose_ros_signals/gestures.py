@@ -1,17 +1,36 @@
 """Gestures of one arm or both; how far each one holds, by the joints of the last second."""
-from typing import Dict, List, NamedTuple, Optional, Sequence
+import math
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_signals.arms import Arm, held_way
 from openpose_ros_signals.constants import GestureConstants, SignalConstants, SwingConstants
-from openpose_ros_signals.geometry import TICK, Body, angle, least, ramp, unless_hidden
+from openpose_ros_signals.geometry import ARMS, NOSE, TICK, Body, angle, least, length, ramp, unless_hidden
 from openpose_ros_signals.records import ARM_GESTURES
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
 
+# Signs of the axes of a body for the left and the right arm: the first one points outwards.
+_OUTWARDS = np.array([[[1.0], [1.0], [1.0]], [[-1.0], [1.0], [1.0]]])
 # Points of a hand: wrist, first joints of index, middle and little finger.
 _PALM = np.array([0, 5, 9, 17])
+
+
+class Arm(NamedTuple):
+    """An arm at one time; NaN where joints are hidden."""
+
+    stamp: float  # [s]
+    wrist: np.ndarray  # (3,) from the shoulder outwards (to the person's left of the left arm), forwards, up [statures]
+    fore: np.ndarray  # (3,) unit vector from elbow to wrist, likewise
+    reach: np.ndarray  # (3,) of the wrist from the shoulder, in the frame of the people [statures]
+    place: np.ndarray  # (3,) of the wrist, in the frame of the people [statures]
+    elbow: float  # angle of the elbow [deg], 180 straight
+    raised: float  # angle of the line from shoulder to wrist to straight down [deg]
+    forearm: float  # angle of the forearm to straight up [deg]
+    over_eyes: float  # height of the wrist over the eyes [statures]
+    from_nose: float  # distance of the wrist from the nose, or from eyes or ears where it is hidden [statures]
+    sure: bool  # whether the places of all three joints are known well
+    known: bool  # whether shoulder, elbow, wrist and the left of the body are seen
 
 
 class Palm(NamedTuple):
@@ -19,6 +38,19 @@ class Palm(NamedTuple):
 
     normal: np.ndarray
     fingers: np.ndarray
+
+
+def arm_of(body: Body, side: int) -> Arm:
+    """Return the left (0) or right (1) arm of a body."""
+    shoulder, elbow, wrist = body.joints[ARMS[side]]
+    axes = body.axes * _OUTWARDS[side]
+    reach, fore = wrist - shoulder, wrist - elbow
+    bend, from_shoulder = angle(shoulder - elbow, fore), axes @ reach / body.stature
+    nose = body.joints[NOSE] if np.isfinite(body.joints[NOSE, 0]) else body.eyes
+    return Arm(body.stamp, from_shoulder, axes @ fore / (length(fore) + 1e-12), reach / body.stature,
+               wrist / body.stature, bend, angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
+               body.distance(wrist, nose), bool(body.sure[ARMS[side]].all()),
+               not (math.isnan(bend) or math.isnan(from_shoulder[0])))
 
 
 def palm_of(hands: Hands3D, person: int, left: bool) -> Optional[Palm]:
@@ -29,11 +61,6 @@ def palm_of(hands: Hands3D, person: int, left: bool) -> Optional[Palm]:
             normal = np.cross(points[1] - points[0], points[3] - points[0])
             return Palm(-normal if left else normal, points[2] - points[0])
     return None
-
-
-def extended(arm: Arm, constants: GestureConstants) -> float:
-    """Return how far an arm is straight and away from the body, 0 to 1; NaN if it is hidden."""
-    return least(ramp(arm.elbow, constants.straight_arm), ramp(arm.raised, constants.arm_away))
 
 
 def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Body, signals: SignalConstants
@@ -50,23 +77,38 @@ def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Bod
     if not arm.known:
         return dict.fromkeys(ARM_GESTURES, np.nan)
     constants = signals.gesture
-    held = ramp(held_way(arms, constants.held_time), constants.held)
-    wave = wave_degree(arms, signals.swing, constants)
-    beckon = least(beckon_degree(arms, signals.swing, constants), 1 - wave)
+    held = ramp(_wrist_motion(arms, constants.held_time), constants.held)
+    wave = _wave_degree(arms, signals.swing, constants)
+    beckon = least(_beckon_degree(arms, signals.swing, constants), 1 - wave)
     raised = least(ramp(arm.over_eyes, constants.over_eyes), ramp(arm.raised, constants.steep_arm),
                    ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_face), held, 1 - wave)
-    stop = least(_says_stop(arms, palm, body, constants), 1 - wave, 1 - beckon, 1 - raised)
+    stop = least(_stop_degree(arms, palm, body, constants), 1 - wave, 1 - beckon, 1 - raised)
     over_hips = body.height(arm.place * body.stature, body.hips)
-    point = least(extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm), held, 1 - wave, 1 - beckon,
-                  1 - stop, unless_hidden(1 - extended(other, constants)),
+    point = least(_extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm), held, 1 - wave, 1 - beckon,
+                  1 - stop, unless_hidden(1 - _extended(other, constants)),
                   unless_hidden(ramp(over_hips, constants.over_hips)))
     return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
 
 
-def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body, constants: GestureConstants) -> float:
+def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstants) -> float:
+    """Return how far the arms are crossed before the chest, 0 to 1; NaN if an arm is hidden."""
+    if not (left.known and right.known):
+        return np.nan
+    gap = float((left.place - right.place) @ body.left)
+    return least(ramp(gap, constants.crossed), *(ramp(-arm.fore[0], constants.inward) for arm in (left, right)),
+                 *(ramp(-arm.wrist[2], constants.chest_height) for arm in (left, right)))
+
+
+def _extended(arm: Arm, constants: GestureConstants) -> float:
+    """Return how far an arm is straight and away from the body."""
+    return least(ramp(arm.elbow, constants.straight_arm), ramp(arm.raised, constants.arm_away))
+
+
+def _stop_degree(arms: Sequence[Arm], palm: Optional[Palm], body: Body, constants: GestureConstants) -> float:
     """Return how far a hand says stop: by its palm, or without one by the arm."""
     arm = arms[-1]
-    held = least(ramp(held_way(arms, constants.stop_time), constants.held), ramp(arm.wrist[1], constants.stop_ahead))
+    held = least(ramp(_wrist_motion(arms, constants.stop_time), constants.held),
+                 ramp(arm.wrist[1], constants.stop_ahead))
     if palm is None:
         return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.forearm_up),
                      ramp(arm.wrist[2], constants.hand_up), ramp(arm.from_nose, constants.off_face))
@@ -75,37 +117,21 @@ def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body, constants:
                  ramp(angle(palm.fingers, body.up), constants.palm))
 
 
-def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstants) -> float:
-    """Return how far the arms are crossed before the chest, 0 to 1; NaN if an arm is hidden."""
-    if not (left.known and right.known):
-        return np.nan
-    apart = float((left.place - right.place) @ body.left)
-    degrees = [ramp(apart, constants.crossed), ramp(-left.fore[0], constants.inward),
-               ramp(-right.fore[0], constants.inward)]
-    for arm in (left, right):
-        degrees.append(ramp(-arm.wrist[2], constants.chest_height))
-    return least(*degrees)
-
-
-def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
-    """Return how far a hand that is up goes to and fro sideways, 0 to 1; NaN if the arm is hidden.
-
-    Args:
-        arms: of one side, in the last second, the newest last.
-    """
+def _wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
+    """Return how far a hand that is up goes to and fro sideways."""
     arm = arms[-1]
     posture = least(ramp(arm.wrist[2], held.hand_up), ramp(arm.forearm, held.forearm_up),
                     unless_hidden(ramp(arm.from_nose, held.off_face)))
     if not posture > 0:
         return posture
-    run = _while(arms, [one.fore[2] > 0 for one in arms])
+    run = _newest_run(arms, lambda one: one.fore[2] > 0)
     if not run:
         return 0.0
-    ways = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
-    ends = turns(ways[:, 0], constants.wave[0] / 2)
-    if not _lively(run, ends, constants):
+    wrists = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
+    ends = turns(wrists[:, 0], constants.wave[0] / 2)
+    if not _is_swinging(run, ends, constants):
         return 0.0
-    before, last = np.diff(ways[ends[-3:]], axis=0)
+    before, last = np.diff(wrists[ends[-3:]], axis=0)
     # a hand that is raised and lowered again by the side does not wave; at the top, a straight arm moves level
     lowered = last[0] > 0 and _level(before) < constants.wave_level
     if lowered or _level(last) < constants.wave_level:
@@ -116,34 +142,45 @@ def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCon
     return least(posture, ramp(longer, constants.wave), ramp(2 * shorter, constants.wave))
 
 
-def _level(way: np.ndarray) -> float:
-    """Return how many times as far a way goes to the side as forwards or up."""
-    return float(abs(way[0]) / (max(abs(way[1]), abs(way[2])) + 1e-9))
+def _level(motion: np.ndarray) -> float:
+    """Return how many times as far a motion goes to the side as forwards or up."""
+    return float(abs(motion[0]) / (max(abs(motion[1]), abs(motion[2])) + 1e-9))
 
 
-def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
-    """Return how far the elbow of an arm before the body bends and stretches, 0 to 1; NaN if the arm is hidden.
-
-    Args:
-        arms: of one side, in the last second, the newest last.
-    """
+def _beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
+    """Return how far the elbow of an arm before the body bends and stretches."""
     arm = arms[-1]
     posture = least(ramp(arm.wrist[1], constants.beckon_ahead), ramp(arm.from_nose, held.off_face),
                     1 - ramp(arm.over_eyes, held.over_eyes))
     if not posture > 0:
         return posture
-    run = _while(arms, [one.elbow < held.straight_arm[1] for one in arms])
+    run = _newest_run(arms, lambda one: one.elbow < held.straight_arm[1])
     if not run:
         return 0.0
     elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
     ends = turns(elbows, constants.beckon[0])
-    if not _lively(run, ends, constants):
+    if not _is_swinging(run, ends, constants):
         return 0.0
     before, last = np.abs(np.diff(elbows[ends[-3:]]))
-    ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
-    along = (np.abs(ways[:, 0]) <= constants.beckon_side * np.linalg.norm(ways, axis=1)).all()
+    motions = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
+    if not (np.abs(motions[:, 0]) <= constants.beckon_side * np.linalg.norm(motions, axis=1)).all():
+        return 0.0
     bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
-    return least(posture, bent, ramp(min(before, last), constants.beckon)) if along else 0.0
+    return least(posture, bent, ramp(min(before, last), constants.beckon))
+
+
+def _wrist_motion(arms: Sequence[Arm], seconds: float) -> float:
+    """Return how far the wrist moved in this time [statures]; infinite if it was not seen before.
+
+    From the shoulder or in space, whichever is less: people walk on, and shoulders are inaccurate.
+    """
+    newest, most = arms[-1], 0.0
+    for arm in (arm for arm in arms[-2::-1] if arm.known):
+        age = newest.stamp - arm.stamp
+        most = max(most, min(length(newest.wrist - arm.wrist), length(newest.place - arm.place)))
+        if age >= seconds - TICK:
+            return most * seconds / age
+    return np.inf
 
 
 def turns(values: np.ndarray, least_way: float) -> List[int]:
@@ -172,19 +209,19 @@ def _smoothed(run: Sequence[Arm], values: np.ndarray, smooth: float) -> np.ndarr
     return np.asarray(near @ values / near.sum(axis=1).reshape(-1, *(1,) * (values.ndim - 1)))
 
 
-def _lively(run: Sequence[Arm], ends: List[int], constants: SwingConstants) -> bool:
+def _is_swinging(run: Sequence[Arm], ends: List[int], constants: SwingConstants) -> bool:
     """Return whether a motion goes to and fro, still does, and is seen well where it turns."""
     if len(ends) < 3:
         return False
     begin, turn, end = (run[row] for row in ends[-3:])
-    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= constants.pause and turn.sure and end.sure)
+    return max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= constants.pause and turn.sure and end.sure
 
 
-def _while(arms: Sequence[Arm], holds: Sequence[bool]) -> List[Arm]:
+def _newest_run(arms: Sequence[Arm], holds: Callable[[Arm], bool]) -> List[Arm]:
     """Return the newest arms in a row for which something holds; hidden ones are left out."""
     run: List[Arm] = []
-    for arm, one in zip(arms[::-1], holds[::-1]):
-        if arm.known and not one:
+    for arm in arms[::-1]:
+        if arm.known and not holds(arm):
             break
         if arm.known:
             run.append(arm)

@@ -10,14 +10,8 @@ from openpose_ros_signals.geometry import TICK
 class Held:
     """One signal of one person over time: begins and ends with hysteresis, and never for a moment.
 
-    Attributes:
-        on: whether it is reported.
-        since: when it began to hold, before it was reported [s].
-        confidence: how far it holds.
-
-    Args:
-        begin: time to hold before it is reported [s]; None: as the constants say.
-        at_once: report at once what holds wholly, after a part of that time what holds less.
+    `on`: whether it is reported, `since` when it began to hold [s], before it was reported, with which `confidence`.
+    It is reported after it held for `begin` [s]; `at_once`: what holds wholly at once, less after a part of that time.
     """
 
     def __init__(self, constants: HoldConstants, begin: Optional[float] = None, at_once: bool = False) -> None:

@@ -45,11 +45,7 @@ def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
 
 
 def place_of(body: Body, joints: np.ndarray) -> Optional[np.ndarray]:
-    """Return the middle of the trunk (3,) [m], by its inferred joints or all others where it is hidden; None: no joint.
-
-    Args:
-        joints: (18, 3) [m] of this body, with those that are too uncertain for `body`.
-    """
+    """Return the middle of the trunk (3,) [m], where it is hidden of uncertain joints (18, 3) [m]; None: no joint."""
     guesses = (guess[np.isfinite(guess[:, 0])] for guess in (body.place[np.newaxis], joints[TRUNK], joints))
     return next((np.asarray(guess.mean(axis=0)) for guess in guesses if len(guess)), None)
 
@@ -84,10 +80,9 @@ def floor_pose(place: np.ndarray, height: float, forward: np.ndarray, up: np.nda
 
 def level_direction(body: Body, facing: Optional[Facing], walk: Optional[Walk], constants: FloorConstants
                     ) -> np.ndarray:
-    """Return where a body is turned on the floor, a level unit vector (3,).
+    """Return where a body is turned on the floor, a level unit vector (3,): where it faces, else where it walks.
 
-    It is where the body faces; where that is hidden, or steeply up or down, where the person walks; else x of the
-    frame, or its z if x is upwards.
+    Where neither is known, it is x of the frame, or its z if x is upwards.
     """
     if facing is not None and abs(facing.direction @ body.up) < math.sin(math.radians(constants.most_rise)):
         return _level(facing.direction, body.up)
@@ -101,15 +96,11 @@ def _level(direction: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 class FallWatch:
-    """Whether a person fell.
-
-    Attributes:
-        fall: of a person that lies after a fall; None: no fall.
-    """
+    """Whether a person fell."""
 
     def __init__(self, constants: MotionConstants) -> None:
         self._constants = constants
-        self.fall: Optional[Fall] = None
+        self.fall: Optional[Fall] = None  # of a person that lies after a fall
         self._heights: Deque[Tuple[float, float]] = deque()  # stamps [s], and heights of the shoulders [statures]
 
     def watch(self, body: Body, posture: str, since: float) -> None:
@@ -142,7 +133,5 @@ def _fastest(stamps: np.ndarray, heights: np.ndarray, time: float) -> float:
     """Return the greatest speed downwards [statures/s], over a time [s]."""
     earlier = np.searchsorted(stamps, stamps - time + TICK) - 1
     rows = np.flatnonzero(earlier >= 0)
-    if not len(rows):
-        return 0.0
     earlier = earlier[rows]
-    return float(((heights[earlier] - heights[rows]) / (stamps[rows] - stamps[earlier])).max())
+    return float(((heights[earlier] - heights[rows]) / (stamps[rows] - stamps[earlier])).max()) if len(rows) else 0.0

@@ -1,13 +1,12 @@
 """Which parameters the node of this package reads."""
 from dataclasses import dataclass
-from typing import Any, Dict, Tuple, Type
+from typing import Any, Dict, Type
 
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_signals.show.markers import SignalMarkerParams
 from skeleton_extract_3d.points.transform import UPRIGHT
 
 
@@ -61,8 +60,6 @@ class SignalsParams(Parameters):
     targets: str = parameter(
         '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
             'empty: no known targets.')
-    tf_timeout: float = parameter(0.1, 'Wait this long for the transform to fixed_frame at the stamp of the people; '
-                                       'a frame without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
 
 
 @dataclass(frozen=True)
@@ -71,12 +68,8 @@ class SignalsSettings:
 
     signals: SignalsParams
     upright: UprightParams
-    markers: SignalMarkerParams
     demand: DemandParams
 
-
-# What dynamic_reconfigure may change in the running node.
-LIVE_PARAMETERS: Tuple[str, ...] = ('text_scale', 'facing_length', 'pointing_length', 'signal_lifetime')
 
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {'people_signals_node.yaml': SignalsSettings}

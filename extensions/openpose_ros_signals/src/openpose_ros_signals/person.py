@@ -5,10 +5,9 @@ from typing import Deque, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_signals import motion
-from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit, unless_hidden
-from openpose_ros_signals.gestures import Palm, arm_degrees, crossed_degree
+from openpose_ros_signals.gestures import Arm, Palm, arm_degrees, arm_of, crossed_degree
 from openpose_ros_signals.holding import Held
 from openpose_ros_signals.pointing import pointing_of, with_points, with_targets
 from openpose_ros_signals.postures import posture_degrees
@@ -36,48 +35,30 @@ _SWINGS = ('wave', 'beckon')
 
 
 class Surroundings(NamedTuple):
-    """What is around people.
+    """What is around people."""
 
-    Attributes:
-        targets: of pointing; they go before points.
-        points: (N, 3) [m] of a cloud, NaN where missing; None: not known.
-        floor: (4,) plane a, b, c, d with a x + b y + c z + d = 0 and (a, b, c) of length 1 upwards; None: not known.
-    """
-
-    targets: Tuple[Target, ...] = ()
-    points: Optional[np.ndarray] = None
-    floor: Optional[np.ndarray] = None
+    targets: Tuple[Target, ...] = ()  # of pointing; they go before points
+    points: Optional[np.ndarray] = None  # (N, 3) [m] of a cloud, NaN where missing
+    floor: Optional[np.ndarray] = None  # (4,) plane a, b, c, d: a x + b y + c z + d = 0; (a, b, c) of length 1, upwards
 
 
 class BodyObservation(NamedTuple):
-    """A person of a frame.
+    """A person of a frame."""
 
-    Attributes:
-        joints: (18, 3) [m], status (18,) and sigma (18,) [m] in the order of COCO_18.
-        trunk, head: (3, 3) axes of neck and nose, see `joint_frames`.
-        palms: of the left and the right hand.
-        face: where the head faces by its face; None: not known.
-    """
-
-    joints: Tuple[np.ndarray, np.ndarray, np.ndarray]
-    trunk: np.ndarray
-    head: np.ndarray
-    palms: Tuple[Optional[Palm], Optional[Palm]] = (None, None)
-    face: Optional[Facing] = None
+    joints: Tuple[np.ndarray, np.ndarray, np.ndarray]  # (18, 3) [m], status (18,), sigma (18,) [m], as of COCO_18
+    trunk: np.ndarray  # (3, 3) axes of the neck, see `joint_frames`
+    head: np.ndarray  # (3, 3) axes of the nose
+    palms: Tuple[Optional[Palm], Optional[Palm]] = (None, None)  # of the left and the right hand
+    face: Optional[Facing] = None  # where the head faces by its face
 
 
 class Person:
-    """A person over time.
-
-    Attributes:
-        since, stamp: when the person was seen first and last [s].
-        stature: [m].
-    """
+    """A person over time; `since` and `stamp`: when it was seen first and last [s]."""
 
     def __init__(self, since: float, constants: SignalConstants = SIGNALS) -> None:
         self._constants = constants
         self.since = self.stamp = since
-        self.stature = constants.body.adult_stature
+        self._stature = constants.body.adult_stature
         self._statures: Deque[float] = deque(maxlen=constants.person.statures)
         self._bodies: Deque[Body] = deque()
         self._arms: Tuple[Deque[Arm], Deque[Arm]] = (deque(), deque())
@@ -112,8 +93,8 @@ class Person:
         stature = stature_of(*seen.joints[:2], constants, self._constants.body)
         if np.isfinite(stature):
             self._statures.append(stature)
-            self.stature = float(np.median(np.array(self._statures)))
-        body = body_of(stamp, seen.joints, up, self.stature, constants)
+            self._stature = float(np.median(np.array(self._statures)))
+        body = body_of(stamp, seen.joints, up, self._stature, constants)
         self.stamp = stamp
         self._bodies.append(body)
         for side, arms in enumerate(self._arms):

@@ -63,10 +63,10 @@ def with_targets(pointing: Pointing, targets: Sequence[Target], constants: Point
 def with_points(pointing: Pointing, points: np.ndarray, wrist: np.ndarray, stature: float,
                 constants: PointingConstants = SIGNALS.pointing) -> Pointing:
     """Return a pointing arm with what each of its rays meets; arguments as of `hit_points`."""
-    eye_ray, arm_ray = (replace(ray, hit=hit_points(ray, points, wrist, stature, constants))
-                        for ray in (pointing.eye_ray, pointing.arm_ray))
-    hit = hit_points(pointing, points, wrist, stature, constants)
-    return replace(pointing, hit=hit, eye_ray=eye_ray, arm_ray=arm_ray)
+    hit, *hits = (hit_points(ray, points, wrist, stature, constants)
+                  for ray in (pointing, pointing.eye_ray, pointing.arm_ray))
+    return replace(pointing, hit=hit, eye_ray=replace(pointing.eye_ray, hit=hits[0]),
+                   arm_ray=replace(pointing.arm_ray, hit=hits[1]))
 
 
 def _off(ray: Ray, position: np.ndarray) -> float:
@@ -93,6 +93,5 @@ def hit_points(ray: Ray, points: np.ndarray, wrist: np.ndarray, stature: float,
     for first, further in zip(order, order[last:]):
         if along[further] - along[first] <= constants.surface:
             surface = order[(along[order] >= along[first]) & (along[order] <= along[first] + constants.surface)]
-            place = ray.origin + float(np.median(along[surface])) * ray.direction
-            return Hit(place)
+            return Hit(ray.origin + float(np.median(along[surface])) * ray.direction)
     return None

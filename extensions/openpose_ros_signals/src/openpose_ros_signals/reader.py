@@ -19,9 +19,9 @@ _NOTHING = Surroundings()
 
 
 class Present(NamedTuple):
-    """A person that is there: when it was seen first [s], and what it does."""
+    """A person that is there."""
 
-    since: float
+    since: float  # when it was seen first [s]
     signals: PersonSignals
 
 
@@ -29,9 +29,7 @@ class SignalReader:
     """Tells what the people of successive frames do; not thread-safe, and with no clock but the stamps.
 
     An id is a person (`distinct_ids`): a new one begins anew wherever it is, and nothing is told of one that is gone.
-
-    Attributes:
-        present: the people of the last frame, in their order.
+    `present` are the people of the last frame, in their order.
     """
 
     def __init__(self, constants: SignalConstants = SIGNALS) -> None:
@@ -45,11 +43,10 @@ class SignalReader:
         """Return what each person does, in the order of the people.
 
         Args:
-            people: in a frame of reference in which the room stands still, or walking and falls are not told rightly.
+            people: in a frame in which the room stands still, or walking and falls are not told rightly.
             stamp: [s]; if it is before that of the last frame, all people begin anew.
             up: (3,) upwards, any length.
-            around: targets, cloud and floor, in the same frame.
-            landmarks: their hands and faces, in the same frame; None: not known.
+            around, landmarks: what is around, and hands and faces, in the same frame; None: not known.
         """
         if stamp < self._stamp:
             self._people.clear()
@@ -58,13 +55,15 @@ class SignalReader:
         self._people = {name: person for name, person in self._people.items()
                         if stamp - person.stamp <= self._constants.person.gap}
         people = replace(people, ids=distinct_ids(people.ids))
-        for name in set(people.ids.tolist()) - self._people.keys():
-            self._people[name] = Person(stamp, self._constants)
-        seen = _observations(people, joints_of(people), landmarks or Landmarks3D.empty())
-        persons = tuple(self._people[name].read(name, stamp, one, up, around)
-                        for name, one in zip(people.ids.tolist(), seen))
-        self.present = tuple(Present(self._people[person.id].since, person) for person in persons)
-        return persons
+        present = []
+        for name, seen in zip(people.ids.tolist(),
+                              _observations(people, joints_of(people), landmarks or Landmarks3D.empty())):
+            if name not in self._people:
+                self._people[name] = Person(stamp, self._constants)
+            person = self._people[name]
+            present.append(Present(person.since, person.read(name, stamp, seen, up, around)))
+        self.present = tuple(present)
+        return tuple(person.signals for person in present)
 
 
 def _observations(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landmarks3D) -> List[BodyObservation]:
@@ -72,12 +71,9 @@ def _observations(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: L
     frames, index = joint_frames(people), people.skeleton.index
     neck, nose = (frames[:, index[name]] if name in index else np.full((len(people), 3, 3), np.nan)
                   for name in ('neck', 'nose'))
-    seen = []
-    for row, name in enumerate(people.ids.tolist()):
-        palms = tuple(palm_of(landmarks.hands, name, left) for left in (True, False))
-        own = (joints[0][row], joints[1][row], joints[2][row])
-        seen.append(BodyObservation(own, neck[row], nose[row], (palms[0], palms[1]), _face_of(landmarks, name)))
-    return seen
+    return [BodyObservation((joints[0][row], joints[1][row], joints[2][row]), neck[row], nose[row],
+                            (palm_of(landmarks.hands, name, True), palm_of(landmarks.hands, name, False)),
+                            _face_of(landmarks, name)) for row, name in enumerate(people.ids.tolist())]
 
 
 def _face_of(landmarks: Landmarks3D, name: int) -> Optional[Facing]:
@@ -85,6 +81,5 @@ def _face_of(landmarks: Landmarks3D, name: int) -> Optional[Facing]:
     faces = landmarks.faces
     for row in np.flatnonzero((faces.people == name) & np.isfinite(faces.orientations).all(axis=1)):
         forward = Rotation.from_quat(faces.orientations[row]).apply([1.0, 0.0, 0.0])
-        return Facing(forward, float(faces.orientation_sigma[row]),
-                      np.nanmean(faces.points.xyz[row], axis=0))
+        return Facing(forward, float(faces.orientation_sigma[row]), np.nanmean(faces.points.xyz[row], axis=0))
     return None

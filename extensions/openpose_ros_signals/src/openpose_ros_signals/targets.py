@@ -27,24 +27,14 @@ def read_targets(path: Path) -> Tuple[FixedTarget, ...]:
     """
     try:
         values = file_values(path, f'targets {path}')
-        if not isinstance(values, list):
-            raise ValueError(_EXPECTED)
-        targets = tuple(_target(value) for value in values)
-        names = [target.name for target in targets]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f'it has two targets of the name {twice[0]!r}')
-    except ValueError as error:
-        raise BadInputError(f'targets {path} can not be read: {error}') from error
-    return targets
+        return tuple(_target(**value) for value in values)
+    except (ValueError, TypeError) as error:
+        raise BadInputError(f'targets {path} can not be read: {error}; {_EXPECTED}') from error
 
 
-def _target(value: Any) -> FixedTarget:
-    keys = {'name', 'frame_id', 'position'}
-    if not isinstance(value, dict) or not {'name', 'frame_id'} <= set(value) <= keys:
-        raise ValueError(f'{value!r} is no target; {_EXPECTED}')
-    position = np.array(value.get('position', [0.0, 0.0, 0.0]), np.float64)
-    texts = (value['name'], value['frame_id'])
-    if position.shape != (3,) or not np.isfinite(position).all() or not all(isinstance(t, str) and t for t in texts):
-        raise ValueError(f'{value!r} is no target; {_EXPECTED}')
-    return FixedTarget(value['name'], frame_name(value['frame_id']), position)
+def _target(name: Any, frame_id: Any, position: Any = (0.0, 0.0, 0.0)) -> FixedTarget:
+    place = np.array(position, np.float64)
+    named = all(isinstance(text, str) and text for text in (name, frame_id))
+    if not named or place.shape != (3,) or not np.isfinite(place).all():
+        raise ValueError(f'{name!r} is no target')
+    return FixedTarget(name, frame_name(frame_id), place)

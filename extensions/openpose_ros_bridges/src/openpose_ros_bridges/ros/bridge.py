@@ -1,20 +1,20 @@
-"""What all bridges have in common: inputs, a thread for each output, and diagnostics."""
+"""What all bridges have in common: inputs, a thread for each output, messages as tables of fields, and diagnostics."""
 import math
 import threading
 import time
 from functools import partial
-from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import genpy
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.ros.node import introduce
+from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PairingParams
@@ -26,6 +26,8 @@ IN_SPACE = 'openpose_ros/skeleton_3d'
 PEOPLE = (f'{IN_SPACE}/detected_poses_3d', PersonDetection_3dArray)
 IN_IMAGE = (f'{IN_SPACE}/detected_poses', PersonDetectionArray)
 SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
+# Most messages per second to planners.
+PLANNER_RATE = 10.0
 # Signals have the stamp of their people; half a millisecond allows for rounded ones [s].
 _SAME_STAMP = 0.0005
 # rospy sends what was published before its connections are closed within this time [s].
@@ -38,25 +40,38 @@ def start_signals(namespace: str = '') -> str:
     return f"roslaunch openpose_ros_bringup people.launch chain:=false{resolved and f' ns:={resolved}'}"
 
 
-class Output(NamedTuple):
-    """A topic that a bridge publishes.
+class FieldMap:
+    """Makes a message of another package: of each field its type, as `rosmsg show` has it, and what returns its value.
 
-    Attributes:
-        topic, kind: name and message class.
-        inputs: topics and message classes of its input, or of two whose messages have the same stamp.
-        convert: makes the message of those of the inputs, None: nothing is to be said; raises BadInputError for what
-            can not be used.
-        end: makes the message, without people, that is published once when the inputs have ended, or the node ends, of
-            its header: for messages whose readers keep people until the next one comes. None: there is none.
-        rate: most messages per second, of the newest people; 0: no limit.
+    Raises:
+        ForeignPackageError: the message is not found, or has other fields.
     """
+
+    def __init__(self, package: ForeignPackage, message: str, /, **fields: Tuple[str, Callable[..., Any]]) -> None:
+        self.kind = package.message(message, {field: kind for field, (kind, _) in fields.items()})
+        self._values = {field: value for field, (_, value) in fields.items()}
+
+    def __call__(self, *source: Any) -> genpy.Message:
+        """Return the message whose fields follow from the arguments."""
+        return self.kind(**{field: value(*source) for field, value in self._values.items()})
+
+
+HEADER = 'std_msgs/Header', lambda header, *_: header
+"""A header, which is the first argument."""
+
+
+class Output(NamedTuple):
+    """A topic that a bridge publishes."""
 
     topic: str
     kind: Type[genpy.Message]
-    inputs: Sequence[Tuple[str, Type[genpy.Message]]]
+    inputs: Sequence[Tuple[str, Type[genpy.Message]]]  # one topic, or two whose messages have the same stamp
+    # Makes the message of those of the inputs, None: nothing is to be said; raises BadInputError for what is unusable.
     convert: Callable[..., Optional[genpy.Message]]
+    # Makes of its header the message without people that is published once when the inputs have ended, or the node
+    # ends: for messages whose readers keep people until the next one comes.
     end: Optional[Callable[[Header], Optional[genpy.Message]]] = None
-    rate: float = 0.0
+    rate: float = 0.0  # most messages per second, of the newest people; 0: no limit
 
 
 class _Publisher:
@@ -111,9 +126,9 @@ class _Publisher:
 class Bridge:
     """Publishes people in the messages of another package, while there are subscribers."""
 
-    def __init__(self, params: DemandParams, *outputs: Output) -> None:
+    def __init__(self, lazy: bool, outputs: Sequence[Output]) -> None:
         self._health = Health()
-        demand = Demand(params.lazy, self._health)
+        demand = Demand(lazy, self._health)
         needs: Dict[InputSubscriber, Sequence[rospy.Publisher]] = {}
         workers = []
         for output in outputs:
@@ -137,3 +152,12 @@ class Bridge:
 
 def _submit(worker: NewestWinsWorker, *messages: genpy.Message) -> None:
     worker.submit(messages)
+
+
+def run_bridge(name: str, settings: Type[Any], outputs: Callable[[Any], Sequence[Output]]) -> None:
+    """Run the node with what a function returns for its settings."""
+    def make(values: Any) -> Bridge:
+        return Bridge(values.demand.lazy, outputs(values))
+
+    make.__module__ = outputs.__module__  # whose docstring is the help of the node
+    run_node(name, settings, make)

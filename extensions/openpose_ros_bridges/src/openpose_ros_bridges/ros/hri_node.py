@@ -1,7 +1,5 @@
 """The node of REP-155: each person's body below /humans/bodies, and on tf."""
-import re
 import threading
-import time
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Type
@@ -17,11 +15,10 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_bridges.body_model import BodyPose, Pose, body_poses
 from openpose_ros_bridges.human_description import links_of
 from openpose_ros_bridges.node_params import HriParams, HriSettings
-from openpose_ros_bridges.ros.body_topics import BodyTopics
+from openpose_ros_bridges.ros.body_topics import BodyTopics, HumanDescriptions
 from openpose_ros_bridges.ros.bridge import IN_SPACE, start_signals
 from openpose_ros_bridges.ros.hri_messages import HriMessages
-from openpose_ros_bridges.ros.human_descriptions import HumanDescriptions
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.demand import Demand, in_camera
@@ -35,29 +32,18 @@ from skeleton_extract_3d.points.transform import quaternions
 from skeleton_extract_3d.ros import convert
 
 BODIES, PERSONS = '/humans/bodies', '/humans/persons'
-# Images may come for so long before the camera info that tells their size [s].
-_BEFORE_INFO = 2.0
 
 
 @dataclass
 class _Chain:
-    """What is known of a chain.
+    """What is known of a chain."""
 
-    Attributes:
-        prefix: of the ids of its bodies.
-        size: width and height of its images [px]; 0: not known.
-        info: topic that tells the size.
-        first_image: when the first image came while its size was not known [s].
-        frame_id: of its people.
-        names: ids of the bodies that are tracked.
-    """
-
-    prefix: str
-    size: np.ndarray
-    info: str
-    first_image: float = float('inf')
-    frame_id: str = ''
-    names: Sequence[str] = ()
+    prefix: str  # of the ids of its bodies
+    info: str  # topic that tells the size of its images
+    size: Optional[np.ndarray] = None  # (2,) width and height of its images [px]
+    waits: bool = False  # an image came while its size was not known
+    frame_id: str = ''  # of its people
+    names: Sequence[str] = ()  # ids of the bodies that are tracked
 
     def name(self, person: int) -> str:
         """Return the id of the body of a person."""
@@ -68,31 +54,27 @@ class HriNode:
     """Publishes people as REP-155 has them, of one chain or several.
 
     Raises:
-        ParameterError: `id_prefix` begins no name, or `cameras` are no namespaces.
+        ParameterError: `cameras` are no namespaces.
     """
 
     def __init__(self, settings: HriSettings) -> None:
         self._params = params = settings.hri
-        if bool(params.image_width) != bool(params.image_height):
-            raise ParameterError("parameters 'image_width' and 'image_height' belong together: set both or none",
-                                 'image_width')
-        prefixes = id_prefixes(params)
+        prefixes = id_prefixes(params.cameras)
         self._messages, self._health = HriMessages(), Health()
-        self._lock = threading.Lock()
+        self._lock, self._has_ended = threading.Lock(), False
         self._models = HumanDescriptions(rf"({'|'.join(prefixes.values())})\d+", self._health)
         rospy.on_shutdown(self._end)  # before the first body comes
-        self._bodies = BodyTopics(BODIES, params.forget, self._models.forget)
-        self._persons = BodyTopics(PERSONS, params.forget)
+        self._bodies, self._persons = BodyTopics(BODIES, self._models.forget), BodyTopics(PERSONS)
         self._demand = Demand(settings.demand.lazy and not params.publish_tf, self._health)
-        self._tracked = self._demand.advertise(f'{BODIES}/tracked', self._messages.ids, RESULTS_QUEUE)
-        lists = ('tracked', 'known') if params.persons else ()
-        self._person_lists = [self._demand.advertise(f'{PERSONS}/{name}', self._messages.ids, RESULTS_QUEUE)
-                              for name in lists]
+        self._tracked = self._demand.advertise(f'{BODIES}/tracked', self._messages.ids.kind, RESULTS_QUEUE)
+        self._person_lists = [self._demand.advertise(f'{PERSONS}/{name}', self._messages.ids.kind, RESULTS_QUEUE)
+                              for name in (('tracked', 'known') if params.persons else ())]
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=RESULTS_QUEUE) if params.publish_tf else None
         self._workers: List[NewestWinsWorker] = []
         self._chains: List[_Chain] = []
         inputs = [source for camera, prefix in prefixes.items() for source in self._read(camera, prefix)]
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in self._workers))})
+        self._health.show_lasting(self._fault)
         self._demand.read(*inputs)
         introduce(self._demand.inputs, bodies=', '.join(f'{BODIES}/{prefix}ID' for prefix in prefixes.values()))
 
@@ -105,28 +87,30 @@ class HriNode:
             subscriber.registerCallback(worker.submit)
             return subscriber
 
-        size = np.array([self._params.image_width, self._params.image_height])
-        chain = _Chain(prefix, size, in_camera(camera, f'{IN_SPACE}/camera_info'))
+        chain = _Chain(prefix, in_camera(camera, f'{IN_SPACE}/camera_info'))
         self._chains.append(chain)
         end = InputEnd(partial(self._clear, chain))
         # what images add to the bodies is missing without them
-        inputs = [source('detected_poses_3d', PersonDetection_3dArray, partial(self._in_space, end)),
-                  source('camera_info', CameraInfo, self._camera_info, optional=True),
-                  source('detected_poses', PersonDetectionArray, self._in_image, optional=True)]
-        if self._params.signals:
-            inputs.append(source('people_signals', PersonSignalsArray, self._signals, start=start_signals(camera)))
-        return inputs
+        return [source('detected_poses_3d', PersonDetection_3dArray, partial(self._in_space, end)),
+                source('camera_info', CameraInfo, self._camera_info, optional=True),
+                source('detected_poses', PersonDetectionArray, self._in_image, optional=True),
+                source('people_signals', PersonSignalsArray, self._signals, start=start_signals(camera))]
+
+    def _fault(self) -> str:
+        """Return where the size of images is not known; empty: all are."""
+        topics = [chain.info for chain in self._chains if chain.waits]
+        return f"no regions, as there is no camera info on {', '.join(topics)}" if topics else ''
 
     def _camera_info(self, chain: _Chain, message: CameraInfo) -> None:
-        if message.width and message.height and not self._params.image_width:
-            chain.size = np.array(convert_2d.calibration_from_message(message).image_size)
+        if message.width and message.height:
+            chain.size, chain.waits = np.array(convert_2d.calibration_from_message(message).image_size), False
 
     def _in_space(self, end: InputEnd, chain: _Chain, message: PersonDetection_3dArray) -> None:
         people, header = convert.people_from_array(message), message.header
         bodies = {chain.name(person): body for person, body in body_poses(people).items()}
         end.heard()
         with self._lock:
-            if rospy.is_shutdown():
+            if self._has_ended:
                 return  # no model stays after the node
             chain.frame_id, chain.names = header.frame_id, list(map(chain.name, distinct_ids(people.ids).tolist()))
             self._bodies.keep(self._names)
@@ -149,9 +133,9 @@ class HriNode:
 
     def _publish_lists(self, header: Header) -> None:
         """Tell which bodies and persons are tracked."""
-        self._tracked.publish(self._messages.ids(header=header, ids=self._names))
+        self._tracked.publish(self._messages.ids(header, self._names))
         for publisher in self._person_lists:
-            publisher.publish(self._messages.ids(header=header, ids=[person_of(name) for name in self._names]))
+            publisher.publish(self._messages.ids(header, [person_of(name) for name in self._names]))
 
     def _clear(self, chain: _Chain) -> None:
         """Tell that no body of a chain is tracked; with the last one end all topics: readers keep a list."""
@@ -164,6 +148,7 @@ class HriNode:
 
     def _end(self) -> None:
         with self._lock:
+            self._has_ended = True
             self._models.clear()
 
     def _publish_body(self, name: str, body: BodyPose, header: Header) -> None:
@@ -184,16 +169,13 @@ class HriNode:
             self._persons.publish(person, 'location_confidence', Float32(1.0 if name in bodies else 0.0))
 
     def _in_image(self, chain: _Chain, message: PersonDetectionArray) -> None:
-        if not chain.size.all():
-            chain.first_image = min(chain.first_image, time.monotonic())
-            if time.monotonic() - chain.first_image < _BEFORE_INFO:
-                return
-            raise BadInputError(f'the size of the images is not known: there is no camera info on {chain.info}, and '
-                                'image_width and image_height are not set')
+        if chain.size is None:
+            chain.waits = True
+            return
         people, header = convert_2d.people_from_array(message), message.header
         with self._lock:
             for row, person in enumerate(distinct_ids(people.ids).tolist()):
-                region = self._messages.region_of(people, row, header, self._params.roi_margin, chain.size)
+                region = self._messages.region_of(people, row, header, chain.size)
                 if region is not None:
                     self._bodies.publish(chain.name(person), 'roi', region)
                     self._bodies.publish(chain.name(person), 'skeleton2d', self._messages.skeleton_of(
@@ -208,18 +190,15 @@ class HriNode:
                     self._bodies.publish(name, 'gesture', gesture)
 
 
-def id_prefixes(params: HriParams) -> Dict[str, str]:
+def id_prefixes(text: str) -> Dict[str, str]:
     """Return how the ids of the bodies of each chain begin, by its namespace; '' is the node's own."""
-    if not re.fullmatch('[A-Za-z][A-Za-z0-9_]*', params.id_prefix):
-        raise ParameterError(f'id_prefix: {params.id_prefix!r} is no beginning of a name, expected letters, digits '
-                             'and underscores, a letter first', 'id_prefix')
-    cameras = params.cameras.split()
+    cameras = text.split()
     for camera in cameras:
         check_topic_name('cameras', camera)
-    prefixes = {camera: f"{camera.strip('/~').replace('/', '_')}_{params.id_prefix}" for camera in cameras}
+    prefixes = {camera: f"{camera.strip('/~').replace('/', '_')}_p" for camera in cameras}
     if len(set(prefixes.values())) < len(cameras):
-        raise ParameterError(f"parameter 'cameras' names one twice: {params.cameras}", 'cameras')
-    return prefixes or {'': params.id_prefix}
+        raise ParameterError(f"parameter 'cameras' names one twice: {text}", 'cameras')
+    return prefixes or {'': 'p'}
 
 
 def person_of(body: str) -> str:

@@ -13,13 +13,12 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.node_params import MoveitParams, MoveitSettings
-from openpose_ros_bridges.planning_scene import ADD, MOVE, REMOVE, Change, SceneObjects, Solid, solids_of
+from openpose_ros_bridges.planning_scene import ADD, Change, SceneObjects, Solid, solids_of
 from openpose_ros_bridges.robot_links import read_links, without_links
-from openpose_ros_bridges.ros.bridge import PEOPLE, Bridge, Output
-from openpose_ros_bridges.ros.planning_frames import PlanningFrames
+from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, FieldMap, Output, run_bridge
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
-from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_signals.ros.frames import Frames
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros.convert import people_from_array
 
@@ -27,15 +26,14 @@ MOVEIT = ForeignPackage('moveit_msgs', 'https://github.com/moveit/moveit_msgs (b
 SHAPES = ForeignPackage('shape_msgs', 'https://github.com/ros/common_msgs (branch noetic-devel)')
 # Below it each node has the names of its objects, for the one that starts after it was killed.
 _OBJECTS = '/openpose_ros/planning_scene_objects'
+# Links of the robot are wider by this, on each side [m].
+_PADDING = 0.05
 _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
 _COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.35)
 
 
 class PlanningSceneMessages:
     """Makes diffs of planning scenes; remembers what they have told.
-
-    Attributes:
-        kind: class of moveit_msgs/PlanningScene.
 
     Args:
         left: names of objects that are there from before.
@@ -48,26 +46,30 @@ class PlanningSceneMessages:
 
     def __init__(self, params: MoveitParams, left: Sequence[str] = (),
                  save: Callable[[Sequence[str]], None] = lambda names: None) -> None:
-        self._params = params
+        self._params, self._save, self._objects = params, save, SceneObjects(left)
         self._links = read_links(params.robot_links, 'robot_links')
-        self._object = MOVEIT.message('CollisionObject', {
-            'header': 'std_msgs/Header', 'pose': 'geometry_msgs/Pose', 'id': 'string',
-            'primitives': 'shape_msgs/SolidPrimitive[]', 'primitive_poses': 'geometry_msgs/Pose[]',
-            'operation': 'byte'})
+        self._frames = Frames(params.planning_frame, params.robot_links)
         self.kind = MOVEIT.message('PlanningScene', {
             'robot_state': 'moveit_msgs/RobotState', 'world': 'moveit_msgs/PlanningSceneWorld', 'is_diff': 'bool'})
-        self._primitive = SHAPES.message('SolidPrimitive', {'type': 'uint8', 'dimensions': 'float64[]'})
-        self._operations = {ADD: self._object.ADD, MOVE: self._object.MOVE, REMOVE: self._object.REMOVE}
-        self._frames = PlanningFrames(params.tf_timeout, params.planning_frame, params.robot_links)
-        self._save = save
-        self._objects = SceneObjects(left)
+        primitive = FieldMap(SHAPES, 'SolidPrimitive', type=('uint8', lambda kind, *_: kind),
+                             dimensions=('float64[]', lambda _, *sizes: list(sizes)))
+
+        def primitives(solid: Solid) -> List[genpy.Message]:
+            ball = primitive(primitive.kind.SPHERE, solid.radius)
+            return [primitive(primitive.kind.CYLINDER, solid.length, solid.radius), ball, ball]
+
+        self._object = FieldMap(
+            MOVEIT, 'CollisionObject', header=HEADER, id=('string', lambda _, change: change.name),
+            operation=('byte', lambda _, change: getattr(self._object.kind, change.operation)),
+            pose=('geometry_msgs/Pose', lambda _, change: _pose(change.solid)),
+            primitives=('shape_msgs/SolidPrimitive[]', lambda _, change: (
+                primitives(change.solid) if change.operation == ADD else [])),
+            primitive_poses=('geometry_msgs/Pose[]', lambda _, change: (
+                [Pose(Point(0.0, 0.0, height), _NO_TURN) for height in (
+                    0.0, -change.solid.length / 2, change.solid.length / 2)] if change.operation == ADD else [])))
 
     def convert(self, message: PersonDetection_3dArray) -> Optional[genpy.Message]:
-        """Return what changes with a frame; None: nothing.
-
-        Raises:
-            NoTransformError: tf does not know the frame of the people.
-        """
+        """Return what changes with a frame, None: nothing; raises NoTransformError."""
         solids, header = self._solids(message)
         before = self._objects.names
         changes = self._objects.update(solids, header.stamp.to_sec())
@@ -100,42 +102,25 @@ class PlanningSceneMessages:
 
     def _solids(self, message: PersonDetection_3dArray) -> Tuple[Dict[str, Solid], Header]:
         """Return the parts of people, without those that are the robot's, and the header of their frame."""
-        params = self._params
-        people = transform_people(people_from_array(message), *self._frames.to(params.planning_frame, message.header))
-        header = Header(stamp=message.header.stamp, frame_id=params.planning_frame or message.header.frame_id)
+        frame = self._params.planning_frame
+        people = transform_people(people_from_array(message), *self._frames.to(frame, message.header))
+        header = Header(stamp=message.header.stamp, frame_id=frame or message.header.frame_id)
         capsules = capsules_of(people)
         if self._links and len(capsules):
-            capsules = without_links(capsules, self._link_ends(header),
-                                     [link.radius + params.robot_padding for link in self._links])
-        return solids_of(capsules, params.prefix, params.sigmas), header
-
-    def _link_ends(self, header: Header) -> np.ndarray:
-        nowhere = np.full(3, np.nan)
-        origins = {frame: self._frames.origin_of(frame, header) for frame in {
-            frame for link in self._links for frame in (link.start, link.end)}}
-        return np.array([[nowhere if origins[frame] is None else origins[frame] for frame in (link.start, link.end)]
-                         for link in self._links])
+            poses = {name: self._frames.known(name, header) for link in self._links
+                     for name in (link.start, link.end)}
+            origins = {name: np.full(3, np.nan) if pose is None else pose[1] for name, pose in poses.items()}
+            ends = np.array([(origins[link.start], origins[link.end]) for link in self._links])
+            capsules = without_links(capsules, ends, [link.radius + _PADDING for link in self._links])
+        return solids_of(capsules, self._params.sigmas), header
 
     def _diff(self, changes: Sequence[Change], header: Header) -> Optional[genpy.Message]:
         if not changes:
             return None
         scene = self.kind(is_diff=True)
         scene.robot_state.is_diff = True  # else all attached objects would be taken away
-        scene.world.collision_objects = [self._object_of(change, header) for change in changes]
+        scene.world.collision_objects = [self._object(header, change) for change in changes]
         return scene
-
-    def _object_of(self, change: Change, header: Header) -> genpy.Message:
-        solid = change.solid
-        told = self._object(header=header, id=change.name, operation=self._operations[change.operation],
-                            pose=_pose(solid))
-        if change.operation == ADD:
-            ball, cylinder = (self._primitive(type=kind, dimensions=dimensions) for kind, dimensions in (
-                (self._primitive.SPHERE, [solid.radius]),
-                (self._primitive.CYLINDER, [solid.length, solid.radius])))
-            told.primitives = [cylinder, ball, ball]
-            told.primitive_poses = [Pose(Point(), _NO_TURN), *(
-                Pose(Point(0.0, 0.0, side * solid.length / 2), _NO_TURN) for side in (-1, 1))]
-        return told
 
 
 def _pose(solid: Solid) -> Pose:
@@ -157,15 +142,14 @@ def saver(key: str) -> Callable[[Sequence[str]], None]:
     return lambda names: worker.submit(list(names))
 
 
+def outputs(settings: MoveitSettings) -> Sequence[Output]:
+    """Return the outputs of the node."""
+    saved = _OBJECTS + rospy.get_name()
+    messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []), saver(saved))
+    return (Output('planning_scene', messages.kind, (PEOPLE,), messages.convert, messages.end, PLANNER_RATE),
+            Output('~markers', MarkerArray, (PEOPLE,), messages.markers, messages.no_markers, PLANNER_RATE))
+
+
 def main() -> None:
     """Run the bridge to MoveIt."""
-    def make(settings: MoveitSettings) -> Bridge:
-        saved = _OBJECTS + rospy.get_name()
-        messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []), saver(saved))
-        return Bridge(settings.demand,
-                      Output('planning_scene', messages.kind, (PEOPLE,), messages.convert, messages.end,
-                             settings.moveit.max_rate),
-                      Output('~markers', MarkerArray, (PEOPLE,), messages.markers, messages.no_markers,
-                             settings.moveit.max_rate))
-
-    run_node('moveit_node', MoveitSettings, make)
+    run_bridge('moveit_node', MoveitSettings, outputs)

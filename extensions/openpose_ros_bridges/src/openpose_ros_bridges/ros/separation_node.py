@@ -19,7 +19,7 @@ from openpose_ros_bridges.moving_parts import Links, spheres_of
 from openpose_ros_bridges.node_params import SeparationSettings
 from openpose_ros_bridges.robot_links import read_links
 from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE
-from openpose_ros_bridges.separation import Separation, SeparationEstimator, unknown
+from openpose_ros_bridges.separation import CONSTANTS, Separation, SeparationEstimator, unknown
 from openpose_ros_pkg.errors import NoStampError, NoTransformError, ParameterError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
@@ -33,8 +33,10 @@ from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
 
-# Transforms that are dated further ahead are of another clock [s].
-_AHEAD = 0.1
+# Messages per second, also when no people come.
+_RATE = 20.0
+# The bound is 0 when the transform of a link is older [s]; people wait so long for theirs.
+_TF_TIMEOUT = 0.2
 
 
 class SeparationNode:
@@ -50,7 +52,7 @@ class SeparationNode:
         if not self._links:
             raise ParameterError("parameter 'robot_links' names no link, expected FRAME:RADIUS, such as tool0:0.08",
                                  'robot_links')
-        self._health, self._transforms = Health(), Transforms(params.tf_timeout)
+        self._health, self._transforms = Health(), Transforms(_TF_TIMEOUT)
         self._lock = threading.Lock()
         self._estimator, self._frame_id = SeparationEstimator(params), params.fixed_frame
         self._stamp = rospy.Time()
@@ -99,13 +101,12 @@ class SeparationNode:
 
     def _tick(self) -> None:
         """Publish, and wait for the next time; by the clock of the machine, as the one of ROS may stand still."""
-        period = 1 / self._params.rate
-        self._due = max(self._due + period, time.monotonic())
+        self._due = max(self._due + 1 / _RATE, time.monotonic())
         if self._demand.enabled and self._demand.is_wanted(self._topic):
             now = rospy.get_rostime()
             with self._lock:
                 found, frame_id = self._at(now), self._frame_id
-            self._tell(found, Header(stamp=now, frame_id=frame_id))
+            self._publish(found, Header(stamp=now, frame_id=frame_id))
         else:
             self._reason = ''
         time.sleep(max(self._due - time.monotonic(), 0.0))
@@ -116,7 +117,7 @@ class SeparationNode:
             self._forget(self._frame_id)
         if now != before:
             self._clock = now, time.monotonic()
-        elif time.monotonic() - since > self._params.data_timeout:
+        elif time.monotonic() - since > CONSTANTS.data_timeout:
             return unknown('the clock stands still')
         try:
             return self._estimator.at(now.to_sec(), self._links_at(now))
@@ -141,11 +142,11 @@ class SeparationNode:
         """Return where the origin of a frame is, (3,) [m], and how old that is [s]; raises NoTransformError."""
         transform = self._transforms.newest(self._frame_id, frame)
         age = 0.0 if transform.header.stamp.is_zero() else (now - transform.header.stamp).to_sec()
-        if not -_AHEAD <= age <= self._params.tf_timeout:
+        if not -CONSTANTS.ahead <= age <= _TF_TIMEOUT:
             raise NoTransformError(f'the transform of {frame} is {age:.2f} s old')
         return convert.rotation_and_translation(transform)[1], abs(age)
 
-    def _tell(self, found: Separation, header: Header) -> None:
+    def _publish(self, found: Separation, header: Header) -> None:
         if found.bound == 0 and found.reason:
             self._health.count('nothing known')
         self._reason = found.reason if found.bound == 0 else ''

@@ -1,7 +1,7 @@
 """The end of an input, for topics whose readers keep each list of people until the next one comes."""
 import threading
 import time
-from typing import Callable, Optional
+from typing import Callable
 
 from openpose_ros_pkg.ros.threads import repeat
 
@@ -12,27 +12,21 @@ _PERIODS, _LONGEST_PERIOD = 3, 10.0
 
 
 class Silence:
-    """Whether an input is silent.
-
-    Args:
-        least: see `SILENCE` [s].
-    """
+    """Whether an input is silent for at least a time [s]."""
 
     def __init__(self, least: float = SILENCE) -> None:
-        self._least, self._period = least, 0.0
-        self._newest: Optional[float] = None
+        self._least, self._period, self._newest = least, 0.0, -float('inf')
 
     def heard(self) -> None:
         """Take that something came."""
         now = time.monotonic()
-        self._period = 0.0 if self._newest is None else min(now - self._newest, _LONGEST_PERIOD)
-        self._newest = now
+        since = now - self._newest
+        self._period, self._newest = 0.0 if since == float('inf') else min(since, _LONGEST_PERIOD), now
 
     @property
     def lasts(self) -> bool:
         """Whether the input has ended, or has not begun."""
-        newest = self._newest
-        return newest is None or time.monotonic() - newest > max(self._least, _PERIODS * self._period)
+        return time.monotonic() - self._newest > max(self._least, _PERIODS * self._period)
 
 
 class InputEnd:

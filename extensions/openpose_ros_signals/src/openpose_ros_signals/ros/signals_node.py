@@ -1,7 +1,6 @@
 """The node of signals: people in space to what they do, with markers."""
-import threading
 from pathlib import Path
-from typing import Any, List, Optional, Set, Tuple, Type
+from typing import Any, List, Optional, Tuple, Type
 
 import numpy as np
 import rospy
@@ -19,34 +18,25 @@ from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.errors import NoTransformError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
-from openpose_ros_signals.node_params import LIVE_PARAMETERS, SignalsSettings
+from openpose_ros_signals.node_params import SignalsSettings
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import Present, SignalReader
 from openpose_ros_signals.records import Target
 from openpose_ros_signals.ros.convert import poses_of, signals_to_array, summary_to_message
+from openpose_ros_signals.ros.frames import Frames
 from openpose_ros_signals.ros.input_end import Silence
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
-from skeleton_extract_3d.points.transform import (
-    IDENTITY,
-    LEVEL,
-    TURNED,
-    Transform,
-    transform_landmarks,
-    transform_people,
-)
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, Transform, transform_landmarks, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.floor_input import FloorInput
-from skeleton_extract_3d.ros.transforms import Transforms
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 # Text, two facings, and rays with cones of two arms.
@@ -78,29 +68,6 @@ class _Latest:
         self._message = message
 
 
-class _PeopleServer:
-    """Answers `get_people`: which people are there, for state machines."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._present: Tuple[Present, ...] = ()
-        self._header, self._silence = Header(), Silence()
-        self._service = rospy.Service('get_people', GetPeople, self._answer)
-
-    def take(self, present: Tuple[Present, ...], header: Header) -> None:
-        """Take the people that are there at the time of a frame."""
-        self._silence.heard()
-        with self._lock:
-            self._present, self._header = present, header
-
-    def _answer(self, _request: GetPeopleRequest) -> GetPeopleResponse:
-        """Return the people that are there; raises rospy.ServiceException while no messages come."""
-        if self._silence.lasts:
-            raise rospy.ServiceException('no people come: is the extractor running?')
-        with self._lock:
-            return GetPeopleResponse(summary_to_message(self._present, self._header))
-
-
 class SignalsNode:
     """Reads the signals of the newest people in a thread of its own."""
 
@@ -112,16 +79,17 @@ class SignalsNode:
         if self._turns:
             self._upwards = _FIXED_FLOOR[:3]
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
-        self._lost: Set[str] = set()
-        self._transforms = Transforms(params.tf_timeout) if params.fixed_frame or self._targets else None
-        self._reader, self._markers, self._health = SignalReader(), SignalMarkers(settings.markers), Health()
-        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
+        self._frames = Frames(params.fixed_frame, *(target.frame_id for target in self._targets))
+        self._reader, self._markers, self._health = SignalReader(), SignalMarkers(), Health()
         demand = Demand(settings.demand.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
-        self._server = _PeopleServer() if params.summary else None
+        self._silence = Silence()
+        self._present: Tuple[Tuple[Present, ...], Header] = (), Header()
+        if params.summary:
+            rospy.Service('get_people', GetPeople, self._get_people)
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
         self._health.show_lasting(self._fault)
         self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
@@ -141,10 +109,14 @@ class SignalsNode:
 
     def _fault(self) -> str:
         """Return which targets tf does not know; empty: it knows all."""
-        return f"no transform of {', '.join(sorted(self._lost))}" if self._lost else ''
+        lost = sorted(target.name for target in self._targets if target.frame_id in self._frames.lost)
+        return f"no transform of {', '.join(lost)}" if lost else ''
 
-    def _reconfigure(self, settings: SignalsSettings) -> None:
-        self._markers.reconfigure(settings.markers)
+    def _get_people(self, _request: GetPeopleRequest) -> GetPeopleResponse:
+        """Return the people that are there, for state machines; raises ServiceException while no messages come."""
+        if self._silence.lasts:
+            raise rospy.ServiceException('no people come: is the extractor running?')
+        return GetPeopleResponse(summary_to_message(*self._present))
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         pose, floor = self._pose(message.header), self._floor_plane(message.header)
@@ -158,8 +130,8 @@ class SignalsNode:
         self._poses.publish(poses_of(array))
         for person in array.persons:
             self._persons.publish(person)
-        if self._server is not None:
-            self._server.take(self._reader.present, header)
+        self._silence.heard()
+        self._present = self._reader.present, header
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.markers(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))
@@ -174,33 +146,15 @@ class SignalsNode:
         return frame
 
     def _pose(self, header: Header) -> Transform:
-        if self._turns:
-            return LEVEL
-        return IDENTITY if self._transforms is None else self._transforms.pose(self._params.fixed_frame, header)
+        return LEVEL if self._turns else self._frames.to(self._params.fixed_frame, header)
 
     def _floor_plane(self, header: Header) -> Optional[np.ndarray]:
         return _FIXED_FLOOR if self._params.fixed_frame else self._floor.at(header)
 
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""
-        found: List[Target] = []
-        if self._transforms is None:
-            return found
-        for target in self._targets:
-            try:
-                # what was not there is not waited for, as that would hold up each frame
-                moved = self._transforms.lookup(header.frame_id, target.frame_id, header.stamp,
-                                                0.0 if target.name in self._lost else None)
-                rotation, translation = convert.rotation_and_translation(moved)
-            except NoTransformError as error:
-                if target.name not in self._lost:
-                    self._health.warn('target without transform',
-                                      f'{target.name} is left out: {error.__cause__ or error}')
-                self._lost.add(target.name)
-                continue
-            self._lost.discard(target.name)
-            found.append(Target(target.name, rotation @ target.position + translation))
-        return found
+        poses = [(target, self._frames.known(target.frame_id, header)) for target in self._targets]
+        return [Target(target.name, pose[0] @ target.position + pose[1]) for target, pose in poses if pose is not None]
 
     def _points(self, header: Header, pose: Transform) -> Optional[np.ndarray]:
         message = self._cloud.near(header)

@@ -1,16 +1,18 @@
 """RViz markers of signals: what a person does as text, where body and head face, pointing rays."""
-from dataclasses import dataclass
 from typing import List, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_signals.constants import SIGNALS, PointingConstants
+from openpose_ros_signals.constants import SIGNALS
 from openpose_ros_signals.records import PersonSignals, Ray
 from skeleton_extract_3d.show.markers import MarkerSpec, Rgba, ShownMarkers, person_rgb
 
-# Height of the text over the middle of the trunk, over the head, upright and lying [m].
-_OVER_UPRIGHT, _OVER_LYING = 0.95, 0.6
+# Height of the letters, and of the text over the middle of the trunk, upright and lying [m].
+_LETTERS, _OVER_UPRIGHT, _OVER_LYING = 0.13, 0.95, 0.6
+# Length of the arrow of a body's facing, of a head's, and of a pointing ray that meets nothing [m].
+_BODY_FACING, _HEAD_FACING, _POINTING = 0.5, 0.25, 1.5
+# Markers vanish when no frame has come for this long, or for three frame periods [s].
+_LIFETIME = 0.3
 # Lines that show a cone, and each which one of them begins at its tip.
 _CONE_LINES, _CONE_EDGES = 24, 6
 # Diameter of the shaft of an arrow, at most this share of its length, and of the lines of a cone [m].
@@ -20,30 +22,11 @@ _CONE_OPACITY = 0.5
 _WHITE = 0.6
 
 
-@dataclass(frozen=True)
-class SignalMarkerParams(Parameters):
-    """How signals look in RViz."""
-
-    text_scale: float = parameter(0.13, 'Height of the letters.', unit='m', minimum=0.001, maximum=2.0)
-    facing_length: float = parameter(0.5, 'Length of the arrow that shows where a body faces; that of a head has half '
-                                          'of it. 0: none.', unit='m', minimum=0.0, maximum=5.0)
-    pointing_length: float = parameter(1.5, 'Length of the arrow that shows a pointing ray, of its cone, and of the '
-                                            'lines from eyes and shoulder; those that meet something end there. 0: '
-                                            'none.', unit='m', minimum=0.0, maximum=20.0)
-    signal_lifetime: float = parameter(0.3, 'Markers of signals vanish when no frame has come for this long, or for '
-                                            'three frame periods.', unit='s', minimum=0.01, maximum=60.0)
-
-
 class SignalMarkers:
     """Makes the markers of each frame, and deletes those that are no more."""
 
-    def __init__(self, params: SignalMarkerParams, pointing: PointingConstants = SIGNALS.pointing) -> None:
-        self._params, self._pointing = params, pointing
+    def __init__(self) -> None:
         self._shown = ShownMarkers()
-
-    def reconfigure(self, params: SignalMarkerParams) -> None:
-        """Use other parameters from the next frame on."""
-        self._params = params
 
     def markers(self, persons: Sequence[PersonSignals], stamp: float, up: np.ndarray) -> List[MarkerSpec]:
         """Return what to publish for a frame: first the deletes, then the adds.
@@ -57,35 +40,31 @@ class SignalMarkers:
             up: (3,) unit vector.
         """
         return self._shown.replaced([marker for person in persons if np.isfinite(person.place).all()
-                                     for marker in self._of_person(person, up)], stamp, self._params.signal_lifetime)
+                                     for marker in _of_person(person, up)], stamp, _LIFETIME)
 
-    def _of_person(self, person: PersonSignals, up: np.ndarray) -> List[MarkerSpec]:
-        params, rgb = self._params, person_rgb(person.id)
-        over = _OVER_LYING if person.posture.name == 'lying' else _OVER_UPRIGHT
-        text = text_of(person)
-        # RViz puts the middle of the text there: its last line keeps its height
-        height = over + 0.5 * params.text_scale * text.count('\n')
-        markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + height * up),
-                              params.text_scale, (*rgb, 1.0), text)]
-        red, green, blue = (_WHITE + (1 - _WHITE) * value for value in rgb)
-        for name, facing, length in (('body_facing', person.body, params.facing_length),
-                                     ('head_facing', person.head, params.facing_length / 2)):
-            if facing is not None and length:
-                begin = person.place if facing.begin is None else facing.begin
-                markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction),
-                                      (red, green, blue, 1.0)))
-        for gesture in person.gestures:
-            if gesture.pointing is not None and params.pointing_length:
-                number = 2 * person.id + (gesture.arm == 'right')
-                ray = gesture.pointing
-                markers += [_arrow('pointing', number, (ray.origin, _end(ray, params.pointing_length)), (*rgb, 1.0)),
-                            MarkerSpec('pointing_cone', number, 'add', 'line_list',
-                                       cone_lines(ray, params.pointing_length, self._pointing.cone), _CONE_WIDTH,
-                                       (*rgb, _CONE_OPACITY)),
-                            MarkerSpec('pointing_rays', number, 'add', 'line_list', _points(np.array(
-                                [(one.origin, _end(one, params.pointing_length)) for one in (ray.eye_ray, ray.arm_ray)]
-                            )), _CONE_WIDTH, (*rgb, 1.0))]
-        return markers
+
+def _of_person(person: PersonSignals, up: np.ndarray) -> List[MarkerSpec]:
+    rgb, text = person_rgb(person.id), text_of(person)
+    # RViz puts the middle of the text there: its last line keeps its height
+    height = (_OVER_LYING if person.posture.name == 'lying' else _OVER_UPRIGHT) + 0.5 * _LETTERS * text.count('\n')
+    markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + height * up), _LETTERS,
+                          (*rgb, 1.0), text)]
+    red, green, blue = (_WHITE + (1 - _WHITE) * value for value in rgb)
+    for name, facing, length in (('body_facing', person.body, _BODY_FACING),
+                                 ('head_facing', person.head, _HEAD_FACING)):
+        if facing is not None:
+            begin = person.place if facing.begin is None else facing.begin
+            markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction),
+                                  (red, green, blue, 1.0)))
+    for gesture in person.gestures:
+        if gesture.pointing is not None:
+            ray, number = gesture.pointing, 2 * person.id + (gesture.arm == 'right')
+            lines = _points(np.array([(one.origin, _end(one)) for one in (ray.eye_ray, ray.arm_ray)]))
+            markers += [_arrow('pointing', number, (ray.origin, _end(ray)), (*rgb, 1.0)),
+                        MarkerSpec('pointing_cone', number, 'add', 'line_list', cone_lines(ray, _POINTING),
+                                   _CONE_WIDTH, (*rgb, _CONE_OPACITY)),
+                        MarkerSpec('pointing_rays', number, 'add', 'line_list', lines, _CONE_WIDTH, (*rgb, 1.0))]
+    return markers
 
 
 def text_of(person: PersonSignals) -> str:
@@ -112,9 +91,8 @@ def cone_lines(ray: Ray, length: float, sigmas: float = SIGNALS.pointing.cone) -
     return _points(np.concatenate([np.stack([circle[:-1], circle[1:]], axis=1), np.stack([tips, edges], axis=1)]))
 
 
-def _end(ray: Ray, length: float) -> np.ndarray:
-    if ray.hit is not None:
-        length = float(np.linalg.norm(ray.hit.position - ray.origin))
+def _end(ray: Ray) -> np.ndarray:
+    length = _POINTING if ray.hit is None else float(np.linalg.norm(ray.hit.position - ray.origin))
     return np.asarray(ray.origin + length * ray.direction)
 
 
