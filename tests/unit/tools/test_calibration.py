@@ -71,7 +71,6 @@ FOUR, FIVE = 'data: [0.1, -0.02, 0.001, 0.002]', 'data: [0.1, -0.02, 0.001, 0.00
 @pytest.mark.parametrize('text, model, count', [
     (f'{LENS}camera_model: equidistant\ndistortion_coefficients: {{{FOUR}}}', 'equidistant', 4),
     (f'{LENS}camera_model: Pinhole\ndistortion_model: plumb_bob\ndistortion_coefficients: {{{FOUR}}}', 'plumb_bob', 4),
-    (f'{LENS}model_type: KANNALA_BRANDT\ndistortion_coefficients: {{{FOUR}}}', 'equidistant', 4),
     (f'%YAML:1.0\n---\n{LENS}distortion_coefficients: !!opencv-matrix\n  {FIVE}\n', 'plumb_bob', 5),
     (f'%YAML:1.0\n---\n{LENS}fisheye_model: 1\ndistortion_coefficients: !!opencv-matrix\n  {FOUR}\n', 'equidistant', 4),
     (f'%YAML:1.0\n---\n{LENS}fisheye_model: 0\ndistortion_coefficients: !!opencv-matrix\n  {FOUR}\n', 'plumb_bob', 4),

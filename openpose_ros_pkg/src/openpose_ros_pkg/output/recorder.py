@@ -77,11 +77,11 @@ class Recorder:
         draw: how people are drawn into images and video.
         scale: units of the keypoints in JSON and keypoint files.
         source_rate: of the frames [Hz], for the video; None: unknown.
-        existing: what happens to existing files: REPLACE, SKIP or, of live images, REFUSE. A video beside one that stays
-            gets a number: NAME_2.mp4. While the queue is full, `submit` waits; of live images the new one is dropped.
+        existing: what happens to existing files: REPLACE, SKIP or, of live images, REFUSE. A video beside one that
+            stays gets a number: NAME_2.mp4. While the queue is full, `submit` waits, or drops live images.
 
     Attributes:
-        on_fault: called in any thread with why a frame, or a part of it, is not saved; at first it is logged, throttled.
+        on_fault: called in any thread with why a frame, or a part of it, is not saved; at first it is logged.
 
     Raises:
         ParameterError: a folder can not be made or written to, or the video's suffix is not supported.
