@@ -133,7 +133,7 @@ class LandmarkPublisher:
             self.detector.reconfigure(params)
 
     def look(self, hands: bool, faces: bool) -> LandmarkParams:
-        """Let the detector find what the parameters ask for and is wanted, here or by subscribers; return what that is."""
+        """Let the detector find what the parameters ask for and is wanted, or has subscribers; return what that is."""
         wanted = self._publishers and [self._demand.is_wanted(publisher) for publisher in self._publishers]
         hands, faces = (hands or wanted[0], faces or wanted[1]) if wanted else (hands, faces)
         if self._rate > 0:
