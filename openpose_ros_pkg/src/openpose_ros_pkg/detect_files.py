@@ -93,12 +93,7 @@ class InputFile:
 
 def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: float = MOST_MEGAPIXELS
                 ) -> Tuple[List[InputFile], List[Path]]:
-    """Return the images and videos of files and folders, and the paths without any.
-
-    Args:
-        outputs: returns whether a file of a folder is a result of this program.
-        most: `max_image_megapixels`.
-    """
+    """Return the images and videos of files and folders, without `outputs` of this program; and the paths without any."""
     files: List[Path] = []
     bad: List[Path] = []
     for path in paths:
@@ -136,12 +131,7 @@ def people_of_frames(item: InputFile, detection: Detection, landmarks: Optional[
 
 def main(arguments: Optional[Sequence[str]] = None,
          create: Callable[[DetectorSettings], Detection] = create_detection) -> int:
-    """Run the command; return the exit status.
-
-    Args:
-        arguments: of the command line; None: those of this process.
-        create: makes what finds people, of its parameters.
-    """
+    """Run the command with arguments, None: those of this process; return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
     values = setting_values(parser, options.settings)
