@@ -107,7 +107,7 @@ def test_files_of_an_earlier_run_stay_and_the_numbers_go_on_after_them(tmp_path)
 
 def test_faults_last_until_it_can_be_saved_again_and_the_rest_is_written(tmp_path):
     faults = []
-    with Recorder(SaveParams(write_json=str(tmp_path / 'j'), write_keypoint=str(tmp_path / 'k'))) as recorder:
+    with Recorder(SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'k'))) as recorder:
         recorder.on_fault = faults.append
         (tmp_path / 'j').rmdir()
         for number in range(5):

@@ -44,7 +44,7 @@ OLD_PARAMETERS = frozenset((
     'people_topic', 'person_min_joints', 'pointing_length', 'prefix', 'robot_padding', 'roi_margin', 'rviz_config',
     'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_colour', 'skeleton_inferred_colour', 'spacing',
     'start_delay', 'text_scale', 'tf_timeout', 'track_gate', 'trail_scale', 'walking_acceleration', 'walking_speed',
-    'write_keypoint_format'))
+    'write_keypoint', 'write_keypoint_format'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 

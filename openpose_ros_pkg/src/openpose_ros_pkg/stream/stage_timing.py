@@ -2,13 +2,15 @@
 import threading
 import time
 from collections import deque
-from typing import Deque, Dict, List, NamedTuple, Sequence, Tuple
+from dataclasses import dataclass
+from typing import Deque, Dict, List, Sequence, Tuple
 
 # Entries kept of each stage: more than any camera delivers within the window.
 _MOST_ENTRIES = 2000
 
 
-class StageSummary(NamedTuple):
+@dataclass(frozen=True)
+class StageSummary:
     """How long one stage took; percentiles and mean are NaN without entries."""
 
     stage: str
