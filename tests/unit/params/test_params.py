@@ -85,14 +85,6 @@ def test_texts_that_yaml_takes_for_a_bool(values, place):
     assert build(Words, values) == Words(place=place, answer='yes')
 
 
-@pytest.mark.parametrize('key, value, allowed', [
-    ('place', True, "str or 'off'"), ('answer', False, "one of 'maybe', 'yes'")])
-def test_a_bool_that_is_no_word_of_the_parameter(key, value, allowed):
-    with pytest.raises(ParameterError) as caught:
-        build(Words, {key: value})
-    assert str(caught.value) == f"parameter '{key}' = {value} is not allowed: {allowed}"
-
-
 def test_unknown_key_names_the_nearest_and_all():
     with pytest.raises(ParameterError) as caught:
         build(Optics, {'focal_lenght': 1.0})
