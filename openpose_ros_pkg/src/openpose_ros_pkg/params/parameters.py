@@ -18,6 +18,7 @@ dataclass of parameter classes and other records::
 """
 import dataclasses
 import difflib
+import functools
 import itertools
 import json
 import logging
@@ -105,10 +106,10 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     defaults = {field.name: field.default for field in parameter_fields(kind, old=True)}
     for key in sorted(OLD_PARAMETERS & set(values)):
         if key not in defaults:
-            _log.warning("parameter '%s' = %r is old, and without effect here", key, values[key])
+            _warn_once(f"parameter '{key}' = {values[key]!r} is old, and without effect here")
         elif values[key] != defaults[key]:
-            _log.warning("parameter '%s' = %r is old: in the next release it is always %r", key, values[key],
-                         defaults[key])
+            _warn_once(f"parameter '{key}' = {values[key]!r} is old: in the next release it is always "
+                       f'{defaults[key]!r}')
     known = [field.name for field in parameter_fields(kind)]
     for key in sorted(set(values) - set(defaults) - OLD_PARAMETERS):
         near = difflib.get_close_matches(key, known, n=1)
@@ -116,6 +117,11 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
                              key)
     return _build_known(kind, values)
+
+
+@functools.lru_cache(maxsize=None)
+def _warn_once(text: str) -> None:
+    _log.warning('%s', text)
 
 
 def _build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
