@@ -122,18 +122,9 @@ class StreamTest(unittest.TestCase):
         self.assertEqual(list(stages), ['wait', 'decode_message', 'detection', 'publish', 'total', 'landmarks',
                                         'search', 'draw'])
         self.assertEqual(stages['draw'].count, 0)
-        for name in ('wait', 'decode_message', 'detection', 'publish', 'total'):
-            self.assertGreater(stages[name].count, 0, name)
-            self.assertGreater(stages[name].p50, 0.0, name)
-            self.assertGreaterEqual(stages[name].p95, stages[name].p50, name)
         # network of the small input: a few milliseconds at least on any processor; a second would be a wrong unit
         self.assertTrue(1.0 < stages['detection'].p50 < 5000.0)
-        self.assertGreater(stages['total'].p95, stages['detection'].p50)
         await_true(lambda: self.diagnostics.value(NODE, 'detection, median [ms]'), 'the time of the detection')
-
-        self.result_of(image(picture(0), 71.0, 'timing'), recorder=self.listen('detected_poses_image', Image))
-        await_true(lambda: {stage.stage: stage.count for stage in reports.messages[-1].stages}['draw'] > 0,
-                   'the time of a drawing')
 
     def test_compressed_images_and_the_3d_names(self):
         arrays = Recorder('compressed/openpose_ros/skeleton_3d/detected_poses', PersonDetectionArray)

@@ -124,19 +124,6 @@ def test_encoding(encoding, rows, expected, tolerance, padding):
     assert np.abs(bgr.astype(float) - expected).max() <= tolerance
 
 
-def test_mono16_big_endian():
-    bgr = image_to_bgr(message(GREY16.astype('>u2'), 'mono16', padding=6, is_bigendian=1))
-    assert np.abs(bgr - as_grey_bgr(grey(RAMP))).max() <= 1.01
-
-
-@pytest.mark.parametrize('padding', [0, 7])
-def test_bgr8_is_a_view(padding):
-    image = message(RAMP, 'bgr8', padding)
-    bgr = image_to_bgr(image)
-    assert np.shares_memory(bgr, np.frombuffer(image.data, np.uint8)) and not bgr.flags.writeable
-    assert bgr.strides == (3 * WIDTH + padding, 3, 1)
-
-
 @pytest.mark.parametrize(('encoding', 'pixel'), [('bgr8', 3), ('rgba8', 4), ('mono16', 2), ('bayer_grbg8', 1),
                                                  ('yuv422', 2), ('yuv422_yuy2', 2)])
 def test_short_step_and_truncated_data(encoding, pixel):

@@ -26,7 +26,7 @@ _SPELLINGS = {'': '', 'none': '', 'pinhole': '', 'plumb_bob': 'plumb_bob', 'rati
               **dict.fromkeys(('radtan', 'radial_tangential', 'brown_conrady'), 'plumb_bob'),
               **dict.fromkeys(('equi', 'fisheye', 'kannala_brandt', 'kannala_brandt4'), 'equidistant')}
 # Keys by which files name the distortion model; the first one does not matter without any.
-_MODEL_KEYS = ('distortion_model', 'camera_model', 'lens_model', 'model_type', 'distortion_type')
+_MODEL_KEYS = ('distortion_model', 'camera_model')
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,7 @@ class Calibration:
 
 
 def distortion_model(name: str) -> str:
-    """Return the name of a distortion model in a CameraInfo, of any usual spelling; empty: no distortion.
-
-    Raises:
-        BadInputError: it is unknown.
-    """
+    """Return the name of a distortion model in a CameraInfo; empty: no distortion; BadInputError: it is unknown."""
     plain = re.sub(r'[\s-]+', '_', name.strip().lower())
     if plain not in _SPELLINGS:
         raise BadInputError(f"distortion model '{name}' is unknown; expected one of none, plumb_bob, "
@@ -85,11 +81,7 @@ def distortion_model(name: str) -> str:
 
 
 def turned(calibration: Calibration, degrees: int) -> Calibration:
-    """Return the calibration of images that are turned clockwise, by 0, 90, 180 or 270 degrees.
-
-    Raises:
-        BadInputError: the sensor is tilted to the lens, which no turned camera of its model is.
-    """
+    """Return the calibration of images turned clockwise by 0 to 270 degrees; BadInputError: a tilted sensor."""
     for _ in range(degrees // 90 if calibration.is_calibrated else 0):
         # a quarter takes u, v to h - 1 - v, u, and x, y to -y, x
         wide, high = calibration.width, calibration.height

@@ -31,12 +31,8 @@ _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', '
 def run_command(name: str, work: Callable[[], int]) -> int:
     """Run the work of a command and return the exit status.
 
-    SIGTERM and SIGHUP raise KeyboardInterrupt in `work`, as Ctrl-C does. Log messages of this project's packages go to
-    stderr, above a progress bar.
-
-    Args:
-        name: of the command, for its error messages.
-        work: returns the exit status; its OpenposeRosError or OSError is printed in one line.
+    SIGTERM and SIGHUP raise KeyboardInterrupt in `work`, as Ctrl-C does; its OpenposeRosError or OSError is printed in
+    one line. Log messages of this project's packages go to stderr, above a progress bar.
     """
     handler = _AboveTheBar()
     handler.setFormatter(logging.Formatter('%(levelname)s: %(message)s'))
@@ -70,11 +66,7 @@ def run_command(name: str, work: Callable[[], int]) -> int:
 
 
 def add_settings(parser: argparse._ActionsContainer, owner: str) -> None:
-    """Add the option --set KEY=VALUE, read by `setting_values`.
-
-    Args:
-        owner: of the parameters, for the help: 'of the detector'.
-    """
+    """Add the option --set KEY=VALUE, read by `setting_values`; `owner` of the parameters: 'of the detector'."""
     parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[], dest='settings',
                         help=f'a parameter {owner}; may be repeated')
 

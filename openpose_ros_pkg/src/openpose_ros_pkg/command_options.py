@@ -38,13 +38,7 @@ def add_up(parser: argparse.ArgumentParser) -> None:
 
 
 def checked(kind: Callable[[str], Any], is_allowed: Callable[[Any], bool], expected: str) -> Callable[[str], Any]:
-    """Return the reader of an option, as `type` of argparse.
-
-    Args:
-        kind: makes the value of the text; raises ValueError or ZeroDivisionError where that is none.
-        is_allowed: tells whether the value is.
-        expected: what is, for the error.
-    """
+    """Return the reader of an option, as `type` of argparse: `kind` makes the value; `expected` is for the error."""
     def read(text: str) -> Any:
         with suppress(OSError, ValueError, ZeroDivisionError):
             value = kind(text)

@@ -93,12 +93,7 @@ class InputFile:
 
 def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: float = MOST_MEGAPIXELS
                 ) -> Tuple[List[InputFile], List[Path]]:
-    """Return the images and videos of files and folders, and the paths without any.
-
-    Args:
-        outputs: returns whether a file of a folder is a result of this program.
-        most: `max_image_megapixels`.
-    """
+    """Return the images and videos of files and folders, without `outputs` of this program; and paths without any."""
     files: List[Path] = []
     bad: List[Path] = []
     for path in paths:
@@ -136,12 +131,7 @@ def people_of_frames(item: InputFile, detection: Detection, landmarks: Optional[
 
 def main(arguments: Optional[Sequence[str]] = None,
          create: Callable[[DetectorSettings], Detection] = create_detection) -> int:
-    """Run the command; return the exit status.
-
-    Args:
-        arguments: of the command line; None: those of this process.
-        create: makes what finds people, of its parameters.
-    """
+    """Run the command with arguments, None: those of this process; return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
     values = setting_values(parser, options.settings)
@@ -155,7 +145,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     settings = build(FileSettings, values)
     save, overwrite = settings.save, options.overwrite
     if not save.active:
-        raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
+        raise ParameterError('nothing to save: give --write-json, --write-images or --write-video')
     inputs, unreadable = find_inputs(options.inputs, lambda path: _is_result(path, save),
                                      settings.limits.max_image_megapixels)
     for path in unreadable:
@@ -230,7 +220,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--write-json', metavar='DIR', help="keypoints in OpenPose's JSON layout, one file per frame")
     parser.add_argument('--write-images', metavar='DIR', help='annotated images, one file per frame')
     parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')
-    parser.add_argument('--write-keypoint', metavar='DIR', help='keypoints as a matrix in files of OpenCV')
     add_settings(parser, 'of the detector, of drawing, tracking or saving')
     parser.add_argument('--overwrite', action='store_true', help='do inputs again, and replace what is there')
     return parser

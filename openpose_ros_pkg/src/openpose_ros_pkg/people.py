@@ -166,8 +166,9 @@ class People2D:
 
     def select(self, indices: np.ndarray) -> 'People2D':
         """Return some of the people, in the order of their indices (N,)."""
-        return replace(self, **{name: None if getattr(self, name) is None else getattr(self, name)[indices]
-                                for name in ('keypoints', 'scores', 'ids', 'looked', 'points', 'sigmas', 'existence')})
+        chosen: Any = {name: None if getattr(self, name) is None else getattr(self, name)[indices]
+                       for name in ('keypoints', 'scores', 'ids', 'looked', 'points', 'sigmas', 'existence')}
+        return replace(self, **chosen)
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""

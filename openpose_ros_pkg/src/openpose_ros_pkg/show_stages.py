@@ -59,7 +59,7 @@ def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
 
 def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional[DepthView] = None
                     ) -> Tuple[People2D, Stages]:
-    """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops."""
+    """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image."""
     detector = create_detector(settings)
     plain = replace(detector.setup, decode=settings.decode, direct=settings.direct)
     stages, opinions = [('input', bgr)], []

@@ -17,11 +17,7 @@ _MOST_VALUES = 100000
 
 
 def file_values(path: Path, what: str, error: Callable[[str], Exception] = BadInputError) -> Any:
-    """Return the values in a file of YAML, or of JSON by its suffix.
-
-    Raises:
-        error: it can not be read, or is a device or pipe, which need not end; the text begins with `what`.
-    """
+    """Return the values in a file of YAML, or of JSON by its suffix; `error`, beginning with `what`: it has none."""
     try:
         path = path.expanduser()
         if path.exists() and not path.is_file():
@@ -32,11 +28,7 @@ def file_values(path: Path, what: str, error: Callable[[str], Exception] = BadIn
 
 
 def yaml_value(text: str) -> Any:
-    """Return the first document of a YAML text, also of one that OpenCV wrote; None of an empty one.
-
-    Raises:
-        ValueError: it is not YAML, or has too many or impossible values.
-    """
+    """Return the first document of a YAML text, also of OpenCV; None of an empty one; ValueError: it is none."""
     try:
         # OpenCV's directive %YAML:1.0 is none, and its matrices have a tag
         loader = yaml.SafeLoader(re.sub(r'\A%YAML:.*\n', '', text).replace('!!opencv-matrix', ''))

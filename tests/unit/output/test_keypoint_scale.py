@@ -27,7 +27,3 @@ def test_corners_of_the_image(scale, first, last):
     np.testing.assert_allclose(result[0, 1, :2], last, rtol=1e-6)
     assert np.isnan(result[0, 2, :2]).all()
     np.testing.assert_array_equal(result[..., 2], CORNERS[..., 2])
-
-
-def test_output_size_minus_one_is_the_size_of_the_image():
-    np.testing.assert_allclose(scaled(keypoint_scale=2, output_width=-1, output_height=-1)[0, 1, :2], (959, 539))

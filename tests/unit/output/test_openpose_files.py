@@ -10,7 +10,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output import recorder as recorder_module
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json, write_keypoint
+from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json
 from openpose_ros_pkg.output.recorder import REFUSE, Recorder, SaveParams
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.people import People2D, keypoints_in
@@ -92,28 +92,6 @@ def test_json_of_another_layout_or_joint_set_is_refused():
         people_from_json(people_to_json(some_people(COCO_18)), BODY_25)
 
 
-# --- keypoint files
-
-def matrix_in(path):
-    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
-    return storage.getNode('pose_0').mat()
-
-
-@pytest.mark.parametrize('people, file_format', [
-    (People2D.empty(COCO_18), 'yml'), (People2D.empty(COCO_18), 'xml'), (some_people(), 'yml'), (some_people(), 'xml'),
-    (some_people(), 'json'), (some_people(BODY_25, count=1), 'yaml')])
-def test_keypoint_file_is_a_matrix_of_all_joints(tmp_path, people, file_format):
-    path = tmp_path / f'a_pose.{file_format}'
-    write_keypoint(path, people)
-    if (len(people), file_format) == (3, 'yml'):  # three axes, as OpenPose writes it
-        assert path.read_text().startswith(
-            '%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 3, 18, 3 ]\n   dt: f\n   data: [')
-    matrix = matrix_in(path)
-    assert (matrix is None or matrix.size == 0) if len(people) == 0 else matrix.dtype == np.float32
-    if len(people):
-        np.testing.assert_array_equal(matrix, np.where(people.present[..., None], people.keypoints, 0))
-
-
 # --- joint sets
 
 
@@ -174,16 +152,16 @@ def test_video_that_can_not_be_begun_leaves_what_was_there(tmp_path):
 
 def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
     params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i/deep'),
-                        write_keypoint=str(tmp_path / 'k'), write_video=str(tmp_path / 'v.avi'))
+                        write_video=str(tmp_path / 'v.avi'))
     people = some_people()
     with Recorder(params) as recorder:
         recorder.submit('street', GREY, people)
         recorder.submit(12, GREY, EMPTY)
     files = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob('*') if path.is_file()}
     assert files == {'j/street_keypoints.json', 'j/000000000012_keypoints.json', 'i/deep/street_rendered.png',
-                     'i/deep/000000000012_rendered.png', 'k/street_pose.yml', 'k/000000000012_pose.yml', 'v.avi'}
+                     'i/deep/000000000012_rendered.png', 'v.avi'}
     assert set(recorder.files('street').values()) == {tmp_path / name for name in files if 'street' in name}
-    assert (recorder.counters['written'], recorder.counters['failed']) == (8, 0)
+    assert (recorder.counters['written'], recorder.counters['failed']) == (6, 0)
     assert_same(read_json(tmp_path / 'j/street_keypoints.json'), people)
     assert len(read_json(tmp_path / 'j/000000000012_keypoints.json', COCO_18)) == 0
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'i/deep/street_rendered.png')),
@@ -195,21 +173,18 @@ def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
 @pytest.mark.parametrize('chosen, rate', [({}, 25.0), ({'write_video_fps': 5.0}, 5.0)])
 def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path, chosen, rate):
     params = SaveParams(write_json=str(tmp_path), write_images=str(tmp_path), write_images_format='jpg',
-                        write_keypoint=str(tmp_path), write_keypoint_format='xml', write_joint_set='BODY_25',
-                        write_video=str(tmp_path / 'v.avi'), **chosen)
+                        write_joint_set='BODY_25', write_video=str(tmp_path / 'v.avi'), **chosen)
     people = some_people()
     with Recorder(params, scale=KeypointScaleParams(keypoint_scale=3), source_rate=25.0) as recorder:
         recorder.submit('a', GREY, people)
-    assert {path.name for path in tmp_path.iterdir()} == {'a_keypoints.json', 'a_rendered.jpg', 'a_pose.xml', 'v.avi'}
+    assert {path.name for path in tmp_path.iterdir()} == {'a_keypoints.json', 'a_rendered.jpg', 'v.avi'}
     read = read_json(tmp_path / 'a_keypoints.json')
     assert read.skeleton is BODY_25
     np.testing.assert_allclose(read.xy[0, 0], people.xy[0, 0] / (63, 47), rtol=1e-6)
-    np.testing.assert_array_equal(matrix_in(tmp_path / 'a_pose.xml'),
-                                  np.where(read.present[..., None], read.keypoints, 0))
     assert video_frames(tmp_path / 'v.avi')[1] == rate
 
 
-@pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_keypoint', 'write_video'])
+@pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_video'])
 def test_a_place_that_can_not_be_written_is_an_error_at_start(tmp_path, key):
     (tmp_path / 'file').write_text('in the way')
     with pytest.raises(ParameterError, match=f"'{key}'.*in the way|'{key}'.*file"):

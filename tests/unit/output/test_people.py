@@ -76,10 +76,3 @@ def test_a_position_in_space_needs_a_status_and_a_status_a_position(status):
     for half in ({'xyz': somewhere}, {'status': stated}):
         with pytest.raises(ValueError, match='MISSING exactly where'):
             people_3d(**half)
-
-
-@pytest.mark.parametrize('name, value', [('confidence', np.zeros(K)), ('sigma', np.zeros((1, K, 1))),
-                                         ('ids', np.zeros(2)), ('xyz', np.zeros((1, K)))])
-def test_wrong_shapes_in_space_are_refused_by_name(name, value):
-    with pytest.raises(ValueError, match=f'{name}: expected'):
-        people_3d(**{name: value})

@@ -42,14 +42,6 @@ def test_what_the_report_suggests_pairs_the_streams(arrivals, params, words, set
     assert pairs + len(matcher.finish()) == sum(stream == CLOUD for stream, _ in arrivals)
 
 
-def test_a_first_frame_whose_stamps_are_allowed_waits_for_the_next_one():
-    matcher, pairs = played(by_arrival(1, 1.0, 0.21), slop=0.3)
-    assert pairs == 0
-    assert pairing_report(matcher).text(NAMES, '{}:={}') == (
-        'the nearest stamps of /image and /points differ by 0.21 s, allowed are 0.3 s; they wait for the next '
-        'messages, which may be nearer')
-
-
 def test_clocks_that_differ_are_named_and_no_parameter_is_suggested():
     matcher, pairs = played([(stream, i / 30 + shift) for i in range(100) for stream, shift in ((IMAGE, 0.0),
                                                                                                 (CLOUD, 1000.0))])

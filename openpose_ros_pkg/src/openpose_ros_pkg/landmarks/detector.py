@@ -2,6 +2,7 @@
 import logging
 from dataclasses import dataclass, field
 from typing import (
+    Any,
     Callable,
     Dict,
     Hashable,
@@ -13,7 +14,6 @@ from typing import (
     Optional,
     Sequence,
     Tuple,
-    Union,
 )
 
 import numpy as np
@@ -32,7 +32,7 @@ from openpose_ros_pkg.landmarks.landmark_network import (
     Target,
 )
 from openpose_ros_pkg.landmarks.params import LandmarkParams
-from openpose_ros_pkg.landmarks.records import HAND_POINTS, Faces2D, Hands2D, Landmarks2D
+from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, Landmarks2D
 from openpose_ros_pkg.landmarks.regions import (
     HAND_REGION,
     HandRegionConstants,
@@ -51,18 +51,17 @@ _log = logging.getLogger(__name__)
 # Loads the network of a kind.
 LoadNetwork = Callable[[Kind], Backend]
 Found = List[Tuple[Target, LandmarkObservation]]
-Source = Union[LandmarkNetwork, WholeBodyLandmarks]
+Source = Any  # LandmarkNetwork or WholeBodyLandmarks
 
 
 @dataclass(frozen=True)
 class LandmarkMemory:
-    """The hands and faces in the images of one size of a camera; each frame replaces it as a whole."""
+    """The hands and faces in the images of one size of a camera, by the names of targets; each frame replaces it."""
 
-    # newest observations, by the names of the targets
-    observed: Mapping[Hashable, LandmarkObservation] = field(default_factory=dict)
+    observed: Mapping[Hashable, LandmarkObservation] = field(default_factory=dict)  # the newest
     tried: Mapping[Hashable, float] = field(default_factory=dict)  # when a network ran for each [s]
 
-    def begun(self, stamp: float, constants: LandmarkConstants, backstep: float) -> 'LandmarkMemory':
+    def recent(self, stamp: float, constants: LandmarkConstants, backstep: float) -> 'LandmarkMemory':
         """Return what is not too old to be followed; nothing where stamps jump back by more than `backstep` [s]."""
         def holds(then: float) -> bool:
             return -backstep <= stamp - then <= constants.follow_time
@@ -90,6 +89,9 @@ class _Task(NamedTuple):
     source: Source
     target: Target
     known: Optional[LandmarkObservation]
+
+    def carried(self, stamp: float, constants: LandmarkConstants) -> Optional[LandmarkObservation]:
+        return None if self.known is None else self.known.carried(self.target, stamp, constants)
 
 
 class LandmarkDetector:
@@ -155,7 +157,7 @@ class LandmarkDetector:
         # without a stamp there is no history; places in images of another size are other places
         key = (camera, bgr.shape[:2])
         memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
-        memory = memory.begun(stamp, constants, self._backstep)
+        memory = memory.recent(stamp, constants, self._backstep)
         sources: Dict[Kind, Source] = dict(self._networks) if bodies is None else {
             kind: WholeBodyLandmarks(kind, bodies, constants) for kind in _kinds(params)}
         tasks = [_Task(sources[kind], target, memory.observed.get(target.name))
@@ -237,8 +239,7 @@ def _affordable(tasks: Sequence[_Task], seconds: Optional[float]) -> int:
 
 
 def _carried(tasks: Sequence[_Task], kind: Kind, stamp: float, constants: LandmarkConstants) -> Found:
-    carried = [(task.target, task.known.carried(task.target, stamp, constants)) for task in tasks
-               if task.known is not None and task.source.kind is kind]
+    carried = [(task.target, task.carried(stamp, constants)) for task in tasks if task.source.kind is kind]
     return [(target, seen) for target, seen in carried if seen is not None]
 
 
@@ -264,25 +265,21 @@ def _doubles(hands: Found, same: float) -> List[Target]:
     Less likely are hands whose side the network denies, and those whose wrist is far from that of the body.
     """
     kept: Found = []
-    doubles: List[Target] = []
+    doubles: Found = []
     for hand in sorted(hands, key=lambda one: -_likelihood(one)):
-        if any(_coincide(hand[1], other[1], same) for other in kept):
-            doubles.append(hand[0])
-        else:
-            kept.append(hand)
-    return doubles
+        (doubles if any(_coincide(hand[1], other[1], same) for other in kept) else kept).append(hand)
+    return [target for target, _ in doubles]
 
 
 def _covered(task: _Task, hands: Iterable[LandmarkObservation], stamp: float, constants: LandmarkConstants) -> bool:
     """Return whether a followed hand is now at the place of another one."""
-    carried = task.known.carried(task.target, stamp, constants) if task.known is not None else None
+    carried = task.carried(stamp, constants)
     return carried is not None and any(
         np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < constants.same * _size(hand)
         for hand in hands)
 
 
 def _size(hand: LandmarkObservation) -> float:
-    """Return the longer side of the box round the points [px]."""
     return float(np.ptp(hand.points[:, :2], axis=0).max())
 
 
@@ -304,15 +301,15 @@ def _accepted(found: Found, threshold: float, stamp: float) -> Found:
 
 
 def _hands(found: Found, people: People2D) -> Hands2D:
-    keypoints = np.reshape([seen.keypoints for _, seen in found], (-1, HAND_POINTS, 3))
-    return Hands2D(keypoints, np.array([seen.score for _, seen in found]),
-                   np.array([people.ids[target.person] for target, _ in found]),
-                   np.array([target.left for target, _ in found]))
+    if not found:
+        return Hands2D.empty()
+    return Hands2D(np.array([seen.keypoints for _, seen in found]), np.array([seen.score for _, seen in found]),
+                   people.ids[[target.person for target, _ in found]], np.array([target.left for target, _ in found]))
 
 
 def _faces(found: Found, people: People2D) -> Faces2D:
     if not found:
         return Faces2D.empty()
-    keypoints = np.array([face_points(seen.keypoints) for _, seen in found])
-    return Faces2D(keypoints, np.array([seen.points for _, seen in found]), np.array([seen.score for _, seen in found]),
-                   np.array([people.ids[target.person] for target, _ in found]))
+    return Faces2D(np.array([face_points(seen.keypoints) for _, seen in found]),
+                   np.array([seen.points for _, seen in found]), np.array([seen.score for _, seen in found]),
+                   people.ids[[target.person for target, _ in found]])

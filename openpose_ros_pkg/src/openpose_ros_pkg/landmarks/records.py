@@ -1,6 +1,6 @@
 """Hands and faces in an image: the types that pass between networks, painter, lifting and converters."""
 from dataclasses import dataclass
-from typing import Optional
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
@@ -14,12 +14,15 @@ FACE_POINTS = 70
 MESH_POINTS = 468
 
 
-def _take(record: object, name: str, dtype: type, *shape: int) -> None:
-    """Convert a field of a frozen record to an array, and raise ValueError where its shape is wrong."""
-    value: np.ndarray = np.asarray(getattr(record, name), dtype)
-    if value.shape != shape:
-        raise ValueError(f'{name}: expected {shape}, got {value.shape}')
-    object.__setattr__(record, name, value)
+def _check(record: Any, points: int, **more: Tuple[type, Tuple[int, ...]]) -> None:
+    """Convert the arrays of hands or faces, and of `more` fields (type, shape of one); ValueError: a wrong shape."""
+    for name, (dtype, shape) in {'keypoints': (np.float32, (points, 3)), 'scores': (np.float32, ()),
+                                 'people': (np.int64, ()), 'hidden': (np.bool_, (points,)), **more}.items():
+        if getattr(record, name) is not None:
+            value: np.ndarray = np.asarray(getattr(record, name), dtype)
+            if value.shape != (len(record.keypoints), *shape):
+                raise ValueError(f'{name}: expected {(len(record.keypoints), *shape)}, got {value.shape}')
+            object.__setattr__(record, name, value)
 
 
 @dataclass(frozen=True)
@@ -33,13 +36,7 @@ class Hands2D:
     hidden: Optional[np.ndarray] = None  # (H, 21) bool: points that something hides; None: that is not known
 
     def __post_init__(self) -> None:
-        number = len(self.keypoints)
-        if self.hidden is not None:
-            _take(self, 'hidden', np.bool_, number, HAND_POINTS)
-        _take(self, 'keypoints', np.float32, number, HAND_POINTS, 3)
-        _take(self, 'scores', np.float32, number)
-        _take(self, 'people', np.int64, number)
-        _take(self, 'left', np.bool_, number)
+        _check(self, HAND_POINTS, left=(np.bool_, ()))
 
     @classmethod
     def empty(cls) -> 'Hands2D':
@@ -63,14 +60,8 @@ class Faces2D:
     hidden: Optional[np.ndarray] = None  # (F, 70) bool: points that something hides; None: that is not known
 
     def __post_init__(self) -> None:
-        number = len(self.keypoints)
-        if self.hidden is not None:
-            _take(self, 'hidden', np.bool_, number, FACE_POINTS)
-        _take(self, 'keypoints', np.float32, number, FACE_POINTS, 3)
-        mesh = np.shape(self.mesh)
-        _take(self, 'mesh', np.float32, number, FACE_POINTS if mesh == (number, FACE_POINTS, 3) else MESH_POINTS, 3)
-        _take(self, 'scores', np.float32, number)
-        _take(self, 'people', np.int64, number)
+        points = FACE_POINTS if np.shape(self.mesh)[1:2] == (FACE_POINTS,) else MESH_POINTS
+        _check(self, FACE_POINTS, mesh=(np.float32, (points, 3)))
 
     @classmethod
     def empty(cls) -> 'Faces2D':

@@ -1,5 +1,5 @@
 """Hands and faces by the points that a network for whole bodies found with the body."""
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
@@ -20,21 +20,12 @@ _NOSE_TIP = 30
 _FACE, _LEFT_HAND, _RIGHT_HAND = 23, 91, 112
 
 
-class HandsAndFace(NamedTuple):
-    """Points of one person in OpenPose's order, x, y [px], score; (NaN, NaN, 0) where missing."""
-
-    left_hand: np.ndarray  # (21, 3)
-    right_hand: np.ndarray  # (21, 3)
-    face: np.ndarray  # (70, 3)
-
-
-def hands_and_face(points: np.ndarray) -> HandsAndFace:
-    """Return hands and face of COCO-WholeBody's points, (133, 3); the pupils are the middles of the eyes."""
+def _face_of(points: np.ndarray) -> np.ndarray:
+    """Return the face, (70, 3), of COCO-WholeBody's points, (133, 3); the pupils are the middles of the eyes."""
     face = points[_FACE:_LEFT_HAND]
     pupils = [np.append(face[eye, :2].mean(axis=0), face[eye, 2].min()) for eye in PUPILS]
     pupils = [pupil if pupil[2] > 0 else np.array([np.nan, np.nan, 0]) for pupil in pupils]
-    return HandsAndFace(points[_LEFT_HAND:_RIGHT_HAND].copy(), points[_RIGHT_HAND:].copy(),
-                        np.concatenate([face, pupils]).astype(points.dtype))
+    return np.concatenate([face, pupils]).astype(points.dtype)
 
 
 class WholeBodyLandmarks:
@@ -61,8 +52,9 @@ class WholeBodyLandmarks:
         return 0.0
 
     def _observed(self, target: Target, stamp: float) -> Optional[LandmarkObservation]:
-        left, right, face = hands_and_face(self._points[target.person])
-        keypoints = (left if target.left else right) if self.kind is HAND else face
+        of_person = self._points[target.person]
+        hand = of_person[_LEFT_HAND:_RIGHT_HAND] if target.left else of_person[_RIGHT_HAND:]
+        keypoints = hand if self.kind is HAND else _face_of(of_person)
         anchor = keypoints[0 if self.kind is HAND else _NOSE_TIP]
         if not np.linalg.norm(anchor[:2] - target.anchor) <= self._constants.off * target.size:
             return None

@@ -82,12 +82,7 @@ def person_colour(number: int) -> Tuple[int, int, int]:
 
 def _draw_skeletons(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.ndarray, hidden: Optional[np.ndarray],
                     least: float) -> None:
-    """Draw people, hands or faces, (N, K, 3): limbs in the colour of their second joint, then joints.
-
-    Args:
-        hidden: (N, K) bool; None: none is.
-        least: score of the joints that are drawn; a limb needs both.
-    """
+    """Draw people, hands or faces, (N, K, 3): limbs in the colour of their second joint, then joints."""
     hidden = np.zeros(keypoints.shape[:2], bool) if hidden is None else hidden
     limbs = [(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs]
     for points, behind in zip(keypoints, hidden):
@@ -105,15 +100,10 @@ def _draw_skeletons(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.n
                 draw = _draw_dashed if behind[start] or behind[end] else _draw_line
                 draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
         for joint in np.flatnonzero(shown):
-            _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, behind[joint])
-
-
-def _draw_joint(canvas: np.ndarray, xy: np.ndarray, colour: Tuple[int, ...], radius: int, hidden: bool) -> None:
-    if hidden:
-        # larger: the smallest circle has a hole, too
-        cv2.circle(canvas, _fixed_point(xy), (radius + 2) << _SHIFT, colour, max(1, radius // 3), cv2.LINE_AA, _SHIFT)
-    else:
-        cv2.circle(canvas, _fixed_point(xy), radius << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
+            # larger where it is hollow: the smallest circle has a hole, too
+            size, line = (radius + 2, max(1, radius // 3)) if behind[joint] else (radius, -1)
+            cv2.circle(canvas, _fixed_point(xy[joint]), size << _SHIFT, skeleton.colours[joint][::-1], line,
+                       cv2.LINE_AA, _SHIFT)
 
 
 def _draw_line(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: Tuple[int, ...], width: int) -> None:

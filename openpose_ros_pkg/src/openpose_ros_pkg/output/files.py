@@ -15,11 +15,9 @@ _DIGITS = 12
 
 
 def numbered_name(base: str, number: int) -> str:
-    """Return OpenPose's name of a frame of a video or camera: `<base>_000000000012`, or the number alone.
+    """Return OpenPose's name of a frame, from 0, of a video or camera: `<base>_000000000012`, or the number alone.
 
-    Args:
-        base: name of the video file or camera; '/' as in a ROS name becomes '_'. Empty: the number alone.
-        number: of the frame, from 0.
+    A '/' in the base, as in a ROS name, becomes '_'.
     """
     base = base.strip('/').replace('/', '_')
     return f'{base}_{number:0{_DIGITS}d}' if base else f'{number:0{_DIGITS}d}'
@@ -71,12 +69,7 @@ def write_image(path: Path, image: np.ndarray, quality: int = 95) -> None:
 
 
 def jpeg_of(bgr: np.ndarray, quality: int, width: Optional[int] = None) -> bytes:
-    """Return the JPEG of a (H, W, 3) uint8 image.
-
-    Args:
-        quality: 1 to 100.
-        width: a wider image is made so small [px].
-    """
+    """Return the JPEG, of a quality of 1 to 100, of a (H, W, 3) uint8 image, made as small as `width` [px]."""
     if width is not None and width < bgr.shape[1]:
         height = max(round(bgr.shape[0] * width / bgr.shape[1]), 1)
         bgr = cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)
@@ -102,14 +95,7 @@ def free_name(path: Path) -> Path:
 
 
 def writable_folder(key: str, folder: Path) -> Path:
-    """Return the folder, made if need be, after a test file was written in it.
-
-    Args:
-        key: parameter that names the folder, for the error.
-
-    Raises:
-        ParameterError: the folder can not be made or written to.
-    """
+    """Return the folder of a parameter, made if need be; ParameterError: no file can be written in it."""
     probe = folder / f'.write_test_{os.getpid()}'
     try:
         folder.mkdir(parents=True, exist_ok=True)

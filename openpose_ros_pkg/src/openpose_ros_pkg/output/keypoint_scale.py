@@ -25,27 +25,17 @@ class KeypointScaleParams(Parameters):
 
 
 def scale_keypoints(keypoints: np.ndarray, image_size: Tuple[int, int], params: KeypointScaleParams) -> np.ndarray:
-    """Return keypoints in the units that `keypoint_scale` asks for.
+    """Return keypoints, (P, K, 3) float32, of an image of (width, height) in the units of `keypoint_scale`.
 
     Source: OpenPose src/openpose/core/keypointScaler.cpp and scaleAndSizeExtractor.cpp (the image is fitted into the
     net output or the final output with its aspect kept).
-
-    Args:
-        keypoints: (P, K, 3) float32: x, y [px of the image], score.
-        image_size: (width, height) [px].
-
-    Returns:
-        (P, K, 3) float32, a new array; scores are untouched, missing joints stay NaN.
     """
     width, height = image_size
     offset = 0.0
-    if params.keypoint_scale == 0:
-        factor = np.ones(2)
-    elif params.keypoint_scale == 1:
-        factor = np.full(2, min(params.net_output_width / width, params.net_output_height / height))
-    elif params.keypoint_scale == 2:
-        fitted = (params.output_width if params.output_width > 0 else width,
-                  params.output_height if params.output_height > 0 else height)
+    if params.keypoint_scale < 3:
+        fitted = {0: image_size, 1: (params.net_output_width, params.net_output_height),
+                  2: (params.output_width if params.output_width > 0 else width,
+                      params.output_height if params.output_height > 0 else height)}[params.keypoint_scale]
         factor = np.full(2, min(fitted[0] / width, fitted[1] / height))
     else:
         factor = 1.0 / np.maximum([width - 1, height - 1], 1)

@@ -1,19 +1,16 @@
-"""OpenPose's files of keypoints, one per frame: JSON of layout 1.3, and the matrix of `write_keypoint`.
+"""OpenPose's JSON files, one per frame, layout 1.3.
 
-Source: OpenPose src/openpose/filestream/fileStream.cpp (savePeopleJson, addKeypointsToJson, saveData) and
-keypointSaver.cpp (node `pose_0`: the first view), include/openpose/filestream/wPeopleJsonSaver.hpp and wPoseSaver.hpp.
+Source: OpenPose src/openpose/filestream/fileStream.cpp (savePeopleJson, addKeypointsToJson) and
+include/openpose/filestream/wPeopleJsonSaver.hpp; doc/02_output.md.
 """
 import json
-import re
 from pathlib import Path
 from typing import Dict, List, Mapping, Optional, Union
 
-import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
-from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
 from openpose_ros_pkg.structured_text import json_value
@@ -24,10 +21,6 @@ _VERSION = 1.3
 Fields = Mapping[int, Mapping[str, np.ndarray]]
 _MORE_FIELDS = ('face_keypoints_2d', 'hand_left_keypoints_2d', 'hand_right_keypoints_2d', 'pose_keypoints_3d',
                 'face_keypoints_3d', 'hand_left_keypoints_3d', 'hand_right_keypoints_3d')
-# Formats of the matrix, by the suffix of the file.
-FORMATS = {'yml': cv2.FILE_STORAGE_FORMAT_YAML, 'yaml': cv2.FILE_STORAGE_FORMAT_YAML,
-           'xml': cv2.FILE_STORAGE_FORMAT_XML, 'json': cv2.FILE_STORAGE_FORMAT_JSON}
-_SIZES = re.compile(r'(sizes"?: \[ \d+, \d+, \d+), 1( \])|(<sizes>\s*\d+ \d+ \d+) 1(</sizes>)')
 
 
 def landmark_fields(landmarks: Landmarks2D) -> Dict[int, Dict[str, np.ndarray]]:
@@ -103,21 +96,6 @@ def read_json(path: Path, skeleton: Optional[SkeletonModel] = None) -> People2D:
         OSError: the file can not be read.
     """
     return people_from_json(Path(path).read_bytes(), skeleton, str(path))
-
-
-def write_keypoint(path: Path, people: People2D) -> None:
-    """Write the people of a frame as OpenPose's --write_keypoint, without ids; the suffix is one of `FORMATS`.
-
-    The matrix is P x K x 3 float32, missing joints 0, 0, 0; it is empty without people.
-
-    Raises:
-        OSError: the file can not be written.
-    """
-    # Python's OpenCV writes a third axis as channels, unlike OpenPose; a fourth axis prevents that and is removed.
-    matrix = _rows(people)[..., np.newaxis] if len(people) else np.zeros((0, 0), np.uint8)
-    storage = cv2.FileStorage('', cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY | FORMATS[path.suffix[1:]])
-    storage.write('pose_0', matrix)
-    write_whole(path, _SIZES.sub(r'\1\2\3\4', storage.releaseAndGetString(), count=1).encode())
 
 
 def _rows(people: People2D) -> np.ndarray:

@@ -16,7 +16,7 @@ from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.files import numbered_name, writable_folder, write_image, write_whole
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
-from openpose_ros_pkg.output.openpose_json import FORMATS, JSON_SUFFIX, landmark_fields, people_to_json, write_keypoint
+from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, landmark_fields, people_to_json
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D, keypoints_in
@@ -48,11 +48,8 @@ class SaveParams(Parameters):
     write_video_fps: float = parameter(
         -1.0, 'Frame rate of that video; -1: that of the source, or 10 where it has none (images, ROS topics).',
         unit='Hz', minimum=-1.0, maximum=1000.0)
-    write_keypoint: str = parameter(
-        '', 'Folder for the keypoints as a matrix in a file of OpenCV (cv::FileStorage), one per frame; empty: none.')
-    write_keypoint_format: str = parameter('yml', 'Format of these files.', choices=tuple(FORMATS))
     write_joint_set: str = parameter(
-        '', 'Joints and their order in JSON and keypoint files; empty: those of the network.',
+        '', 'Joints and their order in JSON files; empty: those of the network.',
         choices=('', *SKELETONS))
 
     def __post_init__(self) -> None:
@@ -64,7 +61,7 @@ class SaveParams(Parameters):
     @property
     def active(self) -> bool:
         """Whether anything is to be saved."""
-        return bool(self.write_json or self.write_images or self.write_video or self.write_keypoint)
+        return bool(self.write_json or self.write_images or self.write_video)
 
 
 class Recorder:
@@ -75,13 +72,13 @@ class Recorder:
 
     Args:
         draw: how people are drawn into images and video.
-        scale: units of the keypoints in JSON and keypoint files.
+        scale: units of the keypoints in JSON files.
         source_rate: of the frames [Hz], for the video; None: unknown.
-        existing: what happens to existing files: REPLACE, SKIP or, of live images, REFUSE. A video beside one that stays
-            gets a number: NAME_2.mp4. While the queue is full, `submit` waits; of live images the new one is dropped.
+        existing: what happens to existing files: REPLACE, SKIP or, of live images, REFUSE. A video beside one that
+            stays gets a number: NAME_2.mp4. While the queue is full, `submit` waits, or drops live images.
 
     Attributes:
-        on_fault: called in any thread with why a frame, or a part of it, is not saved; at first it is logged, throttled.
+        on_fault: called in any thread with why a frame, or a part of it, is not saved; at first it is logged.
 
     Raises:
         ParameterError: a folder can not be made or written to, or the video's suffix is not supported.
@@ -94,8 +91,7 @@ class Recorder:
         self._scale = scale or KeypointScaleParams()
         self._joint_set = SKELETONS.get(params.write_joint_set)
         folders = {'write_json': (params.write_json, JSON_SUFFIX),
-                   'write_images': (params.write_images, f'_rendered.{params.write_images_format}'),
-                   'write_keypoint': (params.write_keypoint, f'_pose.{params.write_keypoint_format}')}
+                   'write_images': (params.write_images, f'_rendered.{params.write_images_format}')}
         self._folders = {key: (writable_folder(key, Path(folder).expanduser()), suffix)
                          for key, (folder, suffix) in folders.items() if folder}
         self._video: Optional[VideoFile] = None
@@ -194,22 +190,26 @@ class Recorder:
     def _write(self, frame: Union[str, int], bgr: np.ndarray, people: People2D, landmarks: Optional[Landmarks2D]
                ) -> None:
         files, size = self.files(frame), (bgr.shape[1], bgr.shape[0])
-        saved = replace(people, keypoints=scale_keypoints(people.keypoints, size, self._scale))
-        if self._joint_set is not None:
-            saved = replace(saved, skeleton=self._joint_set,
-                            keypoints=keypoints_in(saved.keypoints, saved.skeleton, self._joint_set))
         if 'write_json' in files:
-            more = None if landmarks is None else landmark_fields(Landmarks2D(
-                replace(landmarks.hands, keypoints=scale_keypoints(landmarks.hands.keypoints, size, self._scale)),
-                replace(landmarks.faces, keypoints=scale_keypoints(landmarks.faces.keypoints, size, self._scale))))
-            text = people_to_json(saved, more=more)
-            self._attempt('write_json', files, lambda path: write_whole(path, text.encode()))
-        self._attempt('write_keypoint', files, lambda path: write_keypoint(path, saved))
+            self._attempt('write_json', files, lambda path: write_whole(
+                path, self._json_of(size, people, landmarks).encode()))
         if 'write_images' in files or self._video is not None:
             drawn = draw_people(bgr, people, self._draw, landmarks=landmarks)
             self._attempt('write_images', files, lambda path: write_image(path, drawn))
             if self._video is not None:
                 self._note('write_video', _error_of(self._video.write, drawn))
+
+    def _json_of(self, size: Tuple[int, int], people: People2D, landmarks: Optional[Landmarks2D]) -> str:
+        """Return the people of an image of this size in the units and the joint set of the files."""
+        def scaled(keypoints: np.ndarray) -> np.ndarray:
+            return scale_keypoints(keypoints, size, self._scale)
+
+        joint_set = self._joint_set or people.skeleton
+        saved = replace(people, skeleton=joint_set, sigmas=None,
+                        keypoints=keypoints_in(scaled(people.keypoints), people.skeleton, joint_set))
+        return people_to_json(saved, more=None if landmarks is None else landmark_fields(Landmarks2D(
+            replace(landmarks.hands, keypoints=scaled(landmarks.hands.keypoints)),
+            replace(landmarks.faces, keypoints=scaled(landmarks.faces.keypoints)))))
 
     def _attempt(self, key: str, files: Dict[str, Path], write: Callable[[Path], None]) -> None:
         """Write one file of a frame, if it is wanted and not there."""

@@ -18,7 +18,10 @@ _NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_
 
 @dataclass(frozen=True)
 class CameraPreset:
-    """A camera as its driver publishes it; config/cameras.yaml explains the fields."""
+    """A camera as its driver publishes it; config/cameras.yaml explains the fields.
+
+    Of its methods, `ns` is a namespace in place of the preset's; `compressed`: JPEG and PNG of image_transport.
+    """
 
     name: str
     image: str
@@ -43,22 +46,13 @@ class CameraPreset:
     source: str = ''
     unconfirmed: str = ''
 
-    def __post_init__(self) -> None:
-        for role in ('image', *_NEEDED[self.points_source]):
-            if not getattr(self, role):
-                raise ValueError(f'points_source = {self.points_source!r} needs {role}')
-
     @property
     def dimensions(self) -> int:
         """2 for a camera without depth, else 3."""
         return 3 if self.points_source else 2
 
     def driver_line(self, ns: str = '') -> str:
-        """Return the line that starts the driver so that it publishes these topics; empty: not known.
-
-        Args:
-            ns: namespace in place of the preset's; empty: the preset's.
-        """
+        """Return the line that starts the driver so that it publishes these topics; empty: not known."""
         try:
             return ' '.join(self.driver_command(ns)) if self.package else ''
         except ParameterError:  # the launch file has no argument for it
@@ -95,11 +89,7 @@ class CameraPreset:
         return [*prefix, self.package, launch_file, *(f'{name}:={value}' for name, value in arguments.items())]
 
     def topic(self, role: str, ns: Optional[str] = None) -> str:
-        """Return the absolute topic of a role: image, points, depth or camera_info; empty where there is none.
-
-        Args:
-            ns: namespace in place of the preset's.
-        """
+        """Return the absolute topic of a role: image, points, depth or camera_info; empty where there is none."""
         namespace, relative = (self.ns if ns is None else ns).strip('/'), getattr(self, role)
         return '/'.join(('', namespace, relative) if namespace else ('', relative)) if relative else ''
 
@@ -118,11 +108,7 @@ class CameraPreset:
         return topics
 
     def recorded(self, ns: Optional[str] = None, dimensions: int = 3, compressed: bool = False) -> List[str]:
-        """Return the topics to record for process_bag: the depth image, which is smaller, in place of the cloud.
-
-        Args:
-            compressed: JPEG and PNG of image_transport.
-        """
+        """Return the topics to record for process_bag: the depth image, which is smaller, in place of the cloud."""
         image, depth, info = (self.topic(role, ns) for role in ('image', 'depth', 'camera_info'))
         if compressed or self.image_transport != 'raw':
             image += '/compressed'
@@ -162,8 +148,13 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
     values = file_values(path, where, refused)
     if not isinstance(values, dict) or not values:
         raise refused(f'{where} is no table of cameras, as config/cameras.yaml is')
-    return {str(name): to_record(entry, CameraPreset, f'{where}: {name}', refused, name=str(name))
-            for name, entry in values.items()}
+    cameras = {str(name): to_record(entry, CameraPreset, f'{where}: {name}', refused, name=str(name))
+               for name, entry in values.items()}
+    for name, camera in cameras.items():
+        for role in _NEEDED[camera.points_source]:
+            if not getattr(camera, role):
+                raise refused(f'{where}: {name}: points_source = {camera.points_source!r} needs {role}')
+    return cameras
 
 
 def find_preset(name: str, presets: Optional[Presets] = None) -> CameraPreset:

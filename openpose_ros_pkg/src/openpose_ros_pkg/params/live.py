@@ -37,7 +37,6 @@ class LiveDescription:
 
 
 def _limit(field: 'dataclasses.Field[Any]', which: str, unlimited: Dict[type, Any]) -> Any:
-    """Return a limit in the type of the parameter."""
     kind: Type[Any] = type(field.default)
     limit = field.metadata[which]
     return unlimited[kind] if limit is None else kind(limit)

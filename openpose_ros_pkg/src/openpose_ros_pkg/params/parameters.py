@@ -18,6 +18,7 @@ dataclass of parameter classes and other records::
 """
 import dataclasses
 import difflib
+import functools
 import itertools
 import json
 import logging
@@ -44,7 +45,7 @@ OLD_PARAMETERS = frozenset((
     'people_topic', 'person_min_joints', 'pointing_length', 'prefix', 'robot_padding', 'roi_margin', 'rviz_config',
     'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_inferred_colour', 'spacing',
     'start_delay', 'text_scale', 'tf_timeout', 'track_gate', 'trail_scale', 'walking_acceleration', 'walking_speed',
-    'write_keypoint_format'))
+    'write_keypoint', 'write_keypoint_format'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
@@ -110,10 +111,10 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     defaults = {field.name: field.default for field in parameter_fields(kind, old=True)}
     for key in sorted(OLD_PARAMETERS & set(values)):
         if key not in defaults:
-            _log.warning("parameter '%s' = %r is old, and without effect here", key, values[key])
+            _warn_once(f"parameter '{key}' = {values[key]!r} is old, and without effect here")
         elif values[key] != defaults[key]:
-            _log.warning("parameter '%s' = %r is old: in the next release it is always %r", key, values[key],
-                         defaults[key])
+            _warn_once(f"parameter '{key}' = {values[key]!r} is old: in the next release it is always "
+                       f'{defaults[key]!r}')
     known = [field.name for field in parameter_fields(kind)]
     retired = {key for cls in parameter_classes(kind) for key in cls.retired} - set(known)
     for key in sorted((retired - OLD_PARAMETERS) & set(values)):
@@ -124,6 +125,11 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
                              key)
     return _build_known(kind, values)
+
+
+@functools.lru_cache(maxsize=None)
+def _warn_once(text: str) -> None:
+    _log.warning('%s', text)
 
 
 def _build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:

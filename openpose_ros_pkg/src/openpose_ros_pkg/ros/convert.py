@@ -104,14 +104,11 @@ def image_rows(message: Image, bytes_per_pixel: int, most: float = MOST_MEGAPIXE
 
 
 def image_to_pixels(message: Image) -> Tuple[np.ndarray, str]:
-    """Return the pixels of an Image message without any loss, and the encoding that says what they are.
+    """Return the pixels of an Image message without any loss, and their encoding, for `pixels_to_image`.
 
     Returns:
-        (H, W) or (H, W, 3 or 4) uint8, uint16 or float32 in native byte order, colours in OpenCV's order; and one of
-        mono8, mono16, 16UC1, 32FC1, bgr8, bgra8, bgr16, bgra16, for `pixels_to_image`.
-
-    Raises:
-        BadInputError: empty, truncated, wrong step, or another encoding.
+        (H, W) or (H, W, 3 or 4) uint8, uint16 or float32 in native byte order, colours in OpenCV's order; and mono8,
+        mono16, 16UC1, 32FC1, bgr8, bgra8, bgr16 or bgra16. BadInputError: a broken image, or another encoding.
     """
     if message.encoding not in _EXACT_ENCODINGS:
         raise BadInputError(f"image encoding '{message.encoding}' has no pixels that can be kept unchanged; expected "
@@ -145,11 +142,7 @@ def order_of_file(format_text: str) -> str:
 
 
 def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> np.ndarray:
-    """Return the image of a CompressedImage message as (H, W, 3) uint8 BGR.
-
-    Raises:
-        BadInputError: the data are no whole JPEG or PNG, or have more megapixels than `most`.
-    """
+    """Return the image of a CompressedImage message as (H, W, 3) uint8 BGR; BadInputError: no whole JPEG or PNG."""
     if image_kind(message.data) is None:
         raise BadInputError(f"compressed image of format '{message.format}' and {len(message.data)} bytes can not be "
                             'decoded; expected JPEG or PNG, as image_transport publishes')
@@ -167,11 +160,7 @@ def is_png_of_depth(data: bytes) -> bool:
 
 
 def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> Image:
-    """Return the 16UC1 or 32FC1 message of a PNG of compressed_depth_image_transport, or of 16 bits.
-
-    Raises:
-        BadInputError: it holds no such image, or one of more than `most` megapixels.
-    """
+    """Return the 16UC1 or 32FC1 image in a message of compressed_depth_image_transport; BadInputError: it has none."""
     encoding = message.format.partition(';')[0].strip()
     begin = message.data.find(PNG, 0, _DEPTH_HEADER.size + len(PNG))
     pixels = None
@@ -220,8 +209,7 @@ def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.
 
 
 def in_order_of_fields(parts: Sequence[Part], skeleton: SkeletonModel, missing: Part) -> List[Part]:
-    """Return the body parts of a person, of which there is one for each joint of a skeleton, in the order of messages.
-    """
+    """Return the parts of a person, one for each joint of a skeleton, in the order of messages."""
     with_missing = [*parts, missing]
     return [with_missing[row] for row in _rows_of_fields(skeleton.joints)]
 
@@ -239,11 +227,7 @@ def people_to_array(people: People2D, header: Header) -> PersonDetectionArray:
 
 
 def people_from_array(message: PersonDetectionArray) -> People2D:
-    """Return the people of one frame, see `people_from_messages`.
-
-    Raises:
-        BadInputError: the joint set is unknown, or an existence is no probability or missing.
-    """
+    """Return the people of one frame; BadInputError: unknown joint set, or an existence is no probability."""
     people = people_from_messages(message.persons, skeleton_of(message.pose_model))
     try:
         return dataclasses.replace(people, existence=existence_of(message))
@@ -266,12 +250,10 @@ def skeleton_of(pose_model: str) -> SkeletonModel:
 
 def people_from_messages(messages: Sequence[PersonDetection], skeleton: SkeletonModel) -> People2D:
     """Return the people of one frame; confidence 0 or NaN: missing; parts outside the skeleton are not read."""
-    values = np.array([[(part.x, part.y, part.confidence) for part in (getattr(message, j) for j in skeleton.joints)]
-                       for message in messages], np.float32).reshape(len(messages), len(skeleton.joints), 3)
-    missing = ~(np.isfinite(values).all(axis=2) & (values[..., 2] > 0))
-    values[missing] = (np.nan, np.nan, 0)
-    scores = values[..., 2].mean(axis=1)
-    return People2D(skeleton, values, scores, np.array([message.person_ID for message in messages], np.int64))
+    values = _points([[getattr(message, joint) for joint in skeleton.joints] for message in messages],
+                     len(skeleton.joints))
+    return People2D(skeleton, values, values[..., 2].mean(axis=1),
+                    np.array([message.person_ID for message in messages], np.int64))
 
 
 def hands_to_array(hands: Hands2D, header: Header) -> HandDetectionArray:

@@ -31,9 +31,8 @@ class DetectionOutput:
     `source` of each `ImageFrame` is a message with the header of the image.
 
     Args:
-        namespace: prefix of the published topics.
         whole_body: whether people have the points of a network for whole bodies.
-        health, timing, demand: of the node; `timing` has the stages publish, LANDMARK_STAGE and DRAW_STAGE.
+        timing: has the stages publish, LANDMARK_STAGE and DRAW_STAGE.
     """
 
     def __init__(self, namespace: str, settings: ServiceSettings, whole_body: bool, health: Health,

@@ -34,16 +34,7 @@ from openpose_ros_pkg.stream.frame_loop import FrameLoop
 STAGES = ('wait', 'decode_message', 'detection', 'publish', 'total', LANDMARK_STAGE, SEARCH_STAGE, DRAW_STAGE)
 
 
-class _Arrived(NamedTuple):
-    """An image as it came."""
-
-    message: AnyImage
-    received: float  # when it came [s], time.monotonic()
-
-
 class _Decoded(NamedTuple):
-    """A decoded image."""
-
     frame: ImageFrame  # `source`: the message
     received: float  # when that came [s], time.monotonic()
     decoding: float  # time that decoding took [s]
@@ -53,9 +44,7 @@ class DetectionService:
     """Serves openpose_ros_msgs/GetPersons, and publishes and saves what it finds.
 
     It finds the people in the images of requests and, with `image_topic`, in those of a camera. Chains of this process
-    use its `detection` in its `loop`: one thread, which takes one image at a time, of clients and cameras in turn. Once
-    the people of an image are returned and published, it searches the rest of the image until another one waits. People
-    keep their ids per camera: a client and a frame_id.
+    use its `detection` in its `loop`. People keep their ids per camera: a client and a frame_id.
 
     Args:
         service: name of the service.
@@ -123,13 +112,14 @@ class DetectionService:
             self.loop.call(self.detection.warm_up)
 
     def _submit(self, message: AnyImage) -> None:
-        self._skipped += self.loop.submit('', _Arrived(message, time.monotonic()), self._handle)
+        self._skipped += self.loop.submit('', (message, time.monotonic()), self._handle)
 
-    def _handle(self, arrived: _Arrived) -> Iterator[NextPart]:
-        """Handle an image of the camera."""
+    def _handle(self, arrived: Tuple[AnyImage, float]) -> Iterator[NextPart]:
+        """Handle an image of the camera, and the time when it came."""
+        message, received = arrived
         most, degrees = self._settings.limits.max_image_megapixels, self._settings.stream.rotate_image
-        message = raw_image(arrived.message, most, degrees) if degrees else arrived.message
-        decoded = self._decode(_Arrived(message, arrived.received))
+        message = raw_image(message, most, degrees) if degrees else message
+        decoded = self._decode(message, received)
         search = self._publish(decoded, self._look(decoded, in_full=False))
         if self._camera_info is not None:
             self._camera_info.publish(message.header, decoded.frame.size)
@@ -143,7 +133,7 @@ class DetectionService:
         image = request.image
         image.header.frame_id = frame_name(image.header.frame_id)
         try:
-            decoded = self._decode(_Arrived(image, time.monotonic()), request._connection_header['callerid'])
+            decoded = self._decode(image, time.monotonic(), request._connection_header['callerid'])
             people = self.loop.request(decoded, self._answer)
         except (BadInputError, StoppedError) as error:
             self._health.frame_failed(error)
@@ -156,13 +146,13 @@ class DetectionService:
         answer.set_result(people)
         return self._publish(decoded, people)
 
-    def _decode(self, arrived: _Arrived, sender: str = '') -> _Decoded:
-        begin, header = time.monotonic(), arrived.message.header
-        bgr = convert.any_image_to_bgr(arrived.message, self._settings.limits.max_image_megapixels)
+    def _decode(self, message: AnyImage, received: float, sender: str = '') -> _Decoded:
+        begin, header = time.monotonic(), message.header
+        bgr = convert.any_image_to_bgr(message, self._settings.limits.max_image_megapixels)
         decoding = time.monotonic() - begin
         self._timing.add('decode_message', decoding)
-        frame = ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, source=arrived.message)
-        return _Decoded(frame, arrived.received, decoding)
+        frame = ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, source=message)
+        return _Decoded(frame, received, decoding)
 
     def _look(self, decoded: _Decoded, in_full: bool) -> People2D:
         begin = time.monotonic()

@@ -20,12 +20,9 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     It rests until `subscribe` is called. Only the newest message waits until the callbacks have taken the one before.
 
-    Args:
+    Attributes:
         optional: the node does without its messages: it says nothing while none comes.
         start: command that starts a publisher; named where there is none.
-
-    Attributes:
-        start: that.
         kind: type of its messages, as package/Type.
         lost: messages that were sent while it was subscribed and did not come: gaps in `header.seq` of one publisher.
         on_error: called with a BadInputError for bytes that are no message of this type; they are not passed on.
@@ -57,10 +54,7 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     @property
     def silence(self) -> float:
-        """For how long no message has come while it was subscribed [s]; 0 while it is not.
-
-        A camera info holds until the next one: after the first, it is never silent.
-        """
+        """For how long no message has come while it was subscribed [s]; 0 while it is not, or a camera info holds."""
         holds = self._suffices and self._newest[0] is not None
         return time.monotonic() - self._waits_since if self.subscribed and not holds else 0.0
 
@@ -122,11 +116,7 @@ def image_subscriber(topic: str, transport: str) -> InputSubscriber:
 
 
 def raw_image(message: AnyImage, most: float, degrees: int = 0) -> Image:
-    """Return the message itself if it is raw, else the decoded image as bgr8, turned clockwise.
-
-    Raises:
-        BadInputError: it can not be decoded.
-    """
+    """Return the message itself if it is raw, else the image as bgr8, turned clockwise; BadInputError: it has none."""
     if degrees:
         bgr = convert.bgr_to_image(convert.any_image_to_bgr(message, most), message.header)
         return convert.turned_image(bgr, degrees)

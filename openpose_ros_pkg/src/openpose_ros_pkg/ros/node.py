@@ -33,9 +33,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
              failed: Callable[[Any], bool] = lambda node: False, *, yields: bool = False) -> int:
     """Initialise the node, build it of its parameters and serve until shutdown.
 
-    Exits with 1 when it can not be built. Arguments of the command line are private parameters too, as --NAME=VALUE (see
-    `read_flags`); they win over what the parameter server has. With --help it prints its module's docstring and its
-    parameters.
+    Exits with 1 when it can not be built. Arguments of the command line, --NAME=VALUE (see `read_flags`), win over the
+    parameter server. With --help it prints its module's docstring and its parameters.
 
     Args:
         name: default node name.

@@ -54,7 +54,7 @@ class PeoplePublisher:
 
     def __init__(self, namespace: str, params: DrawParams, images: AnnotatedImageParams, health: Health,
                  timing: TimingReport, demand: Demand) -> None:
-        self._params, self._images, self._health, self._timing = params, images, health, timing
+        self._params, self._images, self._timing = params, images, timing
         self._array_publisher = demand.advertise(f'{namespace}/detected_poses', PersonDetectionArray,
                                                  queue_size=RESULTS_QUEUE)
         self._person_publisher = demand.advertise(f'{namespace}/detected_poses_keypoints', PersonDetection,
@@ -63,7 +63,8 @@ class PeoplePublisher:
         # where image_transport looks for it
         self._compressed_publisher = demand.advertise(f'{namespace}/detected_poses_image/compressed', CompressedImage,
                                                       queue_size=1)
-        self._painter = NewestWinsWorker(self._draw, self._failed, 'painter')
+        self._painter = NewestWinsWorker(
+            self._draw, lambda error: health.warn('drawing failed', str(error)), 'painter')
 
     def reconfigure(self, params: DrawParams, images: AnnotatedImageParams) -> None:
         """Draw and compress with other parameters from the next image on."""
@@ -75,13 +76,7 @@ class PeoplePublisher:
         return _is_wanted(self._image_publisher) or _is_wanted(self._compressed_publisher)
 
     def publish(self, people: People2D, header: Header, scaled: Optional[Sequence[PersonDetection]] = None) -> None:
-        """Publish the people of an image.
-
-        Args:
-            people: with keypoints in pixels.
-            header: of the image.
-            scaled: the messages for detected_poses_keypoints where those are not in pixels.
-        """
+        """Publish the people of an image; `scaled` are the messages of single people where those are not in pixels."""
         array = convert.people_to_array(people, header)
         self._array_publisher.publish(array)
         for message in array.persons if scaled is None else scaled:
@@ -102,8 +97,6 @@ class PeoplePublisher:
             self._compressed_publisher.publish(convert.bgr_to_jpeg(drawn, header, self._images.jpeg_quality))
         self._timing.add(DRAW_STAGE, time.monotonic() - begin)
 
-    def _failed(self, error: Exception) -> None:
-        self._health.warn('drawing failed', str(error))
 
 
 class LandmarkPublisher:
@@ -140,11 +133,7 @@ class LandmarkPublisher:
             self.detector.reconfigure(params)
 
     def look(self, hands: bool, faces: bool) -> LandmarkParams:
-        """Let the detector look for what the parameters ask for and is wanted; return what that is.
-
-        Args:
-            hands, faces: whether they are wanted also without subscribers to the topics.
-        """
+        """Let the detector find what the parameters ask for and is wanted, or has subscribers; return what that is."""
         wanted = self._publishers and [self._demand.is_wanted(publisher) for publisher in self._publishers]
         hands, faces = (hands or wanted[0], faces or wanted[1]) if wanted else (hands, faces)
         if self._rate > 0:

@@ -87,11 +87,7 @@ def decode_image(content: bytes, name: str, flags: int = cv2.IMREAD_COLOR, most:
 
 
 def read_file(path: Path) -> bytes:
-    """Return the content of an image file.
-
-    Raises:
-        BadInputError: it can not be read, or is larger than any image.
-    """
+    """Return the content of an image file; BadInputError: it can not be read, or is larger than any image."""
     try:
         with path.open('rb') as file:
             content = file.read(_MOST_BYTES + 1)

@@ -53,7 +53,6 @@ class StampMatcher:
     """Pairs the messages of stream 0 and stream 1; not thread-safe.
 
     Attributes:
-        params, constants: as given.
         unpaired: messages of each stream that were dropped without a partner.
         out_of_order: messages not newer than the one before them in their stream; they are not used.
         resets: number of times that stamps jumped back and all waiting messages were dropped.
@@ -203,14 +202,7 @@ class StampMatcher:
 
 
 def mutual_nearest(differences: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return rows and columns of the pairs in which each is the nearest to the other.
-
-    Args:
-        differences: (N, M), signed; N and M at least 1.
-
-    Returns:
-        rows, columns: ascending (n,) int.
-    """
+    """Return ascending rows and columns, (n,), of the pairs in differences (N, M) that are nearest to each other."""
     distances = np.abs(differences)
     of_row, of_column = distances.argmin(axis=1), distances.argmin(axis=0)
     rows = np.flatnonzero(of_column[of_row] == np.arange(len(distances)))

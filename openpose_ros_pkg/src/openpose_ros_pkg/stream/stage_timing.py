@@ -22,10 +22,10 @@ class StageSummary:
 
 
 class Stopwatch:
-    """Measures successive stages."""
+    """Measures successive stages: `laps` has the duration of each [s]."""
 
     def __init__(self) -> None:
-        self.laps: Dict[str, float] = {}  # duration of each stage [s]
+        self.laps: Dict[str, float] = {}
         self.restart()
 
     def restart(self) -> None:
@@ -40,16 +40,10 @@ class Stopwatch:
 
 
 class StageTiming:
-    """Collects how long each stage took; thread-safe. The time comes from the caller.
-
-    Args:
-        stages: names, in the order of the report.
-        window: how far the report looks back [s].
-    """
+    """Collects how long each stage took, within a window [s]; thread-safe. The time comes from the caller."""
 
     def __init__(self, stages: Sequence[str], window: float) -> None:
-        self.window = window
-        self._lock = threading.Lock()
+        self.window, self._lock = window, threading.Lock()
         self._entries: Dict[str, Deque[Tuple[float, float]]] = {stage: deque(maxlen=_MOST_ENTRIES)
                                                                 for stage in stages}
 
@@ -61,19 +55,15 @@ class StageTiming:
     def summaries(self, now: float) -> List[StageSummary]:
         """Return a summary of every stage."""
         with self._lock:
-            entries = {stage: list(kept) for stage, kept in self._entries.items()}
-        return [self._summary(stage, [entry for entry in kept if now - entry[0] <= self.window])
-                for stage, kept in entries.items()]
-
-    @staticmethod
-    def _summary(stage: str, entries: List[Tuple[float, float]]) -> StageSummary:
-        durations = sorted(seconds for _, seconds in entries)
-        span = entries[-1][0] - entries[0][0] if entries else 0.0
-        rate = (len(entries) - 1) / span if span > 0 else 0.0
-        return StageSummary(stage, len(durations), rate, _percentile(durations, 0.5), _percentile(durations, 0.95),
-                            sum(durations) / len(durations) if durations else float('nan'))
+            entries = {stage: [entry for entry in kept if now - entry[0] <= self.window]
+                       for stage, kept in self._entries.items()}
+        return [_summary(stage, kept) for stage, kept in entries.items()]
 
 
-def _percentile(ordered: Sequence[float], share: float) -> float:
-    """Return the value at a share of an ordered sequence, by nearest rank; NaN of an empty one."""
-    return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else float('nan')
+def _summary(stage: str, entries: List[Tuple[float, float]]) -> StageSummary:
+    if not entries:
+        return StageSummary(stage, 0, 0.0, float('nan'), float('nan'), float('nan'))
+    durations, count = sorted(seconds for _, seconds in entries), len(entries)
+    span = entries[-1][0] - entries[0][0]
+    p50, p95 = (durations[min(int(share * count), count - 1)] for share in (0.5, 0.95))
+    return StageSummary(stage, count, (count - 1) / span if span > 0 else 0.0, p50, p95, sum(durations) / count)

@@ -17,11 +17,7 @@ _COUNTED = ('.avi', '.mp4', '.m4v', '.mov')
 
 
 def read_image(path: Path, flags: int = cv2.IMREAD_COLOR, most: float = MOST_MEGAPIXELS) -> np.ndarray:
-    """Read an image file, by default as (H, W, 3) uint8 BGR; see `decode_image`.
-
-    Raises:
-        BadInputError: it can not be read or decoded.
-    """
+    """Read an image file, by default as (H, W, 3) uint8 BGR, see `decode_image`; BadInputError: it can not be read."""
     return decode_image(read_file(path), str(path), flags, most)
 
 

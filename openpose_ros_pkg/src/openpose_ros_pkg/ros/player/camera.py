@@ -16,35 +16,24 @@ from openpose_ros_pkg.ros.player.playback import Playback
 from openpose_ros_pkg.stream.video_source import VideoSource
 
 
-def camera_info_from_file(path: str) -> CameraInfo:
-    """Return the CameraInfo of a calibration file in the format of camera_calibration.
-
-    Raises:
-        ParameterError: the file is missing or not such a file.
-    """
-    try:
-        return calibration_to_message(read_calibration(Path(path)), Header())
-    except BadInputError as error:
-        raise ParameterError(f"parameter 'camera_info_file' = {path!r} is not a calibration as camera_calibration "
-                             f'writes it: {error}', 'camera_info_file') from error
-
-
 class Camera:
     """Publishes `image_raw` and, with a calibration, `camera_info`."""
 
     def __init__(self, params: CameraParams) -> None:
         self._params = params
         self._info: Optional[CameraInfo] = None
-        if self._params.camera_info_file:
-            self._info = camera_info_from_file(self._params.camera_info_file)
-            self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
+        key = 'camera_info_file'
         try:
+            if params.camera_info_file:
+                self._info = calibration_to_message(read_calibration(Path(params.camera_info_file)), Header())
+                self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
+            key = 'source'
             self._source = VideoSource(str(Path(params.source).expanduser()), params.width, params.height)
         except BadInputError as error:
-            if self._params.source.isdigit():
+            if key == 'source' and params.source.isdigit():
                 raise  # a device may come back: respawned, the node tries again
-            raise ParameterError(f"parameter 'source' = {self._params.source!r} is not allowed: {error}",
-                                 'source') from error
+            value = getattr(params, key)
+            raise ParameterError(f"parameter '{key}' = {value!r} is not allowed: {error}", key) from error
         self._publisher = rospy.Publisher('image_raw', Image, queue_size=1)
         self.playback = Playback(self._params.source, self._play)
         self.playback.start()
