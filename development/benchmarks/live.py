@@ -39,9 +39,8 @@ TOTALS = ('total', 'age')  # sums of stages
 STAGES_2D = ('wait', 'decode_message', 'detection', 'publish')
 MADE_DEPTH = f'{nodes.NAMESPACE}/depth_registered'
 # Points for the chain: arguments of people.launch.
-POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
-          'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
-                             f'camera_info:={MADE_DEPTH}/camera_info']}
+POINTS = {'depth_image': [f'depth:={nodes.NAMESPACE}/image_depth_rect'], 'point_cloud': [],
+          'cloud_to_depth': [f'depth:={MADE_DEPTH}/image_rect']}
 
 
 def parse_arguments() -> argparse.Namespace:

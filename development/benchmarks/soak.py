@@ -251,14 +251,15 @@ class Soak:
             self._session.stop(child)
 
     def _start_nodes(self) -> List[subprocess.Popen]:
-        start, arguments = self._session.start, ['mode:=fast', 'points_source:=depth_image']
+        start = self._session.start
         return [
             start('one', ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                          f'target_rate:={ONE.rate}', *arguments]),
+                          f'target_rate:={ONE.rate}', 'mode:=fast', f'depth:={ONE.topics}/image_depth_rect']),
             start('two', ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d',
                           'openpose_skeleton_extract.launch', f'image:={TWO.topics}/image_color',
                           f'depth:={TWO.topics}/image_depth_rect', f'camera_info:={TWO.topics}/camera_info',
-                          'one_process:=false', f'target_rate:={TWO.rate}', *arguments]),
+                          'one_process:=false', f'target_rate:={TWO.rate}', 'mode:=fast',
+                          'points_source:=depth_image']),
             start('floor', ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
                             f'points:={ONE.results("input_pointcloud")}']),
             start('record', ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',

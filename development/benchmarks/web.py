@@ -39,10 +39,12 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_live()
 
 
-def measure(session: Session, _folder: Path, arguments: argparse.Namespace) -> Sequence[str]:
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Sequence[str]:
     """Print the table; return nothing that has failed."""
+    config = folder / 'page.yaml'
+    config.write_text(f'people_web_node: {{port: {arguments.port}}}\n')
     began = session.start('nodes', ['roslaunch', 'openpose_ros_bringup', 'demo.launch', 'web:=true',
-                                    f'port:={arguments.port}', *arguments.launch])
+                                    f'config:={config}', *arguments.launch])
     rospy.init_node('bench', anonymous=True, disable_signals=True)
     watch = ResultWatch(nodes.PEOPLE_3D, PersonDetection_3dArray)
     wait_for(lambda: watch.arrivals, nodes.START_TIMEOUT, 'first results', began)

@@ -32,7 +32,7 @@ MOST = {3: 0.12, 2: 8.0}
 RESULTS = 3
 PEOPLE = ('roslaunch', 'openpose_ros_bringup', 'people.launch')
 DRIVER, RECORDER = ('openpose_ros_bringup', 'camera_driver'), ('openpose_ros_bringup', 'record_camera')
-FAST = ('mode:=fast', 'signals:=false', 'markers:=false')
+FAST = ('mode:=fast', 'signals:=false')
 OWN_CAMERA = """
 lab: {ns: lab, image: colour, depth: depth, camera_info: info, points_source: depth_image, frame: lab_optical_frame,
       image_transport: compressed, depth_transport: compressedDepth, image_encoding: bgr8, size: [640, 360]}

@@ -1,5 +1,4 @@
 """Checks of what messages hold: encodings, stamps, registration."""
-from contextlib import suppress
 from typing import Iterator, List, Optional
 
 from openpose_ros_bringup.doctor.findings import (
@@ -14,9 +13,8 @@ from openpose_ros_bringup.doctor.findings import (
     wrong,
 )
 from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
-from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
-from openpose_ros_pkg.stream.pairing_report import pairing_report
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.stream.pairing import PAIRING
 from skeleton_extract_3d.points.camera import check_same_aspect
 from skeleton_extract_3d.points.plausibility import registration_fault, summarize
 from skeleton_extract_3d.points.transform import is_same_place
@@ -77,25 +75,19 @@ def _line_of_other(camera: Camera, stream: Stream, others: List[str]) -> str:
 
 
 def check_stamps(seen: Snapshot) -> Iterator[Finding]:
-    """Whether stamps are set, increase, are of this time, and images find their points."""
+    """Whether stamps are set, increase, and are of this time."""
     for camera in seen.cameras:
-        faults = [fault for stream in camera.streams[:2] for fault in _stamp_faults(stream, seen)]
-        if not faults:
-            faults = list(_pairing_fault(camera, seen))
         came = [stream for stream in camera.streams[:2] if stream.arrivals]
+        faults = [fault for stream in came for fault in _stamp_faults(stream, seen)]
         yield from faults
         if not came:
             yield unknown(_NO_MESSAGE)
         elif not faults:
-            texts = [f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master)]
-            if len(came) == 2:
-                texts.append('images and points pair')
-            yield right('; '.join(texts) or 'stamps increase')
+            yield right('; '.join(f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master))
+                        or 'stamps increase')
 
 
 def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
-    if not stream.arrivals:
-        return
     stamps = [arrival.stamp for arrival in stream.arrivals]
     if not all(stamps):
         yield wrong(f'{stream.topic}: {stamps.count(0)} of {len(stamps)} messages have stamp 0: the driver has to fill '
@@ -129,30 +121,6 @@ def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
 def _passes(master: Master) -> bool:
     """Tell whether time passes."""
     return not master.sim_time or master.clock.ticks > 0
-
-
-def _pairing_fault(camera: Camera, seen: Snapshot) -> Iterator[Finding]:
-    if camera.points is None or not (camera.image.arrivals and camera.points.arrivals):
-        return
-    matcher = StampMatcher(_pairing_params(camera, seen))
-    arrivals = sorted((arrival.received, number, arrival.stamp) for number, stream in
-                      enumerate((camera.image, camera.points)) for arrival in stream.arrivals)
-    pairs = sum(matcher.add(number, stamp, None) is not None for _, number, stamp in arrivals)
-    report = pairing_report(matcher)
-    if pairs + len(matcher.finish()) > 0 or report is None:
-        return
-    settings = ', '.join(f'{key}: {value:g}' for key, value in report.settings.items())
-    yield wrong('no pairs: ' + report.text((camera.image.topic, camera.points.topic), ''),
-                f"echo 'skeleton_extract_3d_node: {{{settings}}}' > pairs.yaml && " + launch_line(
-                    camera, config='$PWD/pairs.yaml') if settings else 'chronyc tracking    # on both machines')
-
-
-def _pairing_params(camera: Camera, seen: Snapshot) -> PairingParams:
-    node = seen.node_of(camera)
-    values = {key: node.parameters[key] for key in ('slop', 'queue_size') if node and key in node.parameters}
-    with suppress(ParameterError, TypeError):
-        return PairingParams(**values)  # type: ignore[arg-type]
-    return PairingParams()
 
 
 def check_registration(seen: Snapshot) -> Iterator[Finding]:

@@ -1,12 +1,14 @@
 """A finding of a check, and the lines to type that findings share."""
 from difflib import SequenceMatcher
-from typing import List, NamedTuple
+from typing import Dict, List, NamedTuple
 
 from openpose_ros_bringup.doctor.snapshot import Camera, Snapshot, Stream
 from openpose_ros_pkg.params.camera_presets import IMAGE
 
 RIGHT, WRONG, UNKNOWN = 'right', 'WRONG', 'unknown'
 BRINGUP = 'roslaunch openpose_ros_bringup people.launch'
+# Values that are arguments of people.launch; others are parameters.
+_ARGUMENTS = ('camera', 'image', 'points', 'depth', 'fixed_frame', 'mode', 'target_rate', 'rviz')
 # Words in names of topics whose depth belongs to the pixels of the colour image.
 _REGISTERED = ('aligned', 'regist', 'depth_to_rgb', 'depth_to_color')
 
@@ -32,23 +34,46 @@ def unknown(text: str) -> Finding:
 
 
 def launch_line(camera: Camera, **changes: str) -> str:
-    """Return the line that starts the chain with the topics of a camera, with some arguments changed."""
+    """Return the line that starts the chain with the topics of a camera, with some values changed.
+
+    Parameters of the node go into a YAML file, as does a camera whose camera info is not beside the depth image.
+    """
+    values: Dict[str, str] = {}
     if camera.preset:
-        arguments = {'camera': camera.preset, **({'camera_ns': camera.namespace} if camera.namespace else {})}
+        values = {'camera': camera.preset, **({'camera_ns': camera.namespace} if camera.namespace else {})}
     else:
-        arguments = {stream.role: stream.topic for stream in camera.streams}
-        arguments.update({'dimensions': '2'} if camera.points is None else {
-            'points_source': 'depth_image' if camera.points.role == 'depth' else 'point_cloud'})
-    arguments.update(changes)
-    return ' '.join([BRINGUP, *(f'{key}:={value}' for key, value in arguments.items())])
+        values = {stream.role: stream.topic for stream in camera.streams}
+        values.update({'points': 'none'} if camera.points is None else {})
+    other_points = {'depth', 'points'} & set(changes)
+    values = {key: value for key, value in values.items()
+              if not (other_points and key in ('points', 'depth', 'camera_info'))}
+    values.update(changes)
+    info, depth, before = values.pop('camera_info', ''), values.get('depth', ''), ''
+    if depth and info not in ('', beside(depth)):
+        image = values.pop('image', camera.image.topic)
+        before = (f"echo 'mine: {{image: {image[1:]}, depth: {values.pop('depth')[1:]}, camera_info: {info[1:]}, "
+                  "points_source: depth_image}' > mine.yaml && ")
+        values['camera'] = '$PWD/mine.yaml'
+    parameters = ', '.join(f'{key}: {values.pop(key)}' for key in list(values) if key not in _ARGUMENTS)
+    if parameters:
+        node = 'openpose_ros_service_node' if camera.points is None else 'skeleton_extract_3d_node'
+        before += f"echo '{node}: {{{parameters}}}' > config.yaml && "
+        values['config'] = '$PWD/config.yaml'
+    return before + ' '.join([BRINGUP, *(f'{key}:={value}' for key, value in values.items())])
+
+
+def beside(topic: str) -> str:
+    """Return the camera info that drivers publish beside an image."""
+    base = topic[:-len('/compressed')] if topic.endswith('/compressed') else topic
+    return f'{base.rpartition("/")[0]}/camera_info'
 
 
 def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
     """Return the line that starts the chain with another depth image, and the camera info beside it if there is one."""
-    info = f'{depth.rpartition("/")[0]}/camera_info'
+    info = beside(depth)
     if info not in seen.published and camera.colour_info is not None:
         info = camera.colour_info.topic
-    return launch_line(camera, points_source='depth_image', depth=depth, camera_info=info)
+    return launch_line(camera, depth=depth, camera_info=info)
 
 
 def line_with_other_depth(camera: Camera, seen: Snapshot) -> str:
