@@ -59,7 +59,8 @@ class StatusListener:
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
             if RECORDS in values:
                 self.recorders[status.name] = level, status.message, values[RECORDS]
-            if any(kind in IMAGES for _, kind in _INPUT.findall(values.get(READS, ''))):
+            if any(kind in IMAGES and '/openpose_ros/' not in topic  # these are shown, as in browsers
+                   for topic, kind in _INPUT.findall(values.get(READS, ''))):
                 # the updater writes <node>: <name>, which is another one for each camera of a node
                 node, _, name = status.name.partition(': ')
                 newest = Status(time.monotonic(), f'/{node.strip("/")}', level, status.message, values)
