@@ -32,7 +32,11 @@ def cameras_of(bag: Path) -> List[str]:
 
 
 def launch_command(bag: Path, rviz: bool, signals: bool) -> List[str]:
-    """Return the roslaunch command that starts the chains of the cameras, their fusion, and the node of signals."""
+    """Return the roslaunch command that starts the chains of the cameras, their fusion, and the node of signals.
+
+    The parameters of the chains go into a file beside the bag.
+    """
+    config = bag.with_suffix('.yaml')
+    config.write_text('skeleton_extract_3d_node: {points_source: depth_image, target_rate: 0.0}\n')
     return ['roslaunch', 'openpose_ros_bringup', 'cameras.launch', f"cameras:={' '.join(cameras_of(bag))}",
-            'points_source:=depth_image', 'target_rate:=0', f'rviz:={str(rviz).lower()}',
-            f'signals:={str(signals).lower()}']
+            f'config:={config.resolve()}', f'rviz:={str(rviz).lower()}', f'signals:={str(signals).lower()}']

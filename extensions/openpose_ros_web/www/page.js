@@ -1,5 +1,4 @@
 // Puts the page together: source -> state -> scene, table and image.
-import {Measures} from './measures.js'
 import {Menu} from './menu.js'
 import {Panel} from './panel.js'
 import {Picture} from './picture.js'
@@ -14,7 +13,7 @@ const STALE = 6 // people are faded after so many looks without a message betwee
 // `source` has start(state) and want(wish), and calls receive, receiveBinary and setLink of the state; one of a recording
 // has recording and show(time), too.
 export function openPage(source) {
-  const state = new State(), settings = new Settings(), measures = new Measures(state), recorded = Boolean(source.recording)
+  const state = new State(), settings = new Settings(), recorded = Boolean(source.recording)
   let asked = '', last = 0, quiet = 0, scene = null
   const ask = () => {
     const hidden = document.hidden
@@ -30,7 +29,6 @@ export function openPage(source) {
   }
   const panel = new Panel(state, id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`))
   const drawn = (people, cameras) => {
-    measures.shown(state.messages.people)
     const mode = scene?.view.mode ?? 'free'
     panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0], mode, settings.theme())
     menu.showViews(viewsOf(people, cameras, mode), mode)
@@ -47,7 +45,7 @@ export function openPage(source) {
   const picture = new Picture(state, settings, () => ask())
   document.body.classList.toggle('recorded', recorded)
   // for tests, and for those who look into the page
-  window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? [], measures: () => measures.values()}
+  window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? []}
   try {
     scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
     Object.assign(window.peopleView, {view: scene.view, scenery: scene.scenery})
@@ -67,7 +65,6 @@ export function openPage(source) {
   settings.onChange(ask)
   document.addEventListener('visibilitychange', ask)
   setInterval(() => {
-    panel.showFigures(measures.values())
     const {state: link, text} = state.link, old = last > 0 && ++quiet > STALE && !recorded
     document.body.classList.toggle('old', old)
     if (scene) notice([link === 'lost' && text, old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])

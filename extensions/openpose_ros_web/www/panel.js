@@ -12,7 +12,7 @@ export class Panel {
     this.rows = new Map()
     this.choose = choose
     state.on('link', ({state: name, text}) => show(element('link'), text, name))
-    state.on('state', ({nodes}) => element('nodes').replaceChildren(...nodes.map(itemOf)))
+    state.on('state', message => this.showState(message))
   }
 
   // `camera`: distances are from its position, or from the origin; `mode` of the view.
@@ -46,9 +46,10 @@ export class Panel {
     return row
   }
 
-  showFigures({rate, latency}) {
+  showState({rate, latency, nodes}) {
     const parts = [rate && `${rate.toFixed(1)} Hz`, latency !== null && `${Math.round(latency * 1000)} ms`]
     show(element('figures'), parts.filter(Boolean).join(' · '))
+    element('nodes').replaceChildren(...nodes.map(itemOf))
   }
 }
 

@@ -1,7 +1,6 @@
 // The annotated image: asks for the width that is shown, and draws the newest.
 import {make} from './menu.js'
 
-const PERIOD = 2000 // of the figures [ms]
 const OLD = 4 // an image is faded [s]
 
 const element = id => document.getElementById(id)
@@ -14,7 +13,6 @@ export class Picture {
     this.select = element('camera')
     this.settings = settings
     this.changed = changed
-    this.drawn = 0
     this.select.onchange = () => {
       changed()
       this.select.blur() // keys are shortcuts again
@@ -23,7 +21,7 @@ export class Picture {
     state.on('image', image => this.take(image))
     settings.onChange(() => this.update())
     new ResizeObserver(() => changed()).observe(this.figure)
-    setInterval(() => this.showFigures(), PERIOD)
+    setInterval(() => this.showAge(), 1000)
   }
 
   begin(hello) {
@@ -73,7 +71,6 @@ export class Picture {
         this.canvas.height = bitmap.height
         this.canvas.getContext('2d').drawImage(bitmap, 0, 0)
         bitmap.close()
-        this.drawn += 1
         this.last = Date.now()
       } catch {
         // a damaged image
@@ -82,11 +79,9 @@ export class Picture {
     this.busy = false
   }
 
-  showFigures() {
+  showAge() {
     const age = Math.round((Date.now() - this.last) / 1000)
-    element('image_figures').textContent = this.drawn
-      ? `${(this.drawn * 1000 / PERIOD).toFixed(0)} Hz · ${this.canvas.width} px` : age ? `${age} s ago` : ''
+    element('image_age').textContent = age > OLD ? `${age} s ago` : ''
     this.canvas.classList.toggle('old', age > OLD)
-    this.drawn = 0
   }
 }

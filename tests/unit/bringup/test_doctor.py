@@ -119,6 +119,7 @@ def without_depth(**others):
 COMPRESSED, DRIVER = 'sensor_msgs/CompressedImage', 'roslaunch astra astra.launch'
 OWN_INFO = 'camera_info: cam/color/camera_info, points_source: depth_image}\' > mine.yaml && roslaunch'
 FLAT = with_camera(CLOUD_WELL, points=replace(POINTS, points=None, fault='cloud is not organized'))
+BESIDE = {'/depth/image': IMAGE, '/depth/camera_info': INFO}
 HALF = tuple(each._replace(stamp=10**12 + number // 2) for number, each in enumerate(arrivals()))
 PLAYING = with_master(sim_time=True, clock=Clock(300, 1000.0))
 BEHIND = Tf('base', {'base': 'odom', OPTICAL: 'camera_link'})
@@ -179,7 +180,7 @@ def test_without_a_camera_and_without_a_chain():
     ('topics', without_depth(**{'/cam/depth/raw': IMAGE, '/other/aligned_depth': IMAGE}), 'no node',
      'depth: other/aligned_depth'),
     ('topics', with_published({}, without=[DEPTH_INFO.topic]), 'no node publishes it', OWN_INFO),
-    ('topics', with_published({'/depth/image': IMAGE, '/depth/camera_info': INFO}, CLOUD_WELL, [POINTS.topic]), 'no node',
+    ('topics', with_published(BESIDE, CLOUD_WELL, [POINTS.topic]), 'no node',
      f'people.launch image:={COLOUR.topic} depth:=/depth/image'),
     ('rates', with_points(arrivals=()), 'which sends nothing', 'rosnode info /driver'),
     ('rates', with_points(arrivals=(), is_connected=False), 'there is no connection', 'rosnode ping /driver'),
@@ -195,7 +196,7 @@ def test_without_a_camera_and_without_a_chain():
     ('encodings', with_points(points=DepthImage(0 * METRES, model())), '0 % of the points are valid', 'rostopic echo'),
     ('encodings', with_camera(info=replace(DEPTH_INFO, fault='camera is not calibrated')), 'not calibrated',
      'cameracalibrator.py'),
-    ('encodings', with_published({'/depth/image': IMAGE, '/depth/camera_info': INFO}, FLAT), 'not organized',
+    ('encodings', with_published(BESIDE, FLAT), 'not organized',
      'depth:=/depth/image'),
     ('stamps', with_points(arrivals=arrivals(age=-3.5)), '3.5 s ahead of the clock', 'chronyc'),
     ('stamps', with_points(arrivals=arrivals(age=900.0)), '900 s behind', 'chronyc'),
@@ -251,6 +252,7 @@ def test_each_mistake_is_found_by_its_check(check, seen, text, line):
     assert len(found) == 1 and text in found[0].text and line in found[0].line
 
 
+DOWN = {('base', OPTICAL): Lookup(np.diag([1, -1, -1]), np.zeros(3))}
 SAME = {(OPTICAL, 'camera_depth'): Lookup(np.eye(3), np.zeros(3))}
 LATE = replace(COLOUR, arrivals=arrivals(age=3.5))
 AGAIN = replace(COLOUR, arrivals=arrivals(begin=1000.0) + arrivals(begin=990.0))
@@ -261,7 +263,7 @@ AGAIN = replace(COLOUR, arrivals=arrivals(begin=1000.0) + arrivals(begin=990.0))
     ('stamps', with_camera(PLAYING, image=LATE, points=replace(DEPTH, arrivals=LATE.arrivals))),
     ('stamps', with_camera(PLAYING, image=AGAIN)),
     ('registration', replace(with_points(frame_id='camera_depth'), tf=Tf('', {}, SAME))),
-    ('frames', replace(WELL, tf=replace(MOUNT, lookups={('base', OPTICAL): Lookup(np.diag([1, -1, -1]), np.zeros(3))}))),
+    ('frames', replace(WELL, tf=replace(MOUNT, lookups=DOWN))),
     ('load', with_node(values={'rate [Hz]': '9.8'}, parameters={'target_rate': 10.0})),
     ('load', replace(with_node(values={'rate [Hz]': '3.8'}), people=People(95, 2))),
     ('load', with_node(text='idle: no subscriber', values={'rate [Hz]': '0.0'})),

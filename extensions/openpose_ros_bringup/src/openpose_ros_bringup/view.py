@@ -29,29 +29,16 @@ _SCALE = 300.0
 
 
 class Viewpoint(NamedTuple):
-    """Where RViz looks from.
+    """Where RViz looks from."""
 
-    Attributes:
-        focal: (3,) [m], the point that is looked at.
-        distance: of the eye to it [m].
-        yaw: direction from the point to the eye, about z [rad].
-        pitch: by how much the eye is above the horizon of the point [rad].
-    """
-
-    focal: np.ndarray
-    distance: float
-    yaw: float
-    pitch: float = _PITCH
+    focal: np.ndarray  # (3,) [m], the point that is looked at
+    distance: float  # of the eye to it [m]
+    yaw: float  # direction from the point to the eye, about z [rad]
+    pitch: float = _PITCH  # of the eye above the horizon of the point [rad]
 
 
 class Topics(NamedTuple):
-    """What is shown.
-
-    Attributes:
-        markers: namespace of the markers; empty: people in the image alone.
-        clouds: topics by title.
-        images: topics by title.
-    """
+    """What is shown: namespace of the markers (empty: people in the image alone), clouds and images by title."""
 
     markers: str
     clouds: Mapping[str, str]
