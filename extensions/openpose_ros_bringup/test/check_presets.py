@@ -51,7 +51,7 @@ class PresetsTest(unittest.TestCase):
     def setUpClass(cls) -> None:
         rospy.init_node('check_presets')
         cls.log: List[str] = []
-        rospy.Subscriber('/rosout_agg', Log, lambda message: cls.log.append(message.msg))
+        rospy.Subscriber('/rosout', Log, lambda message: cls.log.append(message.msg))
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.folder = Path(folder.name)
@@ -95,10 +95,13 @@ class PresetsTest(unittest.TestCase):
                 self.check(preset, self.stand_in(preset), f'camera:={name}')
                 self.doCleanups()
 
-    def test_a_driver_that_is_not_installed_and_auto(self) -> None:
-        self.start(*PEOPLE, 'ns:=/awaited', 'camera:=kinect2', 'driver:=true')
-        self.await_log('start the driver: roslaunch kinect2_bridge kinect2_bridge.launch publish_tf:=true')
-        self.doCleanups()
+    def test_a_driver_that_is_not_installed(self) -> None:
+        done = subprocess.run(['rosrun', 'openpose_ros_bringup', 'camera_driver', '--camera', 'kinect2'], text=True,
+                              stderr=subprocess.PIPE, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('start the driver: roslaunch kinect2_bridge kinect2_bridge.launch publish_tf:=true', done.stderr)
+
+    def test_auto_waits_for_a_camera(self) -> None:
         self.start(*PEOPLE, 'ns:=/awaited', 'camera:=auto')
         self.await_log('camera:=auto waits for a camera')
 

@@ -14,13 +14,13 @@ const STALE = 6 // people are faded after so many looks without a message betwee
 // has recording and show(time), too.
 export function openPage(source) {
   const state = new State(), settings = new Settings(), recorded = Boolean(source.recording)
-  let asked = '', last = 0, quiet = 0, scene = null
+  let wished = '', last = 0, quiet = 0, scene = null
   const ask = () => {
     const hidden = document.hidden
     const wish = {image: hidden ? null : picture.wish(),
       cloud: !hidden && settings.cloud && state.messages.hello?.cloud === true}
-    if (!state.messages.hello || JSON.stringify(wish) === asked) return
-    asked = JSON.stringify(wish)
+    if (!state.messages.hello || JSON.stringify(wish) === wished) return
+    wished = JSON.stringify(wish)
     source.want(wish)
   }
   const setView = mode => {
@@ -56,7 +56,7 @@ export function openPage(source) {
     }
   }
   state.on('hello', hello => {
-    asked = ''
+    wished = ''
     menu.offer('cloud', hello.cloud)
     document.body.classList.toggle('flat', hello.dimensions === 2)
     ask()

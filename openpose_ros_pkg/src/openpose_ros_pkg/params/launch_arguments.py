@@ -22,7 +22,8 @@ _REPLACED = {
     'dimensions': 'points:=none finds people in the image alone', 'driver_args': "driver:='NAME:=VALUE ...'",
     'folder': 'source:=FOLDER', 'markers': 'they are shown with the chain', 'respawn': 'nodes that end start again',
     'camera_info': 'it is read beside the depth image; camera:=FILE.yaml, of the form of cameras.yaml, names another',
-    'people_cloud': 'nodelets.launch people_cloud:=true', 'manager': 'nodelets.launch floor:=true manager:=NAME',
+    'people_cloud': 'nodelets.launch people_cloud:=true', 'manager': 'nodelets.launch people_cloud:=true manager:=NAME',
+    'raw': 'rosrun openpose_ros_bringup record_camera',
     'look': 'config:=FILE with skeleton_extract_3d_visualization_node: {colour_by_person: false, label: false}',
     **{name: f'config:=FILE with {node}: {{{name}: VALUE}}' for node, names in {
         'skeleton_extract_3d_node': ('camera_ns', 'points_source', 'image_transport', 'depth_transport',

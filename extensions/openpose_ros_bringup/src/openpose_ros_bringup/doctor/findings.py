@@ -76,12 +76,25 @@ def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
     return launch_line(camera, depth=depth, camera_info=info)
 
 
-def line_with_other_depth(camera: Camera, seen: Snapshot) -> str:
-    """Return the line that starts the chain with a registered depth image, or any of an unknown driver; empty: none."""
-    points = camera.points if camera.points and camera.points.role == 'depth' else None
-    others = [name for name in others_like(points or Stream('depth', camera.image.topic, IMAGE), seen)
-              if points is None or not camera.driver or says_registered(name)]
-    return depth_line(camera, others[0], seen) if others else ''
+def other_topic_line(camera: Camera, stream: Stream, seen: Snapshot, registered: bool = False) -> str:
+    """Return the line that starts the chain with another topic in place of one, or with a depth image in place of a
+    cloud; empty: there is none.
+
+    Of depth images, those that say that they are registered come first, and alone where the driver is known.
+
+    Args:
+        registered: only topics that say that they are registered.
+    """
+    others = others_like(stream, seen)
+    if stream.role == 'points' and not others:
+        stream = Stream('depth', camera.image.topic, IMAGE)
+        others = others_like(stream, seen)
+    if registered or (stream.role == 'depth' and camera.driver and camera.points and camera.points.role == 'depth'):
+        others = [name for name in others if _says_registered(name)]
+    if not others or (stream.role == 'camera_info' and camera.driver):
+        return ''
+    return depth_line(camera, others[0], seen) if stream.role == 'depth' else launch_line(
+        camera, **{stream.role: others[0]})
 
 
 def others_like(stream: Stream, seen: Snapshot) -> List[str]:
@@ -89,15 +102,9 @@ def others_like(stream: Stream, seen: Snapshot) -> List[str]:
     return sorted((name for name, there in seen.published.items() if there.kind == stream.kind
                    and name != stream.topic and '/openpose_ros/' not in name
                    and (stream.role not in ('image', 'depth') or ('depth' in name) == (stream.role == 'depth'))),
-                  key=lambda name: (stream.role == 'depth' and not says_registered(name),
+                  key=lambda name: (stream.role == 'depth' and not _says_registered(name),
                                     -SequenceMatcher(None, name, stream.topic).ratio(), name))
 
 
-def says_registered(topic: str) -> bool:
-    """Return whether the name of a topic says that its depth is registered to the colour image."""
+def _says_registered(topic: str) -> bool:
     return any(word in topic for word in _REGISTERED)
-
-
-def registered_topics(stream: Stream, seen: Snapshot) -> List[str]:
-    """Return the other topics of the same type whose names say that they are registered to the colour image."""
-    return [name for name in others_like(stream, seen) if says_registered(name)]

@@ -2,16 +2,8 @@
 from difflib import get_close_matches
 from typing import Iterator, List, Set
 
-from openpose_ros_bringup.doctor.findings import (
-    Finding,
-    launch_line,
-    line_with_other_depth,
-    others_like,
-    right,
-    unknown,
-    wrong,
-)
-from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Stream, Tf
+from openpose_ros_bringup.doctor.findings import Finding, launch_line, other_topic_line, right, unknown, wrong
+from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Tf
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import frame_name
 
@@ -95,7 +87,8 @@ def check_frames(seen: Snapshot) -> Iterator[Finding]:
         try:
             points.points.camera_model()
         except BadInputError as error:
-            yield wrong(f"{points.topic}, frame '{points.frame_id}': {error}", _line_of_axes(camera, points, seen))
+            yield wrong(f"{points.topic}, frame '{points.frame_id}': {error}", other_topic_line(camera, points, seen) or
+                        f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver')
             continue
         fixed = seen.tf.fixed_frame
         pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
@@ -106,11 +99,3 @@ def check_frames(seen: Snapshot) -> Iterator[Finding]:
                         f'0 0 0 -1.5708 0 -1.5708 {parent} {points.frame_id}')
         else:
             yield right(f"'{points.frame_id}' is an optical frame: x right, y down, z forward")
-
-
-def _line_of_axes(camera: Camera, points: Stream, seen: Snapshot) -> str:
-    others = others_like(points, seen)
-    if others:
-        return launch_line(camera, points=others[0])
-    return line_with_other_depth(camera, seen) or (
-        f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver, not a transformed one')

@@ -6,7 +6,7 @@ from openpose_ros_bringup.doctor.findings import (
     Finding,
     depth_line,
     launch_line,
-    line_with_other_depth,
+    other_topic_line,
     others_like,
     right,
     unknown,
@@ -87,11 +87,7 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
         return launch_line(camera, points=stream.topic)
     if there is not None and (stream.role, there.kind) == ('points', IMAGE):
         return depth_line(camera, stream.topic, seen)
-    is_known = stream.role == 'depth' or (stream.role == 'camera_info' and camera.driver)
-    others = [] if is_known else others_like(stream, seen)
-    if others:
-        return launch_line(camera, **{stream.role: others[0]})
-    return (stream is camera.points and line_with_other_depth(camera, seen)) or camera.driver or DRIVER
+    return other_topic_line(camera, stream, seen) or camera.driver or DRIVER
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:
