@@ -49,7 +49,7 @@ def launch_line(camera: Camera, **changes: str) -> str:
               if not (other_points and key in ('points', 'depth', 'camera_info'))}
     values.update(changes)
     info, depth, before = values.pop('camera_info', ''), values.get('depth', ''), ''
-    if depth and info not in ('', beside(depth)):
+    if depth and info not in ('', camera_info_of(depth)):
         image = values.pop('image', camera.image.topic)
         before = (f"echo 'mine: {{image: {image[1:]}, depth: {values.pop('depth')[1:]}, camera_info: {info[1:]}, "
                   "points_source: depth_image}' > mine.yaml && ")
@@ -62,7 +62,7 @@ def launch_line(camera: Camera, **changes: str) -> str:
     return before + ' '.join([BRINGUP, *(f'{key}:={value}' for key, value in values.items())])
 
 
-def beside(topic: str) -> str:
+def camera_info_of(topic: str) -> str:
     """Return the camera info that drivers publish beside an image."""
     base = topic[:-len('/compressed')] if topic.endswith('/compressed') else topic
     return f'{base.rpartition("/")[0]}/camera_info'
@@ -70,7 +70,7 @@ def beside(topic: str) -> str:
 
 def depth_line(camera: Camera, depth: str, seen: Snapshot) -> str:
     """Return the line that starts the chain with another depth image, and the camera info beside it if there is one."""
-    info = beside(depth)
+    info = camera_info_of(depth)
     if info not in seen.published and camera.colour_info is not None:
         info = camera.colour_info.topic
     return launch_line(camera, depth=depth, camera_info=info)

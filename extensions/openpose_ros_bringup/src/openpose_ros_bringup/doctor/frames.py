@@ -17,9 +17,9 @@ _UPRIGHT = 0.9
 def frames_needed(seen: Snapshot, camera: Camera) -> List[str]:
     """Return the frames in which the people of a camera are wanted, without that of the points."""
     node = seen.node_of(camera)
-    asked = [seen.tf.fixed_frame] + [frame_name(str(node.parameters.get(key, '')))
+    frames = [seen.tf.fixed_frame] + [frame_name(str(node.parameters.get(key, '')))
                                      for key in ('tracking_frame', 'target_frame') if node is not None]
-    return [frame for frame in dict.fromkeys(asked) if frame and frame != _frame_of(camera)]
+    return [frame for frame in dict.fromkeys(frames) if frame and frame != _frame_of(camera)]
 
 
 def _frame_of(camera: Camera) -> str:
@@ -27,7 +27,7 @@ def _frame_of(camera: Camera) -> str:
 
 
 def check_tf(seen: Snapshot) -> Iterator[Finding]:
-    """Whether tf connects the frame of the points with those that are asked for, at their stamp."""
+    """Whether tf connects the frame of the points with those that are wanted, at their stamp."""
     for camera in seen.cameras:
         stream, frame = camera.points or camera.image, _frame_of(camera)
         if not stream.arrivals:

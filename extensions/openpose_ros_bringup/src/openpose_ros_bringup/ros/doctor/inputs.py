@@ -4,7 +4,7 @@ from typing import List, Mapping, Optional, Sequence, Tuple
 
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
-from openpose_ros_bringup.doctor.findings import beside
+from openpose_ros_bringup.doctor.findings import camera_info_of
 from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Stream
 from openpose_ros_bringup.ros.camera_driver import is_installed
 from openpose_ros_bringup.ros.doctor.chain import IMAGES, inputs_of
@@ -109,7 +109,7 @@ def _of_topics(topics: Mapping[str, str]) -> Camera:
     streams = {role: Stream(role, topic, PointCloud2._type if role == 'points' else _image_type(topic))
                for role, topic in topics.items()}
     image, depth = streams['image'], streams.get('depth')
-    info = depth and Stream('camera_info', topics.get('camera_info') or beside(depth.topic), CameraInfo._type)
+    info = depth and Stream('camera_info', topics.get('camera_info') or camera_info_of(depth.topic), CameraInfo._type)
     return Camera(image, depth or streams.get('points'), info, _colour_info(image.topic, info))
 
 
@@ -119,7 +119,7 @@ def _image_type(topic: str) -> str:
 
 def _colour_info(image: str, info: Optional[Stream]) -> Optional[Stream]:
     """Return the camera info of the colour image; None: it is that of the depth image."""
-    topic = beside(image)
+    topic = camera_info_of(image)
     return None if info is not None and info.topic == topic else Stream('', topic, CameraInfo._type)
 
 
