@@ -47,6 +47,7 @@ export class Scene {
     if (message.type === 'people' && message.frame !== this.frame) {
       this.frame = message.frame
       this.scenery.reset()
+      this.signs.paths.clear()
       this.view.fitted = false
     }
     this.redraw()
@@ -83,7 +84,7 @@ export class Scene {
     this.scenery.findFloor(shown, people?.stamp, seen)
     this.scenery.draw(seen, this.view.controls.target, this.view.cameraIndex(), this.settings)
     this.bodies?.draw(shown, this.state.landmarks('hands'), this.state.landmarks('faces'), this.settings, this.theme)
-    this.signs.draw(shown, this.settings, this.theme)
+    if (people) this.signs.draw(shown, people.stamp, this.scenery.floor, this.settings, this.theme)
     this.light.position.copy(this.view.camera.position)
     this.renderer.render(this.world, this.view.camera)
     this.labels.draw(shown, seen, this.settings, this.theme, this.view)

@@ -4,6 +4,7 @@ export const SWITCHES = [
   ['labels', 'Ids, postures, gestures', 'l', true],
   ['velocity', 'Velocities', 'v', true],
   ['pointing', 'Pointing rays', 'p', true],
+  ['trails', 'Trails', 't', true],
   ['hands', 'Hands', 'h', true],
   ['faces', 'Faces', 'e', true],
   ['sigma', 'Uncertainty (sigma)', 's', false],

@@ -182,11 +182,11 @@ def test_drawn_pixels_have_the_colours_of_the_people(site, browser):
     people, signals = frame(2, True)
     shown(site, browser, people, signals)
     browser.press('1')
-    browser.run('["labels", "velocity", "pointing"].forEach(name => peopleView.settings.set(name, false))')
+    browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, false))')
     browser.wait_for_drawing()
     picture = picture_of(browser)
     joints = browser.run('peopleView.joints()')
-    browser.run('["labels", "velocity", "pointing"].forEach(name => peopleView.settings.set(name, true))')
+    browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, true))')
     colours = {person['id']: person['rgb'] for person in people['people']}
     for number, rgb in colours.items():
         pixels = [picture[round(joint['y']), round(joint['x'])] for joint in joints
