@@ -3,7 +3,7 @@ from pathlib import Path
 
 import rosbag
 
-from openpose_ros_pkg.output.frame_writer import DEFAULT_RATE
+from openpose_ros_pkg.output.recorder import DEFAULT_RATE
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.ros.convert import image_to_bgr
 

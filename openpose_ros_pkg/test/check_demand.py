@@ -1,22 +1,21 @@
 #!/usr/bin/python3
 """Without a subscriber the service node reads nothing, and the first one gets results at once; disabled nodes rest."""
 import sys
-import time
 import unittest
 
 import numpy as np
 import rospy
 import rostest
-from harness import image, publisher
-from openpose_ros_msgs.msg import PersonDetectionArray, Timing
+from harness import image
+from openpose_ros_msgs.msg import PersonDetectionArray
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 
 from demand import FIRST_RESULT, enable, seconds_to_first_result, subscribe
 from openpose_ros_pkg.ros.threads import repeat
-from session import PATIENCE, Diagnostics, Recorder, await_true
+from session import PATIENCE, Diagnostics, await_true
 
-NODE, CLIENT = 'openpose_ros_service_node', 'openpose_ros_node'
+NODE = 'openpose_ros_service_node'
 PEOPLE = 'openpose_ros/detected_poses', PersonDetectionArray
 GREY = np.full((96, 128, 3), 128, np.uint8)
 RATE = 30.0  # [Hz] of the camera
@@ -27,7 +26,7 @@ class DemandTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.camera = rospy.Publisher('camera/image_raw', Image, queue_size=1)
-        cls.diagnostics = Diagnostics(NODE, CLIENT)
+        cls.diagnostics = Diagnostics(NODE)
         rospy.wait_for_service('detect_poses', PATIENCE)
         cls.detect = rospy.ServiceProxy('detect_poses', GetPersons)
         repeat(lambda: cls.camera.publish(image(GREY, rospy.get_time())), 'camera', period=1 / RATE)
@@ -47,23 +46,6 @@ class DemandTest(unittest.TestCase):
     def test_the_first_subscriber_gets_a_result_at_once_and_the_last_one_ends_the_work(self):
         self.assertLess(seconds_to_first_result(*PEOPLE, self.assert_idle), FIRST_RESULT)
 
-    def test_clients_and_subscribers_of_the_timing_do_not_wake_the_camera(self):
-        self.assert_idle()
-        reports = Recorder(f'{NODE}/timing', Timing)
-        self.addCleanup(reports.close)
-        reports.wait(2)
-        self.assertEqual(self.detect(image(GREY)).detections, [])
-        self.assertEqual(self.camera.get_num_connections(), 0)
-
-    def test_subscribers_that_come_and_go_quickly(self):
-        """The one that is there in the end gets results."""
-        for number in range(30):
-            results = subscribe(*PEOPLE)
-            time.sleep(0.01 * (number % 7))
-            results.close()
-        results, begin = self.results(), rospy.Time.now()
-        await_true(lambda: any(message.header.stamp > begin for message in results.messages.copy()), 'a result')
-
     def test_disabled_it_reads_nothing_and_says_so(self):
         self.addCleanup(enable, NODE, True)
         results = self.results()
@@ -77,19 +59,6 @@ class DemandTest(unittest.TestCase):
         self.assertTrue(enable(NODE, True))
         results.wait(len(results.messages) + 3)
         self.assertEqual(self.detect(image(GREY)).detections, [])
-
-    def test_a_client_that_is_disabled_sends_nothing(self):
-        self.addCleanup(enable, CLIENT, True)
-        camera = publisher('other_camera/image_raw', Image)
-        camera.publish(image(GREY))
-        self.diagnostics.await_count(CLIENT, 'frames', 1)
-        self.assertTrue(enable(CLIENT, False))
-        self.diagnostics.await_state(CLIENT, 'disabled')
-        await_true(lambda: camera.get_num_connections() == 0, 'the client leaves the camera')
-        self.assertTrue(enable(CLIENT, True))
-        await_true(camera.get_num_connections, 'the client is back')
-        camera.publish(image(GREY))
-        self.diagnostics.await_count(CLIENT, 'frames', 2)
 
 
 if __name__ == '__main__':

@@ -16,9 +16,7 @@ import rostest
 from harness import node, publisher
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE
-from openpose_ros_pkg.networks.models import find_weights
-from session import PATIENCE, Diagnostics, await_true
+from session import PATIENCE
 
 CLIENT = 'openpose_ros_node_firephinx'
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'
@@ -65,10 +63,6 @@ class ParametersTest(unittest.TestCase):
         for word in ('The client node', '--NAME=VALUE', 'camera_topic: "/usb_cam/image_raw"'):
             self.assertIn(word, text)
 
-    def test_the_parameter_server_never_gets_a_flag_that_is_not_allowed(self):
-        self.assertEqual(ended(CLIENT, '--alpha_pose=1.5', name='spared')[0], 1)
-        self.assertFalse(rospy.has_param('/spared'))
-
     def test_each_node_names_key_value_and_what_is_allowed(self):
         for executable, argument, *words in (
                 ('openpose_ros_node', '_net_input_hight:=256',
@@ -97,24 +91,6 @@ class ParametersTest(unittest.TestCase):
             damaged.write_bytes(b'no network')
             self.assert_refused('openpose_ros_node', f'_model_folder:={folder}', 'damaged', str(damaged), '10 bytes',
                                 'sha256', './run model get')
-
-    def test_networks_that_are_missing_beside_others(self):
-        """The node finds people without them, and says so in /diagnostics as long as it lives; optional: no warning."""
-        for name, models, level, words in (
-                ('without_thunder', (MOBILENET_THIN, MOVENET_MULTIPOSE), 'OK', ()),
-                ('alone', (MOBILENET_THIN,), 'WARN',
-                 ('is missing, so people are found less accurately, by mobilenet_thin',))):
-            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
-                for model in models:
-                    (Path(folder) / model.name).symlink_to(find_weights(model))
-                with node('openpose_ros_node', f'_model_folder:={folder}', name=name):
-                    diagnostics = Diagnostics()
-                    text = await_true(lambda name=name, diagnostics=diagnostics: diagnostics.value(
-                        name, 'movenet_thunder'), 'the entry')
-                    self.assertIn('is not installed, so people are found less accurately', text)
-                    self.assertIn('./run model get movenet_thunder', text)
-                    diagnostics.await_text(name, *words)
-                    self.assertEqual(diagnostics.reports(name)[-1].level, level)
 
 
 if __name__ == '__main__':

@@ -14,8 +14,7 @@ from std_msgs.msg import Header
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import image_subscriber
-from openpose_ros_pkg.ros.threads import repeat
-from session import PATIENCE, Diagnostics, await_true
+from session import Diagnostics, await_true
 
 NODE = 'parts'  # as the test is called
 FAILED = 'report failed'
@@ -35,10 +34,6 @@ class HealthTest(unittest.TestCase):
         cls.health = Health()
         cls.diagnostics = Diagnostics(NODE)
 
-    def await_reports(self, number):
-        before = len(self.diagnostics.reports(NODE))
-        await_true(lambda: len(self.diagnostics.reports(NODE)) >= before + number, f'{number} more reports')
-
     def test_what_a_part_raises_is_counted_and_the_other_parts_are_shown(self):
         self.health.show(fails('deque mutated during iteration'))
         self.health.show_lasting(fails('no fault is known'))
@@ -47,31 +42,6 @@ class HealthTest(unittest.TestCase):
         self.diagnostics.await_count(NODE, FAILED, 6)  # three in each report
         self.assertEqual(self.diagnostics.value(NODE, 'after it'), 'is shown')
         self.assertEqual(self.diagnostics.reports(NODE)[-1].level, 'WARN')
-
-    def test_an_error_of_the_updater_ends_nothing(self):
-        updater = self.health._updater
-        publish, failed = updater.publish, threading.Event()
-
-        def fail(message):
-            failed.set()
-            raise OSError('no route to host')
-
-        updater.publish = fail
-        self.assertTrue(failed.wait(PATIENCE))
-        updater.publish = publish
-        self.await_reports(2)
-
-    def test_a_thread_goes_on_after_an_error(self):
-        done, went_on = [], threading.Event()
-
-        def work():
-            done.append(len(done))
-            if len(done) == 1:
-                raise ValueError('the first time')
-            went_on.set()
-
-        repeat(work, 'test', period=0.01)
-        self.assertTrue(went_on.wait(PATIENCE))
 
 
 def numbered(number: int, kind: type = Image) -> Image:

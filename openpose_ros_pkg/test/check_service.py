@@ -36,8 +36,7 @@ class ServiceTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        for name in ('detect_poses', 'scaled/detect_poses', 'followed/detect_poses'):
-            rospy.wait_for_service(name, PATIENCE)
+        rospy.wait_for_service('detect_poses', PATIENCE)
         cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
         cls.persons = Recorder('openpose_ros/detected_poses_keypoints', PersonDetection)
         cls.arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray)
@@ -50,13 +49,6 @@ class ServiceTest(unittest.TestCase):
             nearest = min(found, key=lambda other: distance(person, other))
             self.assertLess(distance(person, nearest), ACCURACY)
             self.assertGreater(len(person.keys() & nearest.keys()), len(person) / 2)
-
-    def test_no_person(self):
-        """The array of a black picture is published all the same."""
-        message = image(BLACK, 10.0)
-        self.assertEqual(self.detect(message).detections, [])
-        array, = self.arrays.wait(1, message.header.stamp)
-        self.assertEqual((array.persons, array.pose_model), ([], 'COCO_18'))
 
     def test_two_people(self):
         message = image(picture(0), 1234.567890123, 'camera/odd frame')
@@ -96,28 +88,6 @@ class ServiceTest(unittest.TestCase):
             bgr[:, half] = 0  # the other one is there
             self.assertEqual(list(find(bgr, 20.333)), [person_id])
 
-    def test_clients_with_cameras_of_the_same_frame_id_have_ids_of_their_own(self):
-        halves, ids = {'left_camera': slice(480), 'right_camera': slice(480, None)}, set()
-        for stamp in (25.0, 25.067):
-            for client, half in halves.items():
-                bgr = picture(0)
-                bgr[:, half] = 0  # one of the two people is there, another one before each camera
-                detect = rospy.ServiceProxy('detect_poses', GetPersons, headers={'callerid': f'/{client}/client'})
-                person, = detect(image(bgr, stamp, 'same')).detections
-                ids.add((client, person.person_ID))
-        self.assertEqual(len(ids), 2, ids)
-        self.assertEqual(len({number for _, number in ids}), 2, ids)
-
-    def test_requests_far_apart_and_without_a_stamp_are_searched_in_full(self):
-        """At a rate for which the network would see a part of each picture alone; no person is carried over."""
-        detect, seen = rospy.ServiceProxy('followed/detect_poses', GetPersons), set()
-        for number, stamp in ((0, 100.0), (8, 160.0), (0, 220.0), (0, 0.0), (8, 0.0), (0, 0.0)):
-            detections = detect(image(picture(number), stamp, 'far apart')).detections
-            self.assert_people_found(people_of(detections), true_people(number))
-            ids = {person.person_ID for person in detections}
-            self.assertFalse(ids & seen)
-            seen |= ids
-
     def test_a_bad_image(self):
         """It is an error for its client, a count in the diagnostics, and nothing for the next one."""
         bad, before = image(BLACK, 50.0), self.diagnostics.count(NODE, 'bad image')
@@ -127,21 +97,6 @@ class ServiceTest(unittest.TestCase):
         detections = self.detect(image(picture(0), 51.0)).detections
         self.assert_people_found(people_of(detections), true_people(0))
         self.diagnostics.await_count(NODE, 'bad image', before + 1)
-
-    def test_keypoint_scale_acts_on_the_topic_alone(self):
-        persons = Recorder('scaled/openpose_ros/detected_poses_keypoints', PersonDetection)
-        arrays = Recorder('scaled/openpose_ros/detected_poses', PersonDetectionArray)
-        message = image(picture(0), 60.0)
-        detections = rospy.ServiceProxy('scaled/detect_poses', GetPersons)(message).detections
-        self.assert_people_found(people_of(detections), true_people(0))
-        array, = arrays.wait(1)
-        self.assertTrue(same_people(array.persons, detections))
-        for scaled, person in zip(persons.wait(2), detections):
-            in_pixels, expected = joints(scaled, (959, 539)), joints(person)
-            self.assertEqual(in_pixels.keys(), expected.keys())
-            for name, place in expected.items():
-                self.assertLess(np.abs(in_pixels[name] - place).max(), EQUAL)
-                self.assertLessEqual(joints(scaled)[name].max(), 1.0)
 
 
 if __name__ == '__main__':

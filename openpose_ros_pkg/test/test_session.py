@@ -1,4 +1,4 @@
-"""A benchmark or demo that is ended ends the master and the nodes that it started; what the demo leaves alone."""
+"""A benchmark or demo that is ended ends the master and the nodes that it started."""
 import os
 import runpy
 import signal
@@ -9,10 +9,10 @@ from pathlib import Path
 import psutil
 import pytest
 
-from session import PATIENCE, await_true
+from session import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
-BENCHMARKS, DEMO = ROOT / 'development/benchmarks', ROOT / 'development/demo/demo.py'
+BENCHMARKS = ROOT / 'development/benchmarks'
 PROGRAMS = [path for path in sorted(BENCHMARKS.rglob('*.py')) if path.read_text().startswith('#!')]
 BENCHMARK = """
 import sys, time
@@ -26,14 +26,6 @@ def measure(session, folder, arguments):
     time.sleep(600)
 
 sys.exit(run_live(measure, None))
-"""
-# A master that takes connections, and answers nothing.
-SILENT_MASTER = """#!{python}
-import pathlib, socket, sys, time
-with socket.create_server(('localhost', int(sys.argv[2]))) as server:
-    connection = server.accept()
-    pathlib.Path('{folder}/is_asked').touch()
-    time.sleep(600)
 """
 
 
@@ -65,22 +57,3 @@ def test_benchmark_finds_what_it_imports(program, monkeypatch):
     for folder in (program.parent, BENCHMARKS):
         monkeypatch.syspath_prepend(folder)
     assert runpy.run_path(str(program), run_name='imported')['__doc__']
-
-
-def test_demo_that_is_ended_while_it_waits_for_its_master(start, tmp_path):
-    (tmp_path / 'roscore').write_text(SILENT_MASTER.format(python=sys.executable, folder=tmp_path))
-    (tmp_path / 'roscore').chmod(0o755)
-    demo = start(str(DEMO), '--output', str(tmp_path / 'output'),
-                 PATH=f'{tmp_path}{os.pathsep}{os.environ["PATH"]}')
-    await_true((tmp_path / 'is_asked').exists, 'a question to the master')
-    demo.send_signal(signal.SIGTERM)
-    assert demo.wait(PATIENCE) == 130
-
-
-def test_the_demo_leaves_a_folder_with_files_alone(start, tmp_path):
-    kept = tmp_path / 'walks/output.bag'
-    kept.parent.mkdir()
-    kept.write_bytes(b'a walk')
-    demo = start(str(DEMO), '--images', str(tmp_path), '--output', str(kept.parent))
-    assert f'{kept.parent} is there already, and not an empty folder' in ''.join(demo.communicate(timeout=PATIENCE))
-    assert (demo.returncode, list(kept.parent.iterdir()), kept.read_bytes()) == (1, [kept], b'a walk')

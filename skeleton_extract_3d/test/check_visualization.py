@@ -94,20 +94,15 @@ class VisualizationTest(unittest.TestCase):
     def test_parameters_change_while_the_node_runs(self):
         client = Client(NODE, timeout=PATIENCE)
         try:
-            client.update_configuration({'joint_scale': 0.125, 'label': True, 'joint_colour': '0 1 0 1',
-                                         'trail_seconds': 5.0})
+            client.update_configuration({'joint_scale': 0.125, 'label': True, 'trail_seconds': 5.0})
             self.show(9, number=3)
             found = {marker.ns: marker for marker in self.show(9, number=4, ahead=0.5)}
             # without hips, the way of the shoulders
             middle = np.mean([JOINTS['neck'], JOINTS['right_shoulder']], axis=0)
             np.testing.assert_allclose(places(found['trail']), [middle, np.add(middle, (0, 0, 0.5))], atol=1e-6)
             self.assertEqual((found['joints'].scale.x, found['label'].text), (0.125, '9'))
-            self.assertEqual((found['joints'].color.r, found['joints'].color.g), (0, 1))
-            refused = client.update_configuration({'joint_colour': 'green'})
-            self.assertEqual(refused['joint_colour'], '0 1 0 1')
         finally:
-            client.update_configuration({'joint_scale': 0.05, 'label': False, 'joint_colour': '1 0 0 1',
-                                         'trail_seconds': 0.0})
+            client.update_configuration({'joint_scale': 0.05, 'label': False, 'trail_seconds': 0.0})
         found = self.show(9, number=4)
         self.assertEqual([marker.ns for marker in found if marker.action == Marker.DELETE],
                          ['label', 'trail'])

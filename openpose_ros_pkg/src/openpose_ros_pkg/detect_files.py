@@ -13,13 +13,12 @@ done, as the command line, a parameter or the network is wrong; 130 interrupted,
 """
 import argparse
 import logging
-import re
 import sys
 from collections import Counter
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, cast
 
 import cv2
 import numpy as np
@@ -35,13 +34,14 @@ from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.files import check_outputs, numbered_name
-from openpose_ros_pkg.output.frame_writer import REPLACE, SKIP, FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.output.recorder import REPLACE, SKIP, Recorder, SaveParams
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, ImageLimitParams
 from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource, read_image
 
@@ -91,35 +91,6 @@ class InputFile:
             yield read_image(self.path, most=self.most)
 
 
-@dataclass(frozen=True)
-class FileReport:
-    """Results of all inputs."""
-
-    frames: int = 0
-    people: int = 0
-    skipped: int = 0
-    unreadable: Tuple[Path, ...] = ()
-
-    def added(self, item: InputFile, result: Union[int, BadInputError]) -> 'FileReport':
-        """Return the report with a frame's number of people, or an input's error, which is logged."""
-        if isinstance(result, BadInputError):
-            _log.warning('%s', result)
-            return replace(self, unreadable=(*self.unreadable, item.path))
-        return replace(self, frames=self.frames + 1, people=self.people + result)
-
-    def text(self, counters: Mapping[str, int]) -> str:
-        """Return the report in one line."""
-        parts = [f'{self.frames} frames with {self.people} people',
-                 f'{counters["written"]} files and video frames written']
-        if self.skipped:
-            parts.append(f'{self.skipped} inputs skipped, as their files are there (--overwrite does them again)')
-        if self.unreadable:
-            parts.append(f'{len(self.unreadable)} inputs could not be read')
-        if counters['failed']:
-            parts.append(f'{counters["failed"]} files and video frames could not be written')
-        return '; '.join(parts)
-
-
 def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: float = MOST_MEGAPIXELS
                 ) -> Tuple[List[InputFile], List[Path]]:
     """Return the images and videos of files and folders, and the paths without any.
@@ -146,37 +117,21 @@ def check_names(inputs: Sequence[InputFile]) -> None:
     first: Dict[Tuple[str, bool], Path] = {}
     for item in inputs:
         other = first.setdefault((item.path.stem, item.is_video), item.path)
-        of_video = re.fullmatch(r'(.*)_\d{12}', item.path.stem)
-        if of_video and not item.is_video:  # an image with the name of a frame
-            other = next((video.path for video in inputs if video.is_video and video.path.stem == of_video[1]), other)
         if other != item.path:
             raise ParameterError(f'{other} and {item.path} would write the same files, which are named after the input '
                                  'without its suffix; give them in two commands with folders of their own')
 
 
-def detect_inputs(inputs: Sequence[InputFile], detection: Any, landmarks: Optional[LandmarkDetector],
-                  tracking: TrackingParams, recorder: Recorder
-                  ) -> Iterator[Tuple[InputFile, Union[int, BadInputError]]]:
-    """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error.
-
-    Args:
-        detection: finds the people; None: there are no inputs.
-        landmarks: finds hands and faces; None: not wanted.
-        tracking: of people in videos.
-    """
-    for item in inputs:
-        chain = ImageChain(detection, tracking)
-        try:
-            for number, bgr in enumerate(item.read()):
-                stamp = (1 + number) / (item.rate or _VIDEO_RATE) if item.is_video else 0.0
-                people = chain.update(ImageFrame(item.path, stamp, bgr))
-                if not item.is_video:  # negative ids are none; different ones assign hands to people
-                    people = replace(people, ids=-1 - np.arange(len(people)))
-                found = None if landmarks is None else landmarks.detect(bgr, people, None, item.path, stamp)
-                recorder.submit(item.name(number), bgr, people, found)
-                yield item, len(people)
-        except BadInputError as error:
-            yield item, error
+def people_of_frames(item: InputFile, detection: Detection, landmarks: Optional[LandmarkDetector],
+                     tracking: TrackingParams) -> Iterator[Tuple[np.ndarray, People2D, Optional[Landmarks2D]]]:
+    """Yield each frame of an input, (H, W, 3) uint8 BGR, its people, and their hands and faces if they are wanted."""
+    chain = ImageChain(detection, tracking)
+    for number, bgr in enumerate(item.read()):
+        stamp = (1 + number) / (item.rate or _VIDEO_RATE) if item.is_video else 0.0
+        people = chain.update(ImageFrame(item.path, stamp, bgr))
+        if not item.is_video:  # negative ids are none; different ones assign hands to people
+            people = replace(people, ids=-1 - np.arange(len(people)))
+        yield bgr, people, None if landmarks is None else landmarks.detect(bgr, people, None, item.path, stamp)
 
 
 def main(arguments: Optional[Sequence[str]] = None,
@@ -198,47 +153,58 @@ def main(arguments: Optional[Sequence[str]] = None,
 def _run(options: argparse.Namespace, values: Dict[str, Any],
          create: Callable[[DetectorSettings], Detection]) -> int:
     settings = build(FileSettings, values)
-    save = settings.save
+    save, overwrite = settings.save, options.overwrite
     if not save.active:
         raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
-    inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save),
-                              settings.limits.max_image_megapixels)
-    report = FileReport(unreadable=tuple(bad))
-    for path in bad:
+    inputs, unreadable = find_inputs(options.inputs, lambda path: _is_result(path, save),
+                                     settings.limits.max_image_megapixels)
+    for path in unreadable:
         _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
     video = [Path(save.write_video).expanduser()] if save.write_video else []
-    check_outputs(video, options.overwrite, [item.path for item in inputs])
+    check_outputs(video, overwrite, [item.path for item in inputs])
     rate = next((item.rate for item in inputs if item.rate), None)
-    writer = FrameWriter(save, settings.draw, settings.keypoint_scale, rate, REPLACE if options.overwrite else SKIP)
-    recorder = None
+    recorder = Recorder(save, settings.draw, settings.keypoint_scale, rate, REPLACE if overwrite else SKIP)
+    frames: Dict[InputFile, int] = Counter()
+    total, skipped = 0, 0
     try:
-        with ExitStack() as stack:
-            may_skip = not options.overwrite and not save.write_video  # a video needs every frame
-            todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
-            report = replace(report, skipped=len(inputs) - len(todo))
+        with recorder:
+            may_skip = not overwrite and not save.write_video  # a video needs every frame
+            todo = [item for item in inputs if not (may_skip and _is_done(item, recorder))]
+            skipped = len(inputs) - len(todo)
             detection, landmarks = _networks(settings, create) if todo else (None, None)
-            recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
-            progress = stack.enter_context(Progress(total=sum(item.frames for item in todo), unit='frame'))
-            done: Dict[InputFile, int] = Counter()
-            for item, result in detect_inputs(todo, detection, landmarks, settings.tracking, recorder):
-                report = report.added(item, result)
-                done[item] += not isinstance(result, BadInputError)
-                progress.update(not isinstance(result, BadInputError))
-            for item, frames in done.items():
-                if options.overwrite and item.path not in report.unreadable:
-                    _delete_from(frames, item, writer)
+            with Progress(total=sum(item.frames for item in todo), unit='frame') as progress:
+                for item in todo:
+                    try:
+                        for bgr, people, found in people_of_frames(item, cast(Detection, detection), landmarks,
+                                                                   settings.tracking):
+                            recorder.submit(item.name(frames[item]), bgr, people, found)
+                            frames[item] += 1
+                            total += len(people)
+                            progress.update()
+                    except BadInputError as error:
+                        _log.warning('%s', error)
+                        unreadable.append(item.path)
+                    else:
+                        if overwrite:
+                            _delete_from(frames[item], item, recorder)
     finally:
-        counters = {'written': 0, 'failed': 0} if recorder is None else recorder.counters
-        if report.frames or report.skipped or report.unreadable:
-            sys.stdout.write(report.text(counters) + '\n')
-    return SOME_FAILED if report.unreadable or counters['failed'] else DONE
+        counters = recorder.counters
+        if frames or skipped or unreadable:
+            parts = [f'{sum(frames.values())} frames with {total} people',
+                     f'{counters["written"]} files and video frames written'] + [text for count, text in (
+                         (skipped, f'{skipped} inputs skipped, as their files are there (--overwrite does them again)'),
+                         (unreadable, f'{len(unreadable)} inputs could not be read'),
+                         (counters['failed'], f'{counters["failed"]} files and video frames could not be written')
+                     ) if count]
+            sys.stdout.write('; '.join(parts) + '\n')
+    return SOME_FAILED if unreadable or counters['failed'] else DONE
 
 
-def _delete_from(number: int, item: InputFile, writer: FrameWriter) -> None:
+def _delete_from(number: int, item: InputFile, recorder: Recorder) -> None:
     """Delete the files of frames from a number on, which a longer video of this name had."""
-    while item.is_video and any(path.exists() for path in writer.files(item.name(number)).values()):
-        for path in writer.files(item.name(number)).values():
+    while item.is_video and any(path.exists() for path in recorder.files(item.name(number)).values()):
+        for path in recorder.files(item.name(number)).values():
             with suppress(FileNotFoundError):
                 path.unlink()
         number += 1
@@ -287,7 +253,7 @@ def _is_result(path: Path, save: SaveParams) -> bool:
             and path.parent.resolve() == Path(save.write_images).expanduser().resolve())
 
 
-def _is_done(item: InputFile, writer: FrameWriter) -> bool:
+def _is_done(item: InputFile, recorder: Recorder) -> bool:
     """Return whether all files of an input exist."""
     return item.frames > 0 and all(path.exists() for number in range(item.frames) for path in
-                                   writer.files(item.name(number)).values())
+                                   recorder.files(item.name(number)).values())

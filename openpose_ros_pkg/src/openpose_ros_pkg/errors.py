@@ -39,10 +39,6 @@ class MissingWeightsError(ModelError):
     """Weights are not there; the text says how to get them."""
 
 
-class RefusedError(ModelError):
-    """A network by name did not prove itself; the text has what it found, and what is wanted."""
-
-
 class ForeignPackageError(OpenposeRosError):
     """A package of another project is missing or has other messages than expected; the text says how to get it."""
 

@@ -1,7 +1,7 @@
 """People in an image: the one type that passes between detector, tracker, painter and converters."""
 import functools
-from dataclasses import dataclass
-from typing import List, NamedTuple, Optional, Tuple
+from dataclasses import dataclass, replace
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class Poses(NamedTuple):
         """Return these people and then others."""
         return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]),
                      joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))),
-                     _joined_sigmas(self.sigmas, others.sigmas, self.keypoints, others.keypoints))
+                     _joined_sigmas(self, others))
 
 
 def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarray]:
@@ -79,13 +79,12 @@ def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarr
     return np.concatenate([no_points(people) if points is None else points for points, people in parts])
 
 
-def _joined_sigmas(first: Optional[np.ndarray], second: Optional[np.ndarray], *keypoints: np.ndarray
-                   ) -> Optional[np.ndarray]:
-    """Return the standard deviations of two groups of people with these keypoints, NaN of a group without."""
-    if first is None and second is None:
+def _joined_sigmas(*groups: Any) -> Optional[np.ndarray]:
+    """Return the standard deviations of groups of people, NaN of a group without."""
+    if all(group.sigmas is None for group in groups):
         return None
-    return np.concatenate([np.full((*of_people.shape[:2], 2), np.nan, np.float32) if told is None else told
-                           for told, of_people in zip((first, second), keypoints)])
+    return np.concatenate([np.full((*group.keypoints.shape[:2], 2), np.nan, np.float32) if group.sigmas is None
+                           else group.sigmas for group in groups])
 
 
 def no_points(people: int) -> np.ndarray:
@@ -140,26 +139,22 @@ class People2D:
         if keypoints.ndim != 3 or keypoints.shape[1:] != (joints, 3):
             raise ValueError(f'keypoints of {self.skeleton.name}: expected (P, {joints}, 3), got {keypoints.shape}')
         people = (len(keypoints),)
-        scores, ids = np.asarray(self.scores, np.float32), np.asarray(self.ids, np.int64)
-        looked = np.ones(people, bool) if self.looked is None else np.asarray(self.looked, bool)
-        existence = checked_existence(self.existence, len(keypoints))
-        for name, value in (('scores', scores), ('ids', ids), ('looked', looked)):
-            if value.shape != people:
-                raise ValueError(f'{name}: expected {people}, got {value.shape}')
-        present = np.isfinite(keypoints[..., :2]).all(axis=2)
-        if not np.array_equal(present, keypoints[..., 2] > 0):
-            raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
-        for name, shape in (('points', (*people, WHOLE_BODY_POINTS, 3)), ('sigmas', (*people, joints, 2))):
+        object.__setattr__(self, 'keypoints', keypoints)
+        if self.looked is None:
+            object.__setattr__(self, 'looked', np.ones(people, bool))
+        for name, dtype, shape in (('scores', np.float32, people), ('ids', np.int64, people), ('looked', bool, people),
+                                   ('points', np.float32, (*people, WHOLE_BODY_POINTS, 3)),
+                                   ('sigmas', np.float32, (*people, joints, 2))):
             if getattr(self, name) is not None:
-                value = np.asarray(getattr(self, name), np.float32)
+                value: np.ndarray = np.asarray(getattr(self, name), dtype)
                 if value.shape != shape:
                     raise ValueError(f'{name}: expected {shape}, got {value.shape}')
                 object.__setattr__(self, name, value)
+        object.__setattr__(self, 'existence', checked_existence(self.existence, len(keypoints)))
+        if not np.array_equal(np.isfinite(keypoints[..., :2]).all(axis=2), keypoints[..., 2] > 0):
+            raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
         if self.sigmas is not None and ((self.sigmas < 0) | np.isinf(self.sigmas)).any():
             raise ValueError('sigmas: expected finite standard deviations from 0 on, or NaN')
-        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids), ('looked', looked),
-                            ('existence', existence)):
-            object.__setattr__(self, name, value)
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People2D':
@@ -171,18 +166,15 @@ class People2D:
 
     def select(self, indices: np.ndarray) -> 'People2D':
         """Return some of the people, in the order of their indices (N,)."""
-        return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices],
-                        self.looked[indices], None if self.points is None else self.points[indices],
-                        None if self.sigmas is None else self.sigmas[indices], self.existence[indices])
+        return replace(self, **{name: None if getattr(self, name) is None else getattr(self, name)[indices]
+                                for name in ('keypoints', 'scores', 'ids', 'looked', 'points', 'sigmas', 'existence')})
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""
-        return People2D(self.skeleton, np.concatenate([self.keypoints, others.keypoints]),
-                        np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]),
-                        np.concatenate([self.looked, others.looked]),
-                        joined_points((self.points, len(self)), (others.points, len(others))),
-                        _joined_sigmas(self.sigmas, others.sigmas, self.keypoints, others.keypoints),
-                        np.concatenate([self.existence, others.existence]))
+        joined = {name: np.concatenate([getattr(self, name), getattr(others, name)])
+                  for name in ('keypoints', 'scores', 'ids', 'looked', 'existence')}
+        return replace(self, **joined, sigmas=_joined_sigmas(self, others),
+                       points=joined_points((self.points, len(self)), (others.points, len(others))))
 
     @property
     def xy(self) -> np.ndarray:

@@ -67,7 +67,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
         model = network_pass.model
         views = [view.compute(plain.networks[model.name]) for view in prepare_views(bgr, network_pass)]
         opinions += [(network_pass.description, poses.keypoints)
-                     for poses in found_by(network_pass, views, bgr, plain).opinions]
+                     for poses in found_by(network_pass, views, bgr, plain)]
         if model.decoder == Decoder.PAF:
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)

@@ -16,7 +16,7 @@ from openpose_ros_pkg.detect.recipe_choice import (
     recipes_of,
 )
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, DetectorSettings, crop_of
-from openpose_ros_pkg.errors import RefusedError
+from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.model_types import DETR_POSE_INPUT, SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
@@ -40,7 +40,7 @@ WHOLE = MODELS['rtmo_s']
 def installed(monkeypatch):
     """Return a function that says which networks by name are there, the best first."""
     def install(*models):
-        monkeypatch.setattr(recipe_choice, 'proved_models', lambda folder='': models)
+        monkeypatch.setattr(recipe_choice, 'installed_by_name', lambda folder='': models)
     install()
     return install
 
@@ -90,7 +90,7 @@ class Failing(Networks):
 
     def _network(self, model):
         if model.name in self.fail:
-            raise RefusedError(f'{model.name} is refused')
+            raise ModelError(f'{model.name} is refused')
         return self._loaded.setdefault(model.name, MovenetNetwork())
 
 
@@ -110,7 +110,7 @@ def test_where_a_network_by_name_fails_the_next_best_takes_its_place(installed, 
 
 def test_a_network_for_crops_that_fails_ends_it_where_the_user_names_it(installed):
     installed(WHOLE)
-    with pytest.raises(RefusedError, match='movenet_thunder is refused'):
+    with pytest.raises(ModelError, match='movenet_thunder is refused'):
         Detector(build(DetectorSettings, {'mode': 'best', 'crop_model': 'movenet_thunder'}), Failing('movenet_thunder'))
 
 

@@ -194,14 +194,6 @@ def test_without_a_stamp_nothing_is_remembered(detector, reader, stamp):
     assert len(detector.detect(only_right, people(body(left=(440, 215))), None, 'c', stamp).hands) == 1
 
 
-def test_face_is_where_the_network_sees_it(detector):
-    found = detector.detect(scene()[0], people(body(), ids=[5]), None, 'c', 1.0).faces
-    assert found.people.tolist() == [5] and found.scores == pytest.approx([1 / (1 + np.exp(-5))])
-    assert found.mesh.shape == (1, 468, 3) and found.keypoints.shape == (1, 70, 3)
-    np.testing.assert_allclose(found.mesh[0, 5, :2], (320, 100), atol=1.0)  # the nose: middle of the crop
-    np.testing.assert_allclose(found.keypoints[0, 30, :2], (320, 100), atol=1.0)
-
-
 def test_missing_network_is_a_fault_and_the_other_one_works(reader):
     def load(kind):
         if kind is FACE:

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.landmarks.face_mesh import face_points
-from openpose_ros_pkg.landmarks.regions import Region, face_regions, face_width, forearm_length
+from openpose_ros_pkg.landmarks.regions import Region, face_regions, face_width
 
 # A flat open right hand, fingers up, in units of its own: wrist, then thumb to little finger.
 HAND = np.array([
@@ -27,16 +27,6 @@ def test_crop_lies_turned_in_the_image(angle):
     np.testing.assert_allclose(there[1] - there[0], 223 / 224 * 30 * right, atol=1e-9)
     down = np.array([-right[1], right[0]])
     np.testing.assert_allclose(there[3] - there[0], 30 / 224 * (50 * right + 200 * down), atol=1e-9)
-
-
-def test_forearm_is_the_longest_of_what_the_body_tells():
-    joints = {'left_wrist': np.array((0.0, 0.0)), 'left_elbow': np.array((30.0, 40.0))}
-    assert forearm_length(joints, 'left') == 50
-    joints.update(left_shoulder=np.array((130.0, 40.0)), right_shoulder=np.array((330.0, 40.0)))
-    assert forearm_length(joints, 'left') == pytest.approx(150)  # 0.75 of the shoulders
-    joints.update(neck=np.array((230.0, 40.0)), left_hip=np.array((200.0, 440.0)), right_hip=np.array((260.0, 440.0)))
-    assert forearm_length(joints, 'left') == pytest.approx(200)  # half the trunk
-    assert np.isnan(forearm_length({'left_wrist': np.zeros(2)}, 'left'))
 
 
 def test_face_is_round_the_nose_along_the_eyes():

@@ -2,14 +2,12 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from test_landmark_detector import BOTH, FOREARM, body, people
+from test_landmark_detector import BOTH, body, people
 
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.face_shape import MIRRORED, SHAPE, with_depth
 from openpose_ros_pkg.landmarks.landmark_network import LANDMARKS
-from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_18
 
 IMAGE = np.zeros((480, 640, 3), np.uint8)
 WRISTS = {'left': (150, 200), 'right': (450, 200)}
@@ -55,11 +53,6 @@ def whole(*bodies, at=None, ids=None):
                     points=np.array(given, np.float32).reshape(-1, 133, 3))
 
 
-def test_without_people_nothing_is_found(detector):
-    found = detector.detect(IMAGE, whole(), None, 'c', 1.0)
-    assert len(found.hands) == len(found.faces) == 0 and not detector.missing and not detector.faults
-
-
 def test_hands_and_face_are_those_of_the_points(detector):
     found = detector.detect(IMAGE, whole(body(), ids=[7]), None, 'c', 1.0)
     assert found.hands.people.tolist() == [7, 7] and found.hands.left.tolist() == [True, False]
@@ -70,12 +63,6 @@ def test_hands_and_face_are_those_of_the_points(detector):
     for pupil, eye in ((68, slice(36, 42)), (69, slice(42, 48))):
         middle = points()[23:91][eye, :2].mean(axis=0)
         np.testing.assert_allclose(found.faces.keypoints[0, pupil, :2], middle, atol=1e-3)
-
-
-def test_only_what_is_asked_for_is_made():
-    detector = LandmarkDetector(LandmarkParams(hands=True), refuse, whole_body=True)
-    found = detector.detect(IMAGE, whole(body()), None, 'c', 1.0)
-    assert len(found.hands) == 2 and len(found.faces) == 0
 
 
 def test_points_have_their_own_scores_and_the_hand_one_by_their_mean(detector):
@@ -91,19 +78,6 @@ def test_hands_and_faces_below_the_thresholds_are_absent(detector, score, seen):
     found = detector.detect(IMAGE, whole(body(), at=[points(score)]), None, 'c', 1.0)
     assert len(found.hands) == 2 * seen and len(found.faces) == seen
     assert found.hands.scores.max(initial=0) <= 1
-
-
-def test_hidden_hands_and_faces_are_left_out(detector):
-    hidden = np.zeros((1, 18), bool)
-    hidden[0, [COCO_18.index['left_wrist'], COCO_18.index['nose']]] = True
-    found = detector.detect(IMAGE, whole(body()), hidden, 'c', 1.0)
-    assert found.hands.left.tolist() == [False] and len(found.faces) == 0
-
-
-def test_a_hand_far_from_the_wrist_of_the_body_is_of_no_use(detector):
-    far = {**WRISTS, 'left': (150 + 1.1 * LANDMARKS.off * FOREARM, 200)}
-    hands = detector.detect(IMAGE, whole(body(), at=[points(wrists=far)]), None, 'c', 1.0).hands
-    assert hands.left.tolist() == [False]
 
 
 def test_of_two_hands_in_one_place_one_is_reported(detector):
@@ -122,11 +96,6 @@ def test_without_a_look_at_the_person_hands_move_with_the_body_for_a_moment(dete
     assert len(moved.faces) == 1
     gone = detector.detect(IMAGE, whole(body(), at=[nothing]), None, 'c', 1.0 + LANDMARKS.follow_time)
     assert len(gone.hands) == len(gone.faces) == 0
-
-
-def test_an_image_without_people_ends_nothing_that_is_followed(detector):
-    detector.detect(IMAGE, whole(body()), None, 'c', 1.0)
-    assert len(detector.detect(IMAGE, people(body()), None, 'c', 1.1).hands) == 2  # people without points
 
 
 def test_missing_points_are_missing(detector):

@@ -136,9 +136,6 @@ def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
     inputs = picture(tmp_path / 'one/a.png', 10), picture(tmp_path / 'two/a.jpg', 10)
     assert run(*inputs, '--write-json', tmp_path / 'j') == 2
     assert 'would write the same files' in capsys.readouterr().err
-    inputs = video(tmp_path / 'v.avi', [10, 10]), picture(tmp_path / 'v_000000000001.png', 10)
-    assert run(*inputs, '--write-json', tmp_path / 'j') == 2
-    assert 'would write the same files' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -171,26 +168,6 @@ def test_a_video_on_a_full_disk_is_not_reported_as_written(run, tmp_path, capsys
                           '40 files and video frames could not be written\n')
     assert f'not saved: {tmp_path}/out.{suffix}: File too large' in output.err
     assert names(tmp_path) == ['v.avi']
-
-
-def test_a_folder_is_worked_through_in_natural_order(run, shown, tmp_path):
-    for name, level in (('image10.png', 30), ('image2.png', 20), ('Image1.PNG', 10)):
-        picture(tmp_path / 'in' / name, level)
-    (tmp_path / 'in/notes.txt').write_text('not a picture')
-    assert run(tmp_path / 'in', '--write-json', tmp_path / 'j') == 0
-    assert shown.levels == [10, 20, 30]
-
-
-def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
-    """One of them, which another program made; the missing one is written."""
-    command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-keypoint', tmp_path / 'k')
-    (tmp_path / 'j').mkdir()
-    (tmp_path / 'j/a_keypoints.json').write_text('of OpenPose')
-    assert run(*command) == 0
-    assert names(tmp_path / 'k') == ['a_pose.yml']
-    assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
-    assert run(*command, '--overwrite') == 0
-    assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'
 
 
 def test_of_a_longer_video_of_the_same_name_nothing_stays(run, tmp_path):

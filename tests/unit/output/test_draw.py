@@ -29,13 +29,6 @@ def photo():
     return np.random.default_rng(0).integers(0, 256, (270, 480, 3), dtype=np.uint8)
 
 
-def test_without_people_it_is_a_copy_or_black(photo):
-    drawn = draw_people(photo, People2D.empty(COCO_18), DrawParams())
-    np.testing.assert_array_equal(drawn, photo)
-    assert not np.shares_memory(drawn, photo)
-    assert not draw_people(photo, People2D.empty(COCO_18), DrawParams(disable_blending=True)).any()
-
-
 def test_limb_has_the_colour_of_its_second_joint_and_needs_both():
     image = np.zeros((270, 480, 3), np.uint8)
     person = only(right_elbow=(100.0, 100.0), right_wrist=(200.0, 100.0), left_wrist=(200.0, 200.0))

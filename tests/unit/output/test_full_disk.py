@@ -1,10 +1,10 @@
-"""What is not saved is never reported as saved: files and videos on disks that are full, gone, or not ours alone.
+"""What is not saved is never reported as saved: files and videos on disks that are full or gone.
 
 A limit for the size of files stands for a full disk, as it needs no rights.
 """
 import errno
 import os
-import shutil
+import time
 
 import cv2
 import numpy as np
@@ -13,7 +13,7 @@ import pytest
 from disk_limits import file_size_limit
 from openpose_ros_pkg.output import video_file
 from openpose_ros_pkg.output.files import write_whole
-from openpose_ros_pkg.output.frame_writer import REFUSE, FrameWriter, SaveParams
+from openpose_ros_pkg.output.recorder import REFUSE, Recorder, SaveParams
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -87,57 +87,37 @@ def test_a_video_that_can_not_be_completed_is_lost_and_says_so(tmp_path, monkeyp
     assert (tmp_path / f'v.{suffix}').exists() == (readable(tmp_path / f'v.{suffix}') > 0)
 
 
-def test_after_a_video_was_deleted_a_new_one_begins(tmp_path):
-    folder = tmp_path / 'out'
-    folder.mkdir()
-    video = VideoFile(folder / 'v.avi', 30.0)
-    for _ in range(3):
-        video.write(NOISE)
-    shutil.rmtree(str(folder))
-    with pytest.raises(FileNotFoundError, match='deleted while it was written, with 3 frames'):
-        video.write(NOISE)
-    with pytest.raises(FileNotFoundError, match='out'):
-        video.write(NOISE)
-    folder.mkdir()
-    video.write(NOISE)
-    video.close()
-    assert (video.frames, video.lost, readable(folder / 'v.avi')) == (1, 3, 1)
-
-
-def test_two_do_not_write_the_same_video(tmp_path):
-    with VideoFile(tmp_path / 'v.avi', 30.0) as first:
-        first.write(NOISE)
-        with VideoFile(tmp_path / 'v.avi', 30.0) as second, pytest.raises(BlockingIOError, match='another program'):
-            second.write(NOISE)
-        first.write(NOISE)
-    assert readable(tmp_path / 'v.avi') == 2
-
-
 # --- all files of a frame
 
 def test_files_of_an_earlier_run_stay_and_the_numbers_go_on_after_them(tmp_path):
-    params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i'))
-    writer = FrameWriter(params, existing=REFUSE)
-    assert writer.next_number() == 0
-    writer.write(0, NOISE, EMPTY)
+    params, faults = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i')), []
+    with Recorder(params, existing=REFUSE) as recorder:
+        assert recorder.next_number() == 0
+        recorder.submit(0, NOISE, EMPTY)
     (tmp_path / 'i/000000000007_rendered.png').write_text('older')
     (tmp_path / 'j/000000000009_rendered.png').write_text('no JSON')
-    after = FrameWriter(params, existing=REFUSE)
-    assert after.next_number() == 8
-    assert 'i/000000000007_rendered.png: is there already' in after.write(7, NOISE, EMPTY)
-    assert (after.written, after.failed) == (1, 1)
+    with Recorder(params, existing=REFUSE) as after:
+        after.on_fault = faults.append
+        assert after.next_number() == 8
+        after.submit(7, NOISE, EMPTY)
+    assert 'i/000000000007_rendered.png: is there already' in faults[0]
+    assert (after.counters['written'], after.counters['failed']) == (1, 1)
     assert (tmp_path / 'i/000000000007_rendered.png').read_text() == 'older'
 
 
 def test_faults_last_until_it_can_be_saved_again_and_the_rest_is_written(tmp_path):
-    writer = FrameWriter(SaveParams(write_json=str(tmp_path / 'j'), write_keypoint=str(tmp_path / 'k')))
-    (tmp_path / 'j').rmdir()
-    for number in range(5):
-        assert f'j/{number:012d}_keypoints.json: No such file' in writer.write(number, NOISE, EMPTY)
-    assert (writer.written, writer.failed) == (5, 5)
-    assert len(names(tmp_path / 'k')) == 5
-    assert 'No such file or directory (5 frames in a row)' in writer.fault(5)
-    assert writer.fault(6) == ''
-    (tmp_path / 'j').mkdir()
-    assert writer.write(5, NOISE, EMPTY) == writer.fault() == ''
-    assert (writer.written, writer.failed) == (7, 5)
+    faults = []
+    with Recorder(SaveParams(write_json=str(tmp_path / 'j'), write_keypoint=str(tmp_path / 'k'))) as recorder:
+        recorder.on_fault = faults.append
+        (tmp_path / 'j').rmdir()
+        for number in range(5):
+            recorder.submit(number, NOISE, EMPTY)
+        while recorder.counters['written'] < 5 or recorder.counters['failed'] < 5:
+            time.sleep(0.001)
+        assert [f'j/{number:012d}_keypoints.json: No such file' in fault for number, fault in enumerate(faults)] == [
+            True] * 5
+        assert 'No such file or directory (5 frames in a row)' in recorder.fault(5)
+        assert recorder.fault(6) == ''
+        (tmp_path / 'j').mkdir()
+        recorder.submit(5, NOISE, EMPTY)
+    assert (recorder.fault(), recorder.counters['written'], recorder.counters['failed']) == ('', 7, 5)

@@ -6,9 +6,9 @@ import pytest
 
 from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.openpose_json import landmark_fields, people_from_json, people_to_json
+from openpose_ros_pkg.output.recorder import Recorder, SaveParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
@@ -59,8 +59,8 @@ def test_people_without_ids_are_told_apart_and_written_without():
 
 
 def test_files_have_the_units_that_are_asked_for(tmp_path):
-    writer = FrameWriter(SaveParams(write_json=str(tmp_path)), scale=KeypointScaleParams(keypoint_scale=3))
-    assert writer.write('a', IMAGE, people(3), Landmarks2D(hand(3, True), Faces2D.empty())) == ''
+    with Recorder(SaveParams(write_json=str(tmp_path)), scale=KeypointScaleParams(keypoint_scale=3)) as recorder:
+        recorder.submit('a', IMAGE, people(3), Landmarks2D(hand(3, True), Faces2D.empty()))
     first, = entries((tmp_path / 'a_keypoints.json').read_text())
     assert first['hand_left_keypoints_2d'][:2] == pytest.approx([80 / 159, 60 / 119])
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from known_fields import FRONT
-from openpose_ros_pkg.ensemble import area, medians, sigmas, similarity
+from openpose_ros_pkg.ensemble import area, sigmas, similarity
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 
 SIGMAS = sigmas(COCO_18)
@@ -63,22 +63,3 @@ def test_joints_weigh_by_their_scores():
     one, other = without(*COCO_18.joints), without(*COCO_18.joints)
     one[:2], other[:2] = [(0, 0, 0.2), (100, 100, 0.9)], [(0, 0, 0.2), (100, 1100, 0.4)]
     assert similarity(one, other, SIGMAS) == pytest.approx(0.2 / 0.8, abs=1e-6)
-
-
-def test_people_together_are_as_alike_as_each_pair_alone():
-    """Of people with missing joints, one of them without any: pairs without two common joints are not alike."""
-    random = np.random.default_rng(0)
-    people = np.concatenate([random.uniform(0, 200, (6, 18, 2)), random.uniform(0.1, 1, (6, 18, 1))], axis=2)
-    people[random.uniform(size=(6, 18)) < 0.4] = (np.nan, np.nan, 0)
-    people[5] = (np.nan, np.nan, 0)
-    together = similarity(people[:, None], people, SIGMAS)
-    alone = [[similarity(one, other, SIGMAS) for other in people] for one in people]
-    np.testing.assert_array_equal(together, alone)
-    np.testing.assert_array_equal(together[5], 0)
-    np.testing.assert_allclose(np.diag(together)[:5], 1)
-    np.testing.assert_array_equal(area(people), [area(person) for person in people])
-
-
-def test_median_of_the_known_values():
-    values = np.array([[3, 9, 1, 7], [3, 9, np.nan, 7], [5, np.nan, np.nan, np.nan], [np.nan] * 4], np.float32)
-    np.testing.assert_array_equal(medians(values, np.isfinite(values)), [5, 7, 5, np.inf])

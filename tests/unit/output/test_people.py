@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.people import People2D, Poses
+from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
@@ -20,13 +20,6 @@ def people_3d(**changes):
     values = {'xyz': np.full((1, K, 3), np.nan), 'confidence': np.zeros((1, K)), 'status': np.zeros((1, K)),
               'sigma': np.full((1, K), np.nan), 'ids': np.zeros(1)}
     return People3D(COCO_18, **{**values, **changes})
-
-
-def test_people_hold_float32_and_int64():
-    people = People2D(COCO_18, keypoints(), [0.5], [7])
-    assert (people.keypoints.dtype, people.ids.dtype) == (np.float32, np.int64)
-    np.testing.assert_array_equal(people.xy[0, 0], [10.5, 20.25])
-    np.testing.assert_array_equal(np.flatnonzero(people.present[0]), [0])
 
 
 def test_people_are_looked_at_unless_said_otherwise():
@@ -61,11 +54,6 @@ def test_wrong_shapes_and_half_missing_joints_are_refused(values, scores, ids, t
         People2D(COCO_18, values, scores, ids)
 
 
-def test_a_wrong_number_of_looks_is_refused_by_name():
-    with pytest.raises(ValueError, match='looked: expected'):
-        People2D(COCO_18, keypoints(), [0.5], [7], [True, True])
-
-
 def test_points_of_whole_bodies_stay_with_their_people():
     points = np.random.default_rng(1).random((2, 133, 3))
     both = People2D(COCO_18, np.concatenate([keypoints(), keypoints()]), [0.5, 0.4], [7, 8], points=points)
@@ -78,14 +66,6 @@ def test_points_of_whole_bodies_stay_with_their_people():
     assert without.joined(both).points.shape == (3, 133, 3)
     with pytest.raises(ValueError, match='points: expected'):
         People2D(COCO_18, keypoints(), [0.5], [7], points=points)
-
-
-def test_poses_are_joined_with_their_points():
-    one, other = Poses(keypoints(), np.ones(1)), Poses(keypoints(), np.ones(1), points=np.ones((1, 133, 3), np.float32))
-    assert one.joined(one).points is None
-    joined = one.joined(other)
-    np.testing.assert_array_equal(joined.points[0], np.tile(np.float32((np.nan, np.nan, 0)), (133, 1)))
-    np.testing.assert_array_equal(joined.points[1], 1)
 
 
 @pytest.mark.parametrize('status', [MEASURED, INFERRED])

@@ -56,13 +56,6 @@ def test_joints_limbs_and_channels_are_the_published_ones(skeleton):
     assert [limb.paf for limb in skeleton.limbs] == pairs(table['map'])
 
 
-@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_only_ear_to_shoulder_limbs_start_no_person(skeleton):
-    only_join = {(limb.start, limb.end) for limb in skeleton.limbs if not limb.starts_person}
-    ears = {('right_shoulder', 'right_ear'), ('left_shoulder', 'left_ear')}
-    assert only_join == (ears if 'nose' in skeleton.joints else set())
-
-
 def test_coco_17_is_the_data_sets_order_and_skeleton():
     """Numbers as in its annotation files, which count from 1."""
     skeleton = [(16, 14), (14, 12), (17, 15), (15, 13), (12, 13), (6, 12), (7, 13), (6, 7), (6, 8), (7, 9), (8, 10),

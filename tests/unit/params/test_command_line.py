@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from openpose_ros_pkg import command_line
-from openpose_ros_pkg.command_line import DONE, INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
+from openpose_ros_pkg.command_line import INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
 from openpose_ros_pkg.command_options import command_parser, named_value, number, plain_path, seconds, whole_number
 from openpose_ros_pkg.detect_files import main as detect_files
 from openpose_ros_pkg.errors import BadInputError, ParameterError
@@ -29,15 +29,6 @@ def test_an_error_of_this_project_is_told_in_one_line(capsys):
 def test_all_ends_are_interrupts(number):
     assert run_command('tool', lambda: os.kill(os.getpid(), number)) == INTERRUPTED
     assert signal.getsignal(signal.SIGHUP) == signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
-
-
-def test_a_closed_terminal_does_not_end_what_nohup_started():
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        assert run_command('tool', lambda: os.kill(os.getpid(), signal.SIGHUP) or DONE) == DONE
-        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGHUP, before)
 
 
 def test_one_interrupt_is_enough_and_others_do_not_disturb_cleaning_up(capsys):

@@ -10,7 +10,6 @@ import openpose_ros_signals.node_params
 import openpose_ros_web.node_params
 import skeleton_extract_3d.node_params
 from development import PACKAGES
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import presets_file
 from openpose_ros_pkg.params.parameters import build, describe, flat_values, parameter_fields, to_yaml
 
@@ -52,11 +51,3 @@ def test_parameters_that_detection_and_lifting_share_mean_the_same():
     for field in parameter_fields(skeleton_extract_3d.node_params.PeopleSettings):
         meanings.setdefault(field.name, set()).add((field.default, describe(field)))
     assert {name for name, found in meanings.items() if len(found) > 1} == {'camera'}
-
-
-def test_gates_of_tracks_in_image_and_space_are_apart():
-    settings = build(skeleton_extract_3d.node_params.PeopleSettings, {'track_gate': 0.4, 'image_track_gate': 0.9})
-    assert settings.extraction.estimator.identity.track_gate == 0.4
-    assert settings.detection.tracking.image_track_gate == 0.9
-    with pytest.raises(ParameterError, match="did you mean 'image_track_gate'"):
-        build(openpose_ros_pkg.params.nodes.ServiceSettings, {'track_gate': 0.7})

@@ -3,7 +3,6 @@ import ast
 from dataclasses import dataclass
 
 from openpose_ros_pkg.params.live import LiveDescription
-from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 
 
@@ -39,10 +38,3 @@ def test_types_texts_and_choices():
     offered = ast.literal_eval(entries['mode']['edit_method'])['enum']
     assert [(choice['name'], choice['value'], choice['type']) for choice in offered] == [
         ('fast', 'fast', 'str'), ('slow', 'slow', 'str')]
-
-
-def test_the_live_parameters_are_parameters_of_the_service_node():
-    live = LiveDescription(ServiceSettings, LIVE_PARAMETERS)
-    assert set(live.defaults) == set(LIVE_PARAMETERS)
-    assert {'mode', 'peak_threshold', 'person_min_score', 'track_timeout', 'alpha_pose'} <= set(LIVE_PARAMETERS)
-    assert not {'pose_model', 'net_input_width', 'threads', 'image_topic'} & set(LIVE_PARAMETERS)

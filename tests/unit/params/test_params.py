@@ -1,5 +1,6 @@
 """Parameters check themselves: an instance holds allowed values."""
 import dataclasses
+import logging
 import math
 
 import pytest
@@ -104,3 +105,29 @@ def test_yaml_holds_every_default_and_what_it_means():
     assert yaml.safe_load(text) == {**dataclasses.asdict(Camera()), **dataclasses.asdict(Lens())}
     assert '# Frames per second. (float in 0.1 .. 120 [Hz])\nrate: 15.0\n' in text
     assert max(map(len, text.splitlines())) <= 120
+
+
+@dataclasses.dataclass(frozen=True)
+class Gates(Parameters):
+    """One that goes, and one that stays."""
+
+    track_gate: float = parameter(0.5, 'Gate.', unit='m', minimum=0.0)
+    stays: int = parameter(1, 'Stays.')
+
+
+@pytest.mark.parametrize('values, gate, told', [
+    ({}, 0.5, ''), ({'track_gate': 0.5}, 0.5, ''),
+    ({'track_gate': 0.7}, 0.7, "parameter 'track_gate' = 0.7 is old: in the next release it is always 0.5"),
+    ({'limb_samples': 9}, 0.5, "parameter 'limb_samples' = 9 is old, and without effect here")])
+def test_old_parameters_work_and_say_that_they_go(values, gate, told, caplog):
+    with caplog.at_level(logging.WARNING):
+        assert build(Gates, values) == Gates(track_gate=gate)
+    assert [record.getMessage() for record in caplog.records] == [told] * bool(told)
+
+
+def test_old_parameters_are_checked_but_in_no_list():
+    with pytest.raises(ParameterError, match=r"'track_gate' = -1\.0 is not allowed"):
+        build(Gates, {'track_gate': -1.0})
+    with pytest.raises(ParameterError, match=r'allowed: stays$'):
+        build(Gates, {'gate': 1})
+    assert 'track_gate' not in to_yaml(Gates)

@@ -37,14 +37,6 @@ def items(queue):
     return [one.item for one in iter(queue.take, None)]
 
 
-def test_nothing_waits_in_an_empty_queue_and_a_search_goes_on():
-    queue = FrameQueue()
-    assert not queue.waits
-    assert queue.take() is None
-    assert queue.goes_on(LONG, 0.0)
-    assert queue.goes_on(None, 0.0)
-
-
 def test_the_newest_item_of_a_camera_replaces_the_one_that_waits():
     queue = FrameQueue()
     assert [queue.submit('camera', taken(item), item) for item in range(3)] == [False, True, True]
@@ -98,27 +90,11 @@ def test_a_part_begins_if_it_ends_before_the_next_frame_is_expected():
     assert queue.goes_on(None, 0.26)
 
 
-def test_the_median_interval_counts():
-    """A frame that was lost, or came late, changes nothing."""
-    queue = queue_of(0.0, 0.1, 0.3, 0.4, 0.5)
-    assert queue.goes_on(NextPart(0.05), 0.54)
-    assert not queue.goes_on(NextPart(0.05), 0.56)
-
-
 def test_no_frame_is_expected_of_a_camera_that_became_silent_or_sent_a_single_one():
     queue = queue_of(0.0, 0.1, 0.2)
     assert not queue.goes_on(LONG, 0.2 + 0.99 * QUEUE.late * 0.1)
     assert queue.goes_on(LONG, 0.2 + 1.01 * QUEUE.late * 0.1)
     assert queue_of(0.0).goes_on(LONG, 0.05)
-
-
-def test_any_camera_may_send_the_next_frame():
-    queue = queue_of(0.0, 0.5, 1.0, camera='slow')
-    for now in (0.95, 1.05):
-        queue.submit('fast', taken(now), now)
-        queue.take()
-    assert queue.goes_on(NextPart(0.05), 1.09)
-    assert not queue.goes_on(NextPart(0.05), 1.11)
 
 
 def test_an_owed_part_is_searched_even_if_an_item_waits():
@@ -183,14 +159,6 @@ class Story:
         return thread, outcome
 
 
-def test_an_item_is_handled_and_searched_to_the_end_where_no_other_one_comes():
-    story = Story(SHORT, LONG)
-    assert not story.loop.submit('camera', 'frame', story.handle)
-    assert story.searching.wait(TIMEOUT)
-    story.loop.stop()
-    assert story.events == ['frame', ('frame', SHORT), ('frame', LONG)]
-
-
 def test_the_next_item_ends_the_search_but_not_an_owed_part():
     owed = NextPart(1.0, owed=True)
     story = Story(owed, SHORT)
@@ -211,15 +179,6 @@ def test_a_request_is_answered_before_its_search():
     assert story.loop.call(lambda: 'done between two items') == 'done between two items'
     story.loop.stop()
     assert story.events == ['image', ('image', SHORT)]
-
-
-def test_requests_of_several_clients_are_all_answered():
-    story = Story(SHORT)
-    asked = [story.in_thread(number) for number in range(5)]
-    for number, (thread, outcome) in enumerate(asked):
-        thread.join(TIMEOUT)
-        assert outcome == [f'answer to {number}']
-    story.loop.stop()
 
 
 def test_the_error_of_a_request_is_raised_at_the_caller_and_the_loop_goes_on():

@@ -26,25 +26,3 @@ def test_older_items_are_replaced_while_the_worker_is_busy():
     assert done.wait(TIMEOUT)
     worker.stop()
     assert (seen, worker.replaced) == (['first', 'newest'], 2)
-
-
-def test_the_worker_goes_on_after_errors_of_an_item_and_of_their_report():
-    errors, reported, done = [], threading.Event(), threading.Event()
-
-    def work(item):
-        if item == 'bad':
-            raise ValueError('bad item')
-        done.set()
-
-    def report(error):
-        errors.append(str(error))
-        reported.set()
-        raise OSError('no space left for the log')
-
-    worker = NewestWinsWorker(work, on_error=report, name='test')
-    worker.submit('bad')
-    assert reported.wait(TIMEOUT)
-    worker.submit('good')
-    assert done.wait(TIMEOUT)
-    worker.stop()
-    assert errors == ['bad item']

@@ -87,12 +87,6 @@ def test_no_wrong_pair_at_any_rate_offset_and_delay(seed, rate, offset, jitter, 
         assert used == sorted(set(used))
 
 
-def test_slop_is_the_users_or_follows_the_rate():
-    assert play(params=PairingParams(slop=0.02)).matcher.slop == 0.02
-    assert play(jitter=0.0).matcher.slop == pytest.approx(0.4 / 30, rel=1e-6)
-    assert play(jitter=0.0).matcher.offset == pytest.approx(0.010, abs=1e-6)
-
-
 def test_a_bag_that_begins_again_pairs_on():
     matcher, pairs = StampMatcher(PairingParams()), []
     for _ in range(3):

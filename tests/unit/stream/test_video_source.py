@@ -26,19 +26,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_loop_begins_again(folder):
-    frames = VideoSource(str(folder)).frames(loop=True)
-    assert [next(frames)[0, 0, 0] for _ in range(7)] == [10, 20, 30, 10, 20, 30, 10]
-
-
-def test_a_video_file_gives_its_frames_and_its_rate(tmp_path):
-    path = tmp_path / 'video.avi'
-    write_video(path, *map(grey, (40, 120, 200)))
-    source = VideoSource(str(path))
-    assert source.rate == pytest.approx(12.0)
-    np.testing.assert_allclose([frame.mean() for frame in source.frames()], [40, 120, 200], atol=3)
-
-
 def test_a_video_file_that_is_cut_off_says_so(tmp_path, caplog):
     path = tmp_path / 'video.avi'
     write_video(path, *[np.random.default_rng(1).integers(0, 256, (48, 64, 3), dtype=np.uint8)] * 40)

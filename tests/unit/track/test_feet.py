@@ -163,8 +163,7 @@ def test_a_keypoint_beside_the_foot_is_not_of_the_foot():
 
 def test_feet_turn_with_the_frame_of_a_moving_camera():
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    one = Feet(np.array([3]), np.tile(np.eye(3), (1, 2, 1, 1)), np.tile(np.eye(3), (1, 2, 1, 1)), np.zeros((1, 3, 3)),
-               np.zeros(1))
+    one = Feet(np.array([3]), np.tile(np.eye(3), (1, 2, 1, 1)), np.ones((1, 2)))
     np.testing.assert_array_equal(one.rotated(turn).axes, np.tile(turn, (1, 2, 1, 1)))
     assert len(Feet().rotated(turn)) == 0
 

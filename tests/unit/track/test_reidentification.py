@@ -126,10 +126,10 @@ def test_where_a_person_left_stays_where_it_is_in_the_room_when_the_camera_moves
     story.pose = turned(0.0)
     assert story.sees((LEFT, RED)) == [1]
     story.sees_no_person_for(2.5)
-    gone = story.estimator._memory.gone.root.position[0, 0]
+    gone = story.estimator._tracker.memory.gone.root.position[0, 0]
     story.pose = turned(1.0)
     story.sees_no_person_for(0.1)
-    assert story.estimator._memory.gone.root.position[0, 0] == pytest.approx(gone - (1.0, 0.0, 0.0), abs=1e-6)
+    assert story.estimator._tracker.memory.gone.root.position[0, 0] == pytest.approx(gone - (1.0, 0.0, 0.0), abs=1e-6)
 
 
 def test_few_are_remembered():
@@ -138,4 +138,4 @@ def test_few_are_remembered():
         colour = tuple(int(value) for value in np.random.default_rng(number).integers(20, 230, 3))
         story.sees((LEFT, (colour, colour[::-1])), seconds=0.1)
         story.stamp += 0.15
-        assert len(story.estimator._memory.gone) <= RETURNING.most_gone
+        assert len(story.estimator._tracker.memory.gone) <= RETURNING.most_gone

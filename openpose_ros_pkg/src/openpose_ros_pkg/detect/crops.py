@@ -86,21 +86,9 @@ def _cut_out(bgr: np.ndarray, regions: np.ndarray, sizes: np.ndarray, refinement
     return crops
 
 
-class Found(NamedTuple):
-    """People that a pass over an image found, an opinion each, and the crops of boxes that it took."""
-
-    opinions: List[Poses]
-    crops: List[ComputedView]
-
-    @property
-    def seconds(self) -> float:
-        """Time that the network for the crops took [s]."""
-        return sum(crop.seconds for crop in self.crops)
-
-
 def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, setup: Setup,
-             known: Optional[np.ndarray] = None) -> Found:
-    """Return the people that a pass found, with the joints of the recipe.
+             known: Optional[np.ndarray] = None) -> List[Poses]:
+    """Return the people that a pass found, one opinion each, with the joints of the recipe.
 
     A network of boxes has no joints: its people are what the network for crops finds in the boxes.
 
@@ -110,15 +98,14 @@ def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, s
     """
     joints = setup.recipe.skeleton
     if one.crop is None:
-        return Found([in_joints(poses, one.skeleton, joints) for poses in decode_views(one, views, setup)], [])
+        return [in_joints(poses, one.skeleton, joints) for poses in decode_views(one, views, setup)]
     people = np.zeros((0, len(joints.joints), 3), np.float32) if known is None else known
-    found = [_in_boxes(view, one.crop, bgr, setup, people) for view in views]
-    return Found([poses for poses, _ in found], [crop for _, crops in found for crop in crops])
+    return [_in_boxes(view, one.crop, bgr, setup, people) for view in views]
 
 
 def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: Setup, known: np.ndarray,
-              constants: CropConstants = CROP) -> Tuple[Poses, List[ComputedView]]:
-    """Return the people in the boxes of a view, the known ones first, and the crops of the other boxes."""
+              constants: CropConstants = CROP) -> Poses:
+    """Return the people in the boxes of a view, the known ones first, the others on crops of the boxes."""
     recipe, size = setup.recipe, (bgr.shape[1], bgr.shape[0])
     found = decode_boxes(view.outputs, setup.settings.direct.direct_person_score, view.view.net_size)
     corners = view.view.plan.to_image(found.boxes.reshape(-1, 2, 2)) + view.view.origin
@@ -135,7 +122,7 @@ def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: S
     people = np.concatenate([known[[person for person, _ in pairs]], *(poses.keypoints[:1] for poses in seen)])
     scores = np.concatenate([np.full(len(pairs), np.inf), *(poses.scores[:1] for poses in seen)])
     kept = surest(scores, similarity(people[:, None], people, sigmas(recipe.skeleton)) > ENSEMBLE.duplicate)
-    return Poses(people[kept].astype(np.float32), np.minimum(scores[kept], 1).astype(np.float32)), crops
+    return Poses(people[kept].astype(np.float32), np.minimum(scores[kept], 1).astype(np.float32))
 
 
 def _enlarged(boxes: np.ndarray, factor: float) -> np.ndarray:

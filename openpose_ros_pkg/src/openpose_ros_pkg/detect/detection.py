@@ -48,12 +48,10 @@ class Looks(NamedTuple):
         people: the P detections; `ids` are those of the expected people on whose crops they were found, -1: new people.
         missed: (M,) int64 ids of the expected people who were looked at and not found. Expected people who are neither
             here nor among the detections were not looked at.
-        seconds: that the networks took [s].
     """
 
     people: People2D
     missed: np.ndarray
-    seconds: float = 0.0
 
     @classmethod
     def of_all(cls, people: People2D, expected: ExpectedPeople) -> 'Looks':

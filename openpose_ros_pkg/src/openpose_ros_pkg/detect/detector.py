@@ -18,10 +18,9 @@ from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, Detecto
 from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.by_name import published
 from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
-from openpose_ros_pkg.networks.models import weights_path
+from openpose_ros_pkg.networks.models import published, weights_path
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 

@@ -3,7 +3,6 @@
 Beside and above a head, all is farther away or nearer, and a body is below. In the crop, all that is nearer is covered.
 The network has to find a head there, and joints on surfaces at that distance, so that furniture is no person.
 """
-import time
 from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
@@ -57,7 +56,6 @@ class Recovered(NamedTuple):
 
     poses: Poses  # the people; their scores are those of their visible joints
     crops: int  # number of crops that the network computed
-    seconds: float  # that it took
 
 
 def heads(view: DepthView, constants: HeadConstants = HEADS) -> List[Head]:
@@ -121,14 +119,11 @@ def recover(frame: SearchedImage, people: People2D, constants: HeadConstants = H
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
     found: List[np.ndarray] = []
     free: List[Head] = []
-    seconds = 0.0
     if one is not None and view is not None:
         free = _unexplained(heads(view, constants), people.keypoints, bgr, view, constants)[:constants.most]
     if one is not None and view is not None and free:
         crops = [_prepare(bgr, head, view, one, constants) for head in free]
-        begin = time.perf_counter()
         computed = compute_crops(crops, setup.networks[one.model.name])
-        seconds = time.perf_counter() - begin
         candidates = [(head, pose) for head, crop in zip(free, computed)
                  for pose in decode_crop(crop, one.model, setup).keypoints]
         heads_of = [skeleton.index[joint] for joint in _HEAD if joint in skeleton.index]
@@ -137,7 +132,7 @@ def recover(frame: SearchedImage, people: People2D, constants: HeadConstants = H
         found = [person for person in confirmed if person is not None]
     keypoints = np.array(found, np.float32).reshape(-1, len(skeleton.joints), 3)
     scores = np.array([_score(person, COVER.sure_joint) for person in found], np.float32)
-    return Recovered(Poses(keypoints, scores), len(free), seconds)
+    return Recovered(Poses(keypoints, scores), len(free))
 
 
 def crop_of_one(recipe: Recipe) -> Optional[CropRefinement]:

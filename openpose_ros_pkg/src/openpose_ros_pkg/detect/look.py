@@ -197,7 +197,7 @@ class Networks(NamedTuple):
         known = np.array([person.crop for person in people if person.crop is not None], np.float32)
         by_pass = found_by(one, views, self.image.bgr, setup, known.reshape(-1, len(setup.recipe.skeleton.joints), 3))
         pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
-        return ([PartPeople(number, part, poses) for number, poses in enumerate(by_pass.opinions, start=first)],
+        return ([PartPeople(number, part, poses) for number, poses in enumerate(by_pass, start=first)],
                 (Run(one.model.name, pixels, seconds),))
 
     def heads(self, people: Sequence[Person], stamp: float) -> Look:

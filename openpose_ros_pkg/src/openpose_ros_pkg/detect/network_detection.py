@@ -230,7 +230,7 @@ class NetworkDetection:
         looks, memory = _decided(look.people, memory)
         self._keep(frame, memory)
         self._learn(look.runs, begin)
-        return looks._replace(seconds=self._clock() - begin)
+        return looks
 
     def remember(self, frame: ImageFrame, ids: np.ndarray) -> None:
         memory = self._newest(frame)
@@ -271,9 +271,9 @@ class NetworkDetection:
 
     def _one_network(self, networks: Networks, memory: CameraMemory, expected: ExpectedPeople) -> Looks:
         """Return the people that one network alone finds, as it has them."""
-        (found,), (run,) = networks.search_part(memory.schedule.parts[0])
+        (found,), _ = networks.search_part(memory.schedule.parts[0])
         people = accepted_people(found.poses, memory.plan.setup.acceptance, memory.image.size)[0]
-        return Looks.of_all(people, expected)._replace(seconds=run.seconds)
+        return Looks.of_all(people, expected)
 
     def _newest(self, frame: ImageFrame) -> Optional[CameraMemory]:
         """Return the memory of an image, if it is the newest one of its camera."""

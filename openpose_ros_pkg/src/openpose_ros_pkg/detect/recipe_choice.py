@@ -25,10 +25,9 @@ from openpose_ros_pkg.detect.schedule import SCHEDULE, ScheduleConstants
 from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.by_name import proved_models
 from openpose_ros_pkg.networks.model_registry import AUTO, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import Decoder, Model
-from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.networks.models import find_model, installed_by_name
 from openpose_ros_pkg.params.constants import constant
 
 _log = logging.getLogger(__name__)
@@ -126,7 +125,7 @@ def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence
 
 
 def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[Recipe]:
-    """Return the recipes of the networks that are installed and proved, the most accurate first.
+    """Return the recipes of the networks that are installed by name, the most accurate first.
 
     The published AP of networks for crops falls by 0.02 behind the smallest network of boxes (mmpose, projects/rtmpose,
     RTMPose-m: 0.753 and 0.732), and that of RTMPose-m and RTMPose-s differ by more: the network for crops counts first,
@@ -136,10 +135,10 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
     Args:
         named: the crop that the user wants; None: the best ones.
     """
-    proved = proved_models(params.model_folder)
-    searchers = [one for one in proved if one.decoder != Decoder.SIMCC]
-    crops = [crop_of(one) for one in proved if one.decoder == Decoder.SIMCC] if named is None else [named]
-    if not proved and named is None:
+    installed = installed_by_name(params.model_folder)
+    searchers = [one for one in installed if one.decoder != Decoder.SIMCC]
+    crops = [crop_of(one) for one in installed if one.decoder == Decoder.SIMCC] if named is None else [named]
+    if not installed and named is None:
         return [MODES['balanced']]
     recipes = [recipe for crop in crops for recipe in (
         *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]

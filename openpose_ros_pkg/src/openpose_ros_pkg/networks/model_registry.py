@@ -146,7 +146,7 @@ def _rtmo(size: str, archive: str) -> Model:
         input=RTMO_INPUT, outputs=('dets', 'keypoints'), decoder=Decoder.RTMO, stride=32)
 
 
-# Networks by name, which prove themselves (`proof`). Addresses: rtmlib 0.0.16, rtmlib/tools/solution/; AP: README.md of
+# Networks by name. Addresses: rtmlib 0.0.16, rtmlib/tools/solution/; AP: README.md of
 # projects/rtmpose and projects/rtmo of mmpose. The makers publish no checksums: these are what public projects pin that
 # use the files, several for each but for rtmpose_s_feet.
 _OPENMMLAB = 'https://download.openmmlab.com/mmpose/v1/projects'

@@ -53,7 +53,7 @@ class NpmArchive(Archive):
 
 @dataclass(frozen=True)
 class WebArchive:
-    """Weights in a zip file at their maker's address; the network proves itself before it is used (`proof`)."""
+    """Weights in a zip file at their maker's address; the network proves itself when it is fetched (`proof`)."""
 
     address: str  # of the zip file
     member: str  # name of the weights in it, in any folder

@@ -1,12 +1,12 @@
 """Find pose networks by name, and their weights."""
 import hashlib
 from pathlib import Path
-from typing import List, Optional
+from typing import List, Optional, Tuple
 
 from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
+from openpose_ros_pkg.networks.model_registry import ALIASES, BY_NAME, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
 
@@ -43,6 +43,18 @@ def find_model(pose_model: str, model_folder: str = '') -> Model:
 def described_models(model_folder: str = '') -> List[Path]:
     """Return the descriptions that `find_model` knows by name."""
     return sorted(path for path in model_folder_of(model_folder).glob('*/*.yaml') if path.stem == path.parent.name)
+
+
+def installed_by_name(model_folder: str = '') -> Tuple[Model, ...]:
+    """Return the networks that are fetched by name and installed, the best by published AP first."""
+    return tuple(model for model in BY_NAME if find_weights(model, model_folder) is not None)
+
+
+def published() -> str:
+    """Return the networks by name with their published AP, in words; the data sets differ."""
+    sources = [(model.name, model.source) for model in BY_NAME]
+    return ', '.join(f'{name} {source.published_ap:.2f} on {source.published_on}' for name, source in sources
+                     if isinstance(source, WebArchive) and source.published_ap > 0)
 
 
 def how_to_get(model: Model, folder: Path) -> str:

@@ -1,34 +1,25 @@
-"""Proof of a network that is fetched by name: it has to find the people of a known picture before it is used.
+"""Proof of a network that is fetched by name: it has to find the people of a known picture.
 
-No known output of such a network is at hand, unlike for `self_check`. So a decoder that misreads its real weights, or a
-runtime that computes it wrongly, is found by what it says of a picture whose joints are known: data/two_people.jpg,
-rendered by the generator of development/benchmark_data, with the truth of its joints beside it [px]; boxes and feet
-were placed by hand. One person stands, one sits, each with another arm raised: no fixed pose, mirror image or exchange
-of left and right is near both.
-
-The result is kept beside the weights, by checksum of the file, fingerprint of the decoders and runtime: each of them
-proves itself once.
+No known output of such a network is at hand, unlike for `self_check`. So a decoder that misreads its real weights is
+found by what it says of a picture whose joints are known: data/two_people.jpg, rendered by the generator of
+development/benchmark_data, with the truth of its joints beside it [px]; boxes and feet were placed by hand. One person
+stands, one sits, each with another arm raised: no fixed pose, mirror image or exchange of left and right is near both.
 """
 import functools
-import hashlib
 import json
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, List, NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, List, NamedTuple, Tuple
 
 import cv2
 import numpy as np
 
-from openpose_ros_pkg import decode
 from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
-from openpose_ros_pkg.errors import ModelError, RefusedError
+from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import Decoder, Model
-from openpose_ros_pkg.networks.models import file_digest
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
-from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -36,13 +27,7 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 if TYPE_CHECKING:
     from openpose_ros_pkg.networks.backends import Backend
 
-_NETWORKS = Path(__file__).resolve().parent
-PICTURE = _NETWORKS / 'data' / 'two_people.jpg'
-# What turns outputs into people, with the orders of joints, and what these are compared with: after a change of it each
-# network proves itself again.
-_SOURCES = (*Path(decode.__file__).parent.glob('*.py'), _NETWORKS / 'preprocess.py', _NETWORKS / 'backends/arrays.py',
-            *(_NETWORKS.parent / name for name in ('skeletons.py', 'people.py', 'ensemble.py')), Path(__file__),
-            PICTURE, PICTURE.with_suffix('.json'))
+PICTURE = Path(__file__).resolve().parent / 'data' / 'two_people.jpg'
 
 
 @dataclass(frozen=True)
@@ -87,31 +72,12 @@ class _Truth(NamedTuple):
     boxes: np.ndarray  # (T, 4): x1, y1, x2, y2
 
 
-def prove(backend: 'Backend', model: Model, weights: Path) -> Proof:
-    """Let a network find the people of the picture, unless its proof is kept beside the weights.
-
-    Args:
-        weights: the file that the backend has loaded.
-
-    Raises:
-        RefusedError: it does not find them; the text has both figures.
-    """
-    proofs = _kept(model, weights)
-    proof = proofs.get(backend.description)
-    if proof is None:
-        proof = measure(backend, model)
-        proofs[backend.description] = proof
-        content = {'key': _key(model, weights), 'proofs': {name: one._asdict() for name, one in proofs.items()}}
-        with suppress(OSError):  # in a folder that is not ours it proves itself at each start
-            write_whole(_record(weights), json.dumps(content, indent=1).encode())
+def prove(backend: 'Backend', model: Model) -> Proof:
+    """Let a network find the people of the picture; raise ModelError, which has both figures, if it does not."""
+    proof = measure(backend, model)
     if not proof.passed:
-        raise RefusedError(f'{model.name} on {backend.description} is refused: {proof}')
+        raise ModelError(f'{model.name} on {backend.description} is refused: {proof}')
     return proof
-
-
-def kept_proof(model: Model, weights: Path) -> Optional[Proof]:
-    """Return the best proof that is kept beside weights, of any runtime; None: this file and decoder have none."""
-    return max(_kept(model, weights).values(), key=lambda proof: (proof.passed, proof.found), default=None)
 
 
 def measure(backend: 'Backend', model: Model, constants: ProofConstants = PROOF) -> Proof:
@@ -205,36 +171,3 @@ def _truth() -> _Truth:
         return _Truth(bgr, names, joints, np.array([person['box'] for person in people]))
     except (OSError, ValueError, LookupError, TypeError, cv2.error) as error:
         raise ModelError(f'{PICTURE} is damaged, install the package again: {error}') from error
-
-
-# --- the record beside the weights
-
-def _record(weights: Path) -> Path:
-    return weights.with_name('proof.json')
-
-
-def _kept(model: Model, weights: Path) -> Dict[str, Proof]:
-    """Return the proofs of this file and decoder by runtime; one that can not be read is none."""
-    try:
-        content = json.loads(_record(weights).read_text())
-        if content['key'] == _key(model, weights):
-            return {str(name): Proof(float(one['found']), int(one['people']), int(one['expected']), str(one['measure']))
-                    for name, one in content['proofs'].items()}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        pass
-    return {}
-
-
-def _key(model: Model, weights: Path) -> Dict[str, str]:
-    used = f'{model.input} {model.outputs} {model.decoder} {model.points} {model.skeleton.name}'
-    return {'file': file_digest(weights, 'sha256'),
-            'decoder': hashlib.sha256(f'{_fingerprint()} {used}'.encode()).hexdigest()}
-
-
-@functools.lru_cache(maxsize=1)
-def _fingerprint() -> str:
-    """Return a checksum of `_SOURCES`."""
-    digest = hashlib.sha256()
-    for path in sorted(_SOURCES):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

@@ -5,12 +5,10 @@ from typing import Callable, List, Optional, Sequence
 
 from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
-from openpose_ros_pkg.networks.by_name import prove_installed
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, LANDMARK_MODELS, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, Decoder, Model, WebArchive
 from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, weights_path
-from openpose_ros_pkg.networks.proof import kept_proof
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
 # Kept beside weights that are under it and whose archive holds no copy.
@@ -66,10 +64,25 @@ def _for_each(names: Sequence[str], work: Callable[[str], object]) -> int:
 
 
 def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
-    """Put the weights of a model in their folder; those of one by name prove themselves at once."""
+    """Put the weights of a model in their folder; what is fetched by name is deleted where it does not prove itself."""
     path = get(model, model_folder, APACHE.read_text(), brought)
     if isinstance(model.source, WebArchive):
-        say(f'{model.name}: {prove_installed(model, path)}')
+        try:
+            _prove(model, path)
+        except ModelError:
+            path.unlink()
+            raise
+
+
+def _prove(model: Model, path: Path) -> None:
+    """Let a network by name prove itself, print the result, and raise ModelError if it is refused."""
+    try:
+        from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+        from openpose_ros_pkg.networks.proof import prove
+    except ImportError as error:  # compiled modules, before the first build
+        say(f'{model.name}: not proved ({error}); after the build: openpose_models check {model.name}')
+        return
+    say(f'{model.name}: proved: {prove(create_backend(model, path, BackendParams()), model)}')
 
 
 def _find(name: str, model_folder: str) -> Model:
@@ -83,7 +96,7 @@ def _check(name: str, model_folder: str) -> None:
     path = weights_path(model, model_folder)
     say(f'{model.name}: {path} is right')
     if isinstance(model.source, WebArchive):
-        say(f'{model.name}: {prove_installed(model, path)}')
+        _prove(model, path)
 
 
 def _models_here(model_folder: str) -> List[str]:
@@ -113,7 +126,7 @@ def _say_list(model_folder: str) -> None:
             continue
         place = find_weights(model, model_folder)
         try:
-            state = _state(model, weights_path(model, model_folder)) if place else _not_here(model)
+            state = f'here: {weights_path(model, model_folder)}' if place else _not_here(model)
         except ModelError as error:
             state = str(error)
         sizes = [(place / file.name).stat().st_size if place else file.size for file in model.files]
@@ -127,16 +140,6 @@ def _gives(model: Model) -> str:
         return 'boxes of people, without joints'
     points = 'points' if model.name in LANDMARK_MODELS else 'joints'
     return f'{len(model.skeleton.joints)} {points} ({model.skeleton.name})'
-
-
-def _state(model: Model, path: Path) -> str:
-    """Return where the weights of a model are and, of one by name, what it has proved."""
-    if not isinstance(model.source, WebArchive):
-        return f'here: {path}'
-    proof = kept_proof(model, path)
-    if proof is None:
-        return f'here: {path}\n  not proved yet: openpose_models check {model.name}'
-    return f'here: {path}\n  {"proved" if proof.passed else "refused"}: {proof}'
 
 
 def _not_here(model: Model) -> str:

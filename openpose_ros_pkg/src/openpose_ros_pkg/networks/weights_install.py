@@ -184,7 +184,7 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
 
 def _unzipped(archive: Path, file: WeightsFile, folder: Path) -> Path:
     path = folder / file.name
-    path.write_bytes(zip_member(archive, file.name, file.size))
+    path.write_bytes(zip_member(archive, file.name))
     return path
 
 
@@ -245,7 +245,7 @@ def _fetch(model: Model, target: Path, source: _Fetched, fetch: Callable[[_Fetch
         try:
             archive = fetch(source, Path(folder))
             if isinstance(source, WebArchive):
-                content = zip_member(archive, source.member, file.size)
+                content = zip_member(archive, source.member)
             else:
                 _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
                 content = _content(archive, source, Path(folder))

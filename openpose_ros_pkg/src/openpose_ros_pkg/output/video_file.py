@@ -1,10 +1,9 @@
 """Video files, written frame by frame."""
 import errno
-import fcntl
 import os
 import resource
 from pathlib import Path
-from typing import BinaryIO, Optional, Tuple
+from typing import Optional, Tuple
 
 import cv2
 import numpy as np
@@ -20,10 +19,7 @@ _RESERVE, _INDEX = 4 << 20, 64
 
 
 class VideoFile:
-    """A video that is written; all frames have the size of the first.
-
-    A context manager; `close` completes and verifies the file. If it is deleted meanwhile, its frames are lost and
-    the next frame begins a new one.
+    """A video that is written; all frames have the size of the first. `close` completes and verifies it.
 
     Args:
         path: ends in .mp4 (MPEG-4; unreadable if the program is killed) or .avi (motion JPEG; then readable up to the
@@ -34,7 +30,7 @@ class VideoFile:
     Attributes:
         path: of the video, when it has a frame.
         frames: number of frames in the video.
-        lost: number of frames that were lost.
+        lost: number of frames that were lost with it.
 
     Raises:
         ParameterError: the path has another suffix.
@@ -47,7 +43,6 @@ class VideoFile:
         self.frames = self.lost = 0
         self._rate, self._keep = rate, keep
         self._writer: Optional[cv2.VideoWriter] = None
-        self._lock: Optional[BinaryIO] = None
         self._size = (0, 0)
 
     def __enter__(self) -> 'VideoFile':
@@ -57,19 +52,11 @@ class VideoFile:
         self.close()
 
     def write(self, bgr: np.ndarray) -> None:
-        """Add a frame; one of another size is fitted with its aspect kept, on black.
-
-        Args:
-            bgr: (H, W, 3) uint8 BGR.
+        """Add a frame, (H, W, 3) uint8 BGR; one of another size is fitted with its aspect kept, on black.
 
         Raises:
             OSError: with the file and the reason; the frame is not in the video, later ones may be.
         """
-        if self._lock is not None and not self._is_in_place(self._lock):
-            lost = self.frames
-            self.frames, self.lost = 0, self.lost + lost
-            self._release()
-            raise FileNotFoundError(errno.ENOENT, f'deleted while it was written, with {lost} frames', str(self.path))
         self._check_room()
         writer = self._writer or self._open((bgr.shape[1], bgr.shape[0]))
         writer.write(_fitted(bgr, self._size))
@@ -81,16 +68,19 @@ class VideoFile:
         Raises:
             OSError: they can not; a file without readable frames is deleted.
         """
-        if self._lock is None:
+        if self._writer is None:
             return
+        written, self.frames = self.frames, 0
+        self.lost += written  # until they are read back
+        self._writer.release()
+        self._writer = None
         with naming(self.path):
-            written, in_place = self.frames, self._is_in_place(self._lock)
-            self.frames, self.lost = 0, self.lost + written  # until they are read back
-            self._release()
-            readable = _readable_frames(self.path) if in_place else None
+            with self.path.open('rb') as handle:
+                os.fsync(handle.fileno())
+            readable = _readable_frames(self.path)
             self.frames = min(readable or 0, written)
             self.lost -= self.frames
-            if readable is None and in_place:
+            if readable is None:
                 self.path.unlink()
             if self.frames < written:
                 what = ('the end is missing, players may show a part' if readable == 0 else
@@ -98,43 +88,18 @@ class VideoFile:
                 raise OSError(errno.EIO, f'the video is damaged: {what}')
 
     def _open(self, size: Tuple[int, int]) -> cv2.VideoWriter:
-        """Begin the file, locked against other programs."""
         if self._keep:
             self.path = free_name(self.path)
-        if self.path.exists() and not self.path.is_file():
-            raise FileExistsError(errno.EEXIST, 'is no file', str(self.path))  # opening a pipe would block
-        lock = self.path.open('xb' if self._keep else 'ab')
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            lock.close()
-            raise BlockingIOError(errno.EAGAIN, 'another program is writing it', str(self.path)) from error
-        except OSError:
-            pass  # a file system without locks
-        codec = cv2.VideoWriter_fourcc(*_CODECS[self.path.suffix.lower()])
-        writer = cv2.VideoWriter(str(self.path), codec, self._rate, size)
+        with naming(self.path), self.path.open('ab') as file:  # fails where OpenCV would only not open
+            is_new = file.tell() == 0
+        writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*_CODECS[self.path.suffix.lower()]), self._rate,
+                                 size)
         if not writer.isOpened():
-            if os.fstat(lock.fileno()).st_size == 0:  # what was there before stays
+            if is_new:
                 self.path.unlink()
-            lock.close()
             raise OSError(errno.EINVAL, f'OpenCV can not write a video of {size[0]}x{size[1]} pixels', str(self.path))
-        self._lock, self._writer, self._size = lock, writer, size
+        self._writer, self._size = writer, size
         return writer
-
-    def _release(self) -> None:
-        """Let OpenCV complete the file, and synchronize it with the disk."""
-        if self._writer is not None and self._lock is not None:
-            self._writer.release()
-            self._writer = None
-            with self._lock as handle:
-                self._lock = None
-                os.fsync(handle.fileno())
-
-    def _is_in_place(self, handle: BinaryIO) -> bool:
-        try:
-            return os.path.samestat(os.fstat(handle.fileno()), self.path.stat())
-        except OSError:
-            return False
 
     def _check_room(self) -> None:
         """Raise OSError if the disk or the process's limit of file size has no room to complete the file."""
@@ -144,7 +109,7 @@ class VideoFile:
             raise OSError(errno.ENOSPC, f'{os.strerror(errno.ENOSPC)}: a video needs {needed >> 20} MB to be completed',
                           str(self.path))
         limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
-        size = 0 if self._lock is None else os.fstat(self._lock.fileno()).st_size
+        size = 0 if self._writer is None else self.path.stat().st_size
         if limit != resource.RLIM_INFINITY and size + needed > limit:
             raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(self.path))
 

@@ -1,21 +1,19 @@
 """Cameras by name: topics, frames and formats of their drivers, and which camera the published topics are."""
-import dataclasses
 import difflib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Dict, Iterable, List, Literal, Mapping, NamedTuple, Optional, Tuple, Union
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.records import to_record
 from openpose_ros_pkg.structured_text import file_values
 
 AUTO = 'auto'
 """Name that stands for the camera that the published topics are."""
 IMAGE, COMPRESSED, CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2'
 CAMERA_INFO = 'sensor_msgs/CameraInfo'
-# Topics that each source of points needs, and the values of keys with a choice.
+# Topics that each source of points needs.
 _NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_info')}
-_CHOICES = {'points_source': tuple(_NEEDED), 'image_transport': ('raw', 'compressed'),
-            'depth_transport': ('raw', 'compressed', 'compressedDepth')}
 
 
 @dataclass(frozen=True)
@@ -30,20 +28,25 @@ class CameraPreset:
     depth: str = ''
     unregistered: str = ''
     camera_info: str = ''
-    points_source: str = ''
-    image_transport: str = 'raw'
-    depth_transport: str = 'raw'
+    points_source: Literal['', 'point_cloud', 'depth_image'] = ''
+    image_transport: Literal['raw', 'compressed'] = 'raw'
+    depth_transport: Literal['raw', 'compressed', 'compressedDepth'] = 'raw'
     rectified: bool = False
     frame: str = ''
     image_encoding: str = ''
     depth_encoding: str = ''
-    size: Tuple[int, ...] = ()
+    size: Optional[Tuple[int, int]] = None
     package: str = ''
     launch_file: str = ''
     arguments: str = ''
     ns_argument: str = ''
     source: str = ''
     unconfirmed: str = ''
+
+    def __post_init__(self) -> None:
+        for role in ('image', *_NEEDED[self.points_source]):
+            if not getattr(self, role):
+                raise ValueError(f'points_source = {self.points_source!r} needs {role}')
 
     @property
     def dimensions(self) -> int:
@@ -151,10 +154,16 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
         ParameterError: the file can not be read or is not of the table's form.
     """
     path = Path(path or presets_file())
-    value = file_values(path, f"parameter 'camera': {path}", lambda text: ParameterError(text, 'camera'))
-    if not isinstance(value, dict) or not value:
-        raise ParameterError(f"parameter 'camera': {path} is no table of cameras, as config/cameras.yaml is", 'camera')
-    return {str(name): _preset(path, str(name), entry) for name, entry in value.items()}
+    where = f"parameter 'camera': {path}"
+
+    def refused(text: str) -> ParameterError:
+        return ParameterError(text, 'camera')
+
+    values = file_values(path, where, refused)
+    if not isinstance(values, dict) or not values:
+        raise refused(f'{where} is no table of cameras, as config/cameras.yaml is')
+    return {str(name): to_record(entry, CameraPreset, f'{where}: {name}', refused, name=str(name))
+            for name, entry in values.items()}
 
 
 def find_preset(name: str, presets: Optional[Presets] = None) -> CameraPreset:
@@ -258,38 +267,3 @@ def _seen(preset: CameraPreset, published: Mapping[str, str], dimensions: int) -
         if preset.points_source or ns == preset.ns:
             yield SeenCamera(preset, ns, tuple(
                 name for name, its_kind in preset.inputs(dimensions, ns).items() if published.get(name) != its_kind))
-
-
-def _preset(path: Path, name: str, entry: Any) -> CameraPreset:
-    """Return a camera of a file; ParameterError: it is not as the table's are."""
-    fields = {field.name: field.type for field in dataclasses.fields(CameraPreset) if field.name != 'name'}
-    if not isinstance(entry, dict):
-        raise _wrong(path, name, f'expected keys of {", ".join(fields)}')
-    for key, value in entry.items():
-        if key not in fields:
-            near = ''.join(f" (did you mean '{other}'?)" for other in difflib.get_close_matches(str(key), fields, n=1))
-            raise _wrong(path, name, f'unknown key {key}{near}; allowed: {", ".join(fields)}')
-        _check_value(path, name, key, value)
-    source = entry.get('points_source', '')
-    for key in ('image', *_NEEDED[source]):
-        if not entry.get(key):
-            raise _wrong(path, name, f'points_source = {source!r} needs {key}')
-    return CameraPreset(**{**entry, 'name': name, 'size': tuple(entry.get('size', ()))})
-
-
-def _check_value(path: Path, name: str, key: str, value: Any) -> None:
-    """Raise ParameterError for a value that the key does not take."""
-    if key == 'size':
-        if not (isinstance(value, list) and len(value) == 2
-                and all(isinstance(side, int) and side > 0 for side in value)):
-            raise _wrong(path, name, f'size = {value!r}, expected width and height [px]')
-        return
-    kind = bool if key == 'rectified' else str
-    if not isinstance(value, kind):
-        raise _wrong(path, name, f'{key} = {value!r}, expected a {kind.__name__}')
-    if value not in _CHOICES.get(key, (value,)):
-        raise _wrong(path, name, f'{key} = {value!r}, expected one of {", ".join(map(repr, _CHOICES[key]))}')
-
-
-def _wrong(path: Path, name: str, text: str) -> ParameterError:
-    return ParameterError(f"parameter 'camera': {path}: {name}: {text}", 'camera')

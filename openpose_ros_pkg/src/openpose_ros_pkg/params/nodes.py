@@ -9,8 +9,8 @@ from openpose_ros_pkg.detect.recipes import EnsembleParams, LiveDetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.frame_writer import SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.output.recorder import SaveParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 

@@ -14,20 +14,37 @@ dataclass of parameter classes and other records::
         draw: DrawParams
         detector: DetectorSettings
 
-`build` makes either from a flat mapping, such as a node's private namespace.
+`build` makes either from a flat mapping, such as a node's private namespace; `OLD_PARAMETERS` still work there.
 """
 import dataclasses
 import difflib
 import itertools
 import json
+import logging
 import math
 import textwrap
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar, cast
 
 from openpose_ros_pkg.errors import ParameterError
 
+_log = logging.getLogger(__name__)
+
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
+# Names that work for one release more, with a warning, and are in no file of config/, help or dynamic_reconfigure. A
+# node that does not read one ignores it, with a warning. When they go, their defaults become constants.
+OLD_PARAMETERS = frozenset((
+    'birth_joints', 'camera_info_topic', 'cloud_points', 'cloud_rate', 'correct_clocks', 'dash_length',
+    'data_timeout', 'direct_joint_score', 'direct_person_score', 'facing_length', 'footprint_range', 'forget',
+    'guard_margin', 'guard_range', 'hand_scale', 'head_arrow', 'heatmap_upsample', 'hidden_min_score', 'hint',
+    'id_prefix', 'image_height', 'image_track_gate', 'image_width', 'joint_colour', 'joint_inferred_colour',
+    'keypoints_topic', 'label_scale', 'least_face_size', 'least_hand_size', 'limb_min_support',
+    'limb_sample_threshold', 'limb_samples', 'link_speed', 'max_peaks', 'max_peaks_per_joint', 'max_rate',
+    'measured_min_score', 'net_output_height', 'net_output_width', 'output_height', 'output_width', 'patience',
+    'people_topic', 'person_min_joints', 'pointing_length', 'prefix', 'robot_padding', 'roi_margin', 'rviz_config',
+    'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_colour', 'skeleton_inferred_colour', 'spacing',
+    'start_delay', 'text_scale', 'tf_timeout', 'track_gate', 'trail_scale', 'walking_acceleration', 'walking_speed',
+    'write_keypoint_format'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
@@ -73,9 +90,10 @@ def parameter_classes(kind: Type[Any]) -> Iterator[Type[Parameters]]:
     yield from dict.fromkeys(itertools.chain.from_iterable(records))
 
 
-def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
-    """Return the parameters of parameter classes and records, in order."""
-    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)]
+def parameter_fields(*kinds: Type[Any], old: bool = False) -> List['dataclasses.Field[Any]']:
+    """Return the parameters of parameter classes and records, in order; `old`: also those of `OLD_PARAMETERS`."""
+    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)
+            if old or field.name not in OLD_PARAMETERS]
 
 
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
@@ -84,8 +102,15 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     Raises:
         ParameterError: a key is unknown, or a value is not allowed.
     """
+    defaults = {field.name: field.default for field in parameter_fields(kind, old=True)}
+    for key in sorted(OLD_PARAMETERS & set(values)):
+        if key not in defaults:
+            _log.warning("parameter '%s' = %r is old, and without effect here", key, values[key])
+        elif values[key] != defaults[key]:
+            _log.warning("parameter '%s' = %r is old: in the next release it is always %r", key, values[key],
+                         defaults[key])
     known = [field.name for field in parameter_fields(kind)]
-    for key in sorted(set(values) - set(known)):
+    for key in sorted(set(values) - set(defaults) - OLD_PARAMETERS):
         near = difflib.get_close_matches(key, known, n=1)
         hint = f" (did you mean '{near[0]}'?)" if near else ''
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
@@ -114,8 +139,9 @@ def to_yaml(kind: Type[Any]) -> str:
     """Return a YAML file with every parameter at its default and commented."""
     lines: List[str] = []
     for cls in parameter_classes(kind):
-        lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}']
-        for field in dataclasses.fields(cls):
+        fields = parameter_fields(cls)
+        lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}'] * bool(fields)
+        for field in fields:
             text = f"{field.metadata['doc']} ({describe(field)})"
             lines += ['', *textwrap.wrap(text, 116, initial_indent='# ', subsequent_indent='# '),
                       f'{field.name}: {json.dumps(field.default)}']

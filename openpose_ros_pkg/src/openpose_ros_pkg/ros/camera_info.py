@@ -16,7 +16,6 @@ class CameraInfoPublisher:
     """Publishes NAMESPACE/camera_info with the header of each image, while it has a subscriber and is known.
 
     Args:
-        namespace: prefix of the topic, that of the annotated image.
         source: topic of the input's camera info.
         needed: the node does nothing without the camera info of the input.
 
@@ -46,12 +45,13 @@ class CameraInfoPublisher:
         if self._publisher.get_num_connections() == 0:
             return
         newest = self.newest and turned_info(self.newest, self.degrees)
-        info = copy.copy(newest) if newest is not None and _is_of_image(newest, size) else otherwise()
+        of_info = newest and calibration_from_message(newest).image_size
+        # K[0] = 0: not calibrated
+        info = copy.copy(newest) if newest is not None and newest.K[0] != 0 and of_info == size else otherwise()
         if info is not None:
             info.header = header
             self._publisher.publish(info)
         elif newest is not None:
-            of_info = calibration_from_message(newest).image_size
             self._health.warn('camera info of another image', f'{self.source} has {of_info} px and focal length '
                                                               f'{newest.K[0]:g}, but the image {size} px')
 
@@ -63,8 +63,3 @@ def sibling_camera_info(image_topic: str) -> str:
     """Return the topic of the camera info that drivers publish beside an image topic."""
     # resolved first, so that a remapping of the image topic holds for its sibling too
     return rospy.resolve_name(image_topic).rpartition('/')[0] + '/camera_info'
-
-
-def _is_of_image(info: CameraInfo, size: Tuple[int, int]) -> bool:
-    """Tell whether the camera is calibrated, which K[0] = 0 denies, and gives images of this size."""
-    return info.K[0] != 0 and calibration_from_message(info).image_size == size

@@ -8,6 +8,7 @@ import rospy
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
 from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, published_topics
+from openpose_ros_pkg.throttle import Throttle
 
 # Period of looking for a camera with `auto`; of telling that none is there [s].
 _LOOK_PERIOD, _LOG_PERIOD = 0.5, 10.0
@@ -25,8 +26,7 @@ class Camera(NamedTuple):
 
     def topic(self, role: str, private: str) -> str:
         """Return the topic of a role, or the private name of it where that is remapped or the camera has none."""
-        remapped = rospy.resolve_name(private) != f'{rospy.get_name()}/{private[1:]}'
-        if remapped:
+        if rospy.resolve_name(private) != f'{rospy.get_name()}/{private[1:]}':  # remapped
             return private
         relative: str = getattr(self.preset, role)
         return (relative if self.ns is None else self.preset.topic(role, self.ns)) or private
@@ -54,17 +54,13 @@ def find_camera(name: str, ns: str, dimensions: int, within: str = '') -> Camera
 
 
 def _wait_for_camera(within: str, dimensions: int) -> Camera:
-    begin = last = time.monotonic()
-    presets = read_presets()
+    begin, log, presets = time.monotonic(), Throttle(_LOG_PERIOD), read_presets()
     while True:
-        there = _published(within)
-        choice = choose_camera(there, dimensions, presets)
+        choice = choose_camera(_published(within), dimensions, presets)
         if choice.chosen is not None:
             rospy.loginfo('camera:=auto takes %s; there is also: %s', choice.chosen, choice)
             return Camera(choice.chosen.preset, choice.chosen.ns)
-        now = time.monotonic()
-        if now - begin > 1.0 and (last == begin or now - last >= _LOG_PERIOD):
-            last = now
+        if time.monotonic() - begin > 1.0 and log.is_due(''):
             rospy.logwarn('camera:=auto waits for a camera%s; there is: %s', f' in {within}' if within else '', choice)
         if rospy.is_shutdown():
             raise rospy.ROSInterruptException('shutdown')

@@ -13,8 +13,8 @@ from openpose_ros_pkg.ros.threads import repeat
 
 READS = 'reads'
 """Key of /diagnostics: topics that a node reads, each with its type in brackets."""
-# rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
-_LOOK_PERIOD = 1.0
+# rospy tells of a lost connection within half a second, but may do so before it has removed it: check again [s].
+_CHECK_PERIOD = 1.0
 
 
 class Readers(Protocol):
@@ -29,10 +29,9 @@ Needs = Mapping[InputSubscriber, Sequence[Readers]]
 
 
 def in_camera(camera: str, name: str) -> str:
-    """Return a name as a node of the same name in the namespace of a camera would resolve it.
+    """Return a name as a node of the same name in the namespace of a camera would resolve it; empty: one camera.
 
-    A name that is remapped to one outside of the node's namespace is the same for all cameras; with an empty camera it
-    stays.
+    A name that is remapped to one outside of the node's namespace is the same for all cameras.
     """
     if not camera:
         return name
@@ -45,8 +44,8 @@ def in_camera(camera: str, name: str) -> str:
 class Demand(rospy.SubscribeListener):
     """Whether the results of a node are wanted: its inputs are subscribed then, and only then.
 
-    Results are wanted while the node is enabled (service `~enable`, std_srvs/SetBool) and one of the topics that were
-    advertised here has a subscriber. A node that is not lazy needs no subscriber.
+    Results are wanted while the node is enabled (service `~enable`, std_srvs/SetBool) and one of the topics advertised
+    here has a subscriber.
 
     Args:
         lazy: false: the results are always wanted, e.g. as they are saved.
@@ -103,7 +102,7 @@ class Demand(rospy.SubscribeListener):
         self._update()
         if self.why_resting():
             self._log()
-        repeat(self._look, 'demand')
+        repeat(self._await_change, 'demand')
         self.watch.start(inputs)
 
     @property
@@ -123,14 +122,13 @@ class Demand(rospy.SubscribeListener):
         return not self._lazy or any(publisher.get_num_connections() > 0 for publisher in publishers)
 
     def peer_subscribe(self, *_: Any) -> None:
-        self._changed.set()
-
-    def peer_unsubscribe(self, *_: Any) -> None:
         """Called with locks of rospy held, so the inputs are left to another thread."""
         self._changed.set()
 
-    def _look(self) -> None:
-        self._changed.wait(_LOOK_PERIOD)
+    peer_unsubscribe = peer_subscribe
+
+    def _await_change(self) -> None:
+        self._changed.wait(_CHECK_PERIOD)
         self._changed.clear()
         self._update()
 
@@ -139,12 +137,9 @@ class Demand(rospy.SubscribeListener):
         self._update()
         return SetBoolResponse(success=True, message='enabled' if request.data else 'disabled')
 
-    def _is_wanted(self) -> bool:
-        return self.enabled and self.is_wanted(*self._publishers)
-
     def _update(self) -> None:
         with self._lock:
-            wanted = self._is_wanted()
+            wanted = self.enabled and self.is_wanted(*self._publishers)
             if not self.inputs or rospy.is_shutdown():
                 return
             for source in self.inputs:

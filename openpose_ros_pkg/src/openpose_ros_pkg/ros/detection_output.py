@@ -1,4 +1,5 @@
 """Publish and save the people in images, with their hands and faces, as the parameters of the detection say."""
+import functools
 import itertools
 import time
 from typing import Dict, List, Optional
@@ -10,9 +11,8 @@ from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
-from openpose_ros_pkg.output.frame_writer import REFUSE, FrameWriter
 from openpose_ros_pkg.output.keypoint_scale import scale_keypoints
-from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.output.recorder import REFUSE, Recorder
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
@@ -55,9 +55,9 @@ class DetectionOutput:
                                                 settings.landmarks, params.detector.target_rate, health, demand)
 
     def _make_recorder(self, health: Health) -> Recorder:
-        writer = FrameWriter(self._settings.save, self._settings.draw, self._settings.keypoint_scale, existing=REFUSE)
-        self._numbers = itertools.count(writer.next_number())
-        recorder = Recorder(writer, wait_when_full=False, on_fault=lambda fault: health.warn('frame not saved', fault))
+        recorder = Recorder(self._settings.save, self._settings.draw, self._settings.keypoint_scale, existing=REFUSE)
+        recorder.on_fault = functools.partial(health.warn, 'frame not saved')
+        self._numbers = itertools.count(recorder.next_number())
         health.show_lasting(recorder.fault)
         health.show_lasting(lambda: recorder.fault(_LASTING), DiagnosticStatus.ERROR)
         rospy.on_shutdown(recorder.close)

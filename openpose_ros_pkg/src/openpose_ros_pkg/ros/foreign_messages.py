@@ -14,10 +14,7 @@ class ForeignPackage(NamedTuple):
     source: str  # where its sources are
 
     def message(self, name: str, fields: Mapping[str, str]) -> Type[genpy.Message]:
-        """Return the class of a message.
-
-        Args:
-            fields: those that are filled in, with their types as `rosmsg show` has them.
+        """Return the class of a message with these fields, types as `rosmsg show` has them.
 
         Raises:
             ForeignPackageError: package or message is not found, or a field is missing or of another type.
@@ -36,7 +33,6 @@ class ForeignPackage(NamedTuple):
         wrong = [f"{field} is {found.get(field, 'missing')}, not {wanted}" for field, wanted in fields.items()
                  if found.get(field) != wanted]
         if wrong:
-            raise ForeignPackageError(
-                f"{self.name}/{name} is defined otherwise than known here: {'; '.join(wrong)}. Take the release for "
-                f'ROS 1 of {self.source}')
+            raise ForeignPackageError(f"{self.name}/{name} is defined otherwise than known here: {'; '.join(wrong)}. "
+                                      f'Take the release for ROS 1 of {self.source}')
         return kind

@@ -9,7 +9,6 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
-from openpose_ros_pkg.ros.master.watch import WATCH
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.throttle import Throttle
 
@@ -36,7 +35,6 @@ class Health:
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._why_resting: Callable[[], str] = str
         self._lasting_faults: List[Tuple[Callable[[], str], int]] = []
-        self.show_lasting(WATCH.fault)
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
@@ -70,7 +68,7 @@ class Health:
     def warn(self, event: str, text: str) -> None:
         """Count a fault and log it, at most once in a time for each kind of event (`Throttle`).
 
-        Texts quote what others sent: what is too long is cut, and characters that control a terminal are replaced.
+        Texts quote what others sent: they are cut, and characters that control a terminal are replaced.
         """
         text = ''.join(each if each.isprintable() else '?' for each in text[:_LONGEST_TEXT])
         now = time.monotonic()

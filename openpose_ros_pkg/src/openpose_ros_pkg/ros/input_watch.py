@@ -1,7 +1,7 @@
 """Tell the user which inputs of a node are silent, and why."""
 import time
 from functools import partial
-from typing import Callable, Dict, List, NamedTuple, Sequence
+from typing import Callable, Dict, List, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -15,16 +15,8 @@ from openpose_ros_pkg.throttle import Throttle
 
 PATIENCE = 5.0
 """An input without a message for this long is silent [s], in wall time."""
-# Period of looking; of asking the master again while something is wrong; of telling it again in the log [s].
+# Period of the checks; of asking the master again while something is wrong; of telling it again in the log [s].
 _PERIOD, _REFRESH_PERIOD, _LOG_PERIOD = 1.0, 5.0, 60.0
-
-
-class _Check(NamedTuple):
-    """Something that may be wrong: what it is called, whether it is so now, and why in words."""
-
-    event: str
-    lasts: Callable[[], bool]
-    why: Callable[[], str]
 
 
 class InputWatch:
@@ -32,36 +24,35 @@ class InputWatch:
 
     def __init__(self, health: Health) -> None:
         self._health = health
-        self._checks: List[_Check] = []
+        self._checks: List[Tuple[str, Callable[[], bool], Callable[[], str]]] = []
         self._faults: Dict[str, str] = {}
         self._refresh, self._log = Throttle(_REFRESH_PERIOD), Throttle(_LOG_PERIOD)
         self._clock = rospy.Time(), time.monotonic()
         health.show_lasting(lambda: '; '.join(f'{event}: {text}' for event, text in list(self._faults.items())))
 
     def start(self, inputs: Sequence[InputSubscriber]) -> None:
-        """Begin to look, in a thread of its own, which inputs that the node needs are silent."""
+        """Begin to check, in a thread of its own, which inputs that the node needs are silent."""
         for source in inputs:
             if not source.optional:
                 self.add(f'no message on {source.resolved_name}', partial(_is_silent, source),
                          partial(self._why_silent, source))
-        repeat(self._look, 'input watch', _PERIOD)
+        repeat(self._check, 'input watch', _PERIOD)
 
     def add(self, event: str, lasts: Callable[[], bool], why: Callable[[], str]) -> None:
-        """Look for something else that may be wrong; `why` is asked for only while it `lasts`."""
-        self._checks.append(_Check(event, lasts, why))
+        """Check for something else that may be wrong; `why` is asked for only while it `lasts`."""
+        self._checks.append((event, lasts, why))
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         now = rospy.get_rostime()
         if now != self._clock[0]:
             self._clock = now, time.monotonic()
-        checks = [check for check in self._checks if check.lasts()]
-        for check in checks:
-            if check.event not in self._faults:
-                self._health.count(check.event)
-        is_due = bool(checks) and self._refresh.is_due('')
-        faults = {check.event: check.why() if is_due or check.event not in self._faults else self._faults[check.event]
-                  for check in checks}
+        wrong = {event: why for event, lasts, why in self._checks if lasts()}
+        is_due = bool(wrong) and self._refresh.is_due('')
+        faults = {event: why() if is_due or event not in self._faults else self._faults[event]
+                  for event, why in wrong.items()}
         for event, text in faults.items():
+            if event not in self._faults:
+                self._health.count(event)
             if self._log.is_due(event):
                 rospy.logwarn('%s: %s', event, text)
         self._faults = faults

@@ -20,7 +20,6 @@ from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.master.calls import is_running
-from openpose_ros_pkg.ros.master.watch import WATCH
 
 # Variable that the launch files set for nodes that are started again when they end.
 RESPAWNS = 'OPENPOSE_ROS_RESPAWNS'
@@ -34,9 +33,9 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
              failed: Callable[[Any], bool] = lambda node: False, *, yields: bool = False) -> int:
     """Initialise the node, build it of its parameters and serve until shutdown.
 
-    Exits with 1 when it can not be built, or when the ROS master is replaced by another one (see `MasterWatch`).
-    Arguments of the command line are private parameters too, as --NAME=VALUE (see `read_flags`); they win over what the
-    parameter server has. With --help it only prints its module's docstring and its parameters.
+    Exits with 1 when it can not be built. Arguments of the command line are private parameters too, as --NAME=VALUE (see
+    `read_flags`); they win over what the parameter server has. With --help it prints its module's docstring and its
+    parameters.
 
     Args:
         name: default node name.
@@ -66,16 +65,9 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
     except rospy.ROSException:
         if not is_shutdown_requested():
             raise
-        if not WATCH.is_replaced:
-            _wait()  # for the end, which was asked for
-        node = None
+        _wait()  # for the end, which was asked for
     is_serving.set()
     rospy.spin()
-    if WATCH.is_replaced:
-        is_serving.clear()
-        if os.environ.get(RESPAWNS):
-            _wait()  # started again, the node would have the default parameters
-        sys.exit(1)
     return int(failed(node))  # the node lives until here: its publishers and threads serve while spinning
 
 
@@ -86,7 +78,6 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
     sys.stdout, sys.stderr = cast(TextIO, _Unfailing(sys.stdout)), cast(TextIO, _Unfailing(sys.stderr))
     rospy.init_node(name, disable_signals=True)
     serialize_whole_messages()
-    WATCH.start()
     for key, value in flags.items():
         rospy.set_param(f'~{key}', value)
     for key in others:
@@ -103,7 +94,10 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
     except OpenposeRosError as error:
         rospy.logfatal('%s: %s%s', rospy.get_name(), error, _how_to_delete(error))
         if os.environ.get(RESPAWNS) and isinstance(error, (ParameterError, ModelError, ForeignPackageError)):
-            _rest()
+            # started again, it would end for the same reason, without end
+            rospy.logfatal('%s rests until it is ended; set it right and launch it again', rospy.get_name())
+            rospy.signal_shutdown('wrong configuration')
+            _wait()
         sys.exit(1)
 
 
@@ -147,13 +141,6 @@ def _end_on_signals(is_serving: threading.Event) -> None:
         signal.signal(number, handle)
 
 
-def _rest() -> NoReturn:
-    """Leave the master, and wait for a signal: started again, the node would end for the same reason, without end."""
-    rospy.logfatal('%s rests until it is ended; set it right and launch it again', rospy.get_name())
-    rospy.signal_shutdown('wrong configuration')
-    _wait()
-
-
 def _wait() -> NoReturn:
     """Wait for a signal, which may have come already: `signal.pause` would wait for another one then."""
     _END.wait()
@@ -181,7 +168,6 @@ def introduce(inputs: Iterable[InputSubscriber], **at_work: str) -> None:
 
 
 def _own(entries: Iterable[Sequence[str]]) -> List[str]:
-    """Return the names, the first of each entry, without those that every node has."""
     return sorted(name for name, *_ in entries if name.rpartition('/')[2] not in _OF_EVERY_NODE)
 
 

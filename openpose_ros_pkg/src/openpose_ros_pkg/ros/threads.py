@@ -29,4 +29,4 @@ def repeat(work: Callable[[], object], name: str, period: float = 0.0) -> None:
         if _THROTTLE.is_due(name) and not rospy.is_shutdown():
             rospy.logerr('thread %s: %r; it goes on', name, error)
 
-    Worker({name: step}, report).start()
+    Worker(name, step, report).start()

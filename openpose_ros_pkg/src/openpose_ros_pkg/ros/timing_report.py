@@ -23,8 +23,7 @@ class TimingReport:
     """
 
     def __init__(self, stages: Sequence[str], result: str, topic: str = '~timing') -> None:
-        self._timing = StageTiming(stages, WINDOW)
-        self._result = result
+        self._timing, self._result = StageTiming(stages, WINDOW), result
         self._publisher = rospy.Publisher(topic, Timing, queue_size=1)
         repeat(self._publish, 'timing', period=1.0)
 
@@ -53,14 +52,12 @@ class TimingReport:
                 for summary in self._timing.summaries(time.monotonic()) if summary.count}
 
     def _publish(self) -> None:
-        if self._publisher.get_num_connections() > 0:
-            self._publisher.publish(self._message())
-
-    def _message(self) -> Timing:
+        if self._publisher.get_num_connections() == 0:
+            return
         summaries = self._timing.summaries(time.monotonic())
         message = Timing(window=WINDOW)
         message.header.stamp = rospy.get_rostime()
         message.rate = next(summary.rate for summary in summaries if summary.stage == self._result)
         message.stages = [StageTimingMessage(stage=summary.stage, count=summary.count, p50=1000 * summary.p50,
                                              p95=1000 * summary.p95, mean=1000 * summary.mean) for summary in summaries]
-        return message
+        self._publisher.publish(message)

@@ -13,9 +13,8 @@ from openpose_ros_pkg.errors import StoppedError
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.worker import Worker
 
-Handle = Callable[[Any], Iterator[Optional[NextPart]]]
-"""Computes and publishes a frame up to its first yield; what it yields then is what it will do next, None: nothing
-long."""
+Handle = Callable[[Any], Optional[Iterator[Optional[NextPart]]]]
+"""Computes and publishes an item, and returns its search, if any: each yield is what comes next; None: nothing long."""
 
 
 @dataclass(frozen=True)
@@ -29,20 +28,18 @@ class QueueConstants:
 QUEUE = QueueConstants()
 
 
-@dataclass
-class _Source:
-    """What came from a camera."""
-
-    arrivals: Deque[float] = field(default_factory=lambda: deque(maxlen=QUEUE.arrivals))  # [s]
-    waiting: Optional[Any] = None  # its newest item; None: was taken
-
-
 class Taken(NamedTuple):
     """An item whose turn has come, and what handles it."""
 
     item: Any
     handle: Handle
     answer: 'Optional[Future[Any]]' = None
+
+
+@dataclass
+class _Source:
+    arrivals: Deque[float] = field(default_factory=lambda: deque(maxlen=QUEUE.arrivals))  # [s]
+    waiting: Optional[Taken] = None
 
 
 class FrameQueue:
@@ -105,11 +102,13 @@ class FrameLoop:
 
     Args:
         on_error: called with any exception of an item that is no request; the loop goes on.
+        name: of the thread.
     """
 
-    def __init__(self, on_error: Callable[[Exception], object], clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, on_error: Callable[[Exception], object], clock: Callable[[], float] = time.monotonic,
+                 name: str = 'frames') -> None:
         self._queue, self._clock = FrameQueue(), clock
-        self._worker = Worker({'frames': self._step}, on_error)
+        self._worker = Worker(name, self._step, on_error)
         self._changed = self._worker.condition
         self._worker.start()
 
@@ -119,7 +118,7 @@ class FrameLoop:
             self._changed.notify_all()
             return self._queue.submit(camera, Taken(item, handle), self._clock())
 
-    def request(self, item: Any, handle: Callable[[Any, 'Future[Any]'], Iterator[Optional[NextPart]]]) -> Any:
+    def request(self, item: Any, handle: Callable[[Any, 'Future[Any]'], Optional[Iterator[Optional[NextPart]]]]) -> Any:
         """Return what `handle` sets as the result of an item, raise what it raises; waits for its turn.
 
         Raises:
@@ -135,10 +134,7 @@ class FrameLoop:
 
     def call(self, action: Callable[[], Any]) -> Any:
         """Return what an action returns that is done between two items, such as other parameters."""
-        def handle(_: Any, answer: 'Future[Any]') -> Iterator[Optional[NextPart]]:
-            answer.set_result(action())
-            return iter(())
-        return self.request(None, handle)
+        return self.request(None, lambda _, answer: answer.set_result(action()))
 
     def stop(self) -> None:
         """Let the item in progress end, begin none any more, and end the thread."""
@@ -153,11 +149,13 @@ class FrameLoop:
             if self._worker.stopped:
                 return False
             taken = self._queue.take()
-        return taken is None or self._handle(taken)
+        if taken is not None:
+            self._handle(taken)
+        return True
 
-    def _handle(self, taken: Taken) -> bool:
+    def _handle(self, taken: Taken) -> None:
         try:
-            for part in taken.handle(taken.item):
+            for part in taken.handle(taken.item) or ():
                 with self._changed:
                     if self._worker.stopped or not self._queue.goes_on(part, self._clock()):
                         break
@@ -165,4 +163,3 @@ class FrameLoop:
             if taken.answer is None or taken.answer.done():
                 raise
             taken.answer.set_exception(error)
-        return True

@@ -26,8 +26,6 @@ _END, _SCAN = 0xd9, 0xda
 _ALONE = (0x01, *range(0xd0, 0xda))
 # SOF0..15 but for DHT, JPG and DAC.
 _FRAMES = tuple(code for code in range(0xc0, 0xd0) if code not in (0xc4, 0xc8, 0xcc))
-# Each scan of a progressive JPEG goes over the whole image, however few bytes it has; encoders make about 10.
-_MOST_SCANS = 100
 # Longest side that libjpeg writes, for the annotated image.
 _MOST_SIDE = 65500
 _PNG_END = b'IEND\xaeB`\x82'
@@ -47,12 +45,7 @@ MOST_MEGAPIXELS = ImageLimitParams().max_image_megapixels
 
 
 def check_pixels(name: str, width: int, height: int, most: float = MOST_MEGAPIXELS) -> None:
-    """Raise BadInputError for too many pixels or too long a side.
-
-    Args:
-        name: of the image, for the error.
-        most: `max_image_megapixels`.
-    """
+    """Raise BadInputError for more megapixels than `most`, `max_image_megapixels`, or too long a side."""
     if width * height > most * 1e6:
         raise BadInputError(f'{name} is {width} x {height}, that is {width * height / 1e6:.3g} megapixels, expected '
                             f'at most {most:g} (max_image_megapixels)')
@@ -131,9 +124,8 @@ def _jpeg_size(content: bytes, name: str) -> Tuple[int, int]:
     # within a scan, 0xff is followed by 0
     if content.find(bytes((0xff, _END)), position) < 0:
         raise _cut_off(name, content)
-    if size is None or content.count(bytes((0xff, _SCAN)), position) > _MOST_SCANS:
-        raise BadInputError(f'{name} ({len(content)} bytes) is a damaged JPEG: expected its size, and at most '
-                            f'{_MOST_SCANS} scans')
+    if size is None:
+        raise BadInputError(f'{name} ({len(content)} bytes) is a damaged JPEG: expected its size')
     return size
 
 

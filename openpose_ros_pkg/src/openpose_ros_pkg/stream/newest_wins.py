@@ -1,7 +1,7 @@
 """A worker thread that always works on the newest item."""
-from typing import Any, Callable, Optional
+from typing import Any, Callable
 
-from openpose_ros_pkg.stream.worker import Worker
+from openpose_ros_pkg.stream.frame_loop import FrameLoop
 
 
 class NewestWinsWorker:
@@ -16,29 +16,13 @@ class NewestWinsWorker:
         replaced: number of items that a newer one replaced before the worker took them.
     """
 
-    def __init__(self, work: Callable[[Any], None], on_error: Callable[[Exception], None], name: str) -> None:
-        self._work = work
-        self._item: Optional[Any] = None
-        self.replaced = 0
-        self._worker = Worker({name: self._step}, on_error)
-        self._worker.start()
+    def __init__(self, work: Callable[[Any], None], on_error: Callable[[Exception], object], name: str) -> None:
+        self._work, self._loop, self.replaced = work, FrameLoop(on_error, name=name), 0
 
     def submit(self, item: Any) -> None:
         """Give the worker a new item; return at once."""
-        with self._worker.condition:
-            self.replaced += self._item is not None
-            self._item = item
-            self._worker.condition.notify()
+        self.replaced += self._loop.submit('', item, self._work)
 
     def stop(self) -> None:
         """Let the current item finish, drop the waiting one and end the thread."""
-        self._worker.stop()
-
-    def _step(self) -> bool:
-        with self._worker.condition:
-            self._worker.condition.wait_for(lambda: self._worker.stopped or self._item is not None)
-            if self._worker.stopped:
-                return False
-            item, self._item = self._item, None
-        self._work(item)
-        return True
+        self._loop.stop()

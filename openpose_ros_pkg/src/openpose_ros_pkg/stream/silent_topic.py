@@ -25,7 +25,16 @@ def why_silent(topic: str, kind: str, published: Mapping[str, PublishedTopic], i
         node: name of the node; topics that it alone publishes are not named.
     """
     there = published.get(topic)
-    parts = ['no node publishes it'] if there is None else [_why_nothing_comes(there, kind, is_connected)]
+    nodes = '' if there is None else _listed(sorted(there.nodes), _NAMED_NODES)
+    if there is None:
+        parts = ['no node publishes it']
+    elif there.kind != kind:
+        parts = [f'published as {there.kind} by {nodes}, but read as {kind}']
+    elif not is_connected:
+        parts = [f'published by {nodes}, but there is no connection: does the node still run, and do ROS_IP or '
+                 'ROS_HOSTNAME name its machine?']
+    else:
+        parts = [f'published by {nodes}, which sends nothing']
     below = [f'{name} ({other.kind})' for name, other in sorted(published.items()) if name.startswith(f'{topic}/')]
     if below:
         parts.append(f'below it there is {_listed(below, _NAMED_TOPICS)}')
@@ -34,7 +43,8 @@ def why_silent(topic: str, kind: str, published: Mapping[str, PublishedTopic], i
     others.sort(key=lambda name: (-SequenceMatcher(None, name, topic).ratio(), name))
     parts.append(f'other topics of type {kind}: {_listed(others, _NAMED_TOPICS)}' if others else
                  f'no other topic of type {kind} is published')
-    return _printable('; '.join(parts))
+    # other programs choose the names: no characters that control a terminal
+    return ''.join(each if each.isprintable() else '?' for each in '; '.join(parts))
 
 
 def why_clock_stands(seconds: float) -> str:
@@ -45,21 +55,6 @@ def why_clock_stands(seconds: float) -> str:
     return f'simulated time stands still at {seconds:.3f} s: what publishes /clock is paused or has ended'
 
 
-def _why_nothing_comes(there: PublishedTopic, kind: str, is_connected: bool) -> str:
-    nodes = _listed(sorted(there.nodes), _NAMED_NODES)
-    if there.kind != kind:
-        return f'published as {there.kind} by {nodes}, but read as {kind}'
-    if not is_connected:
-        return (f'published by {nodes}, but there is no connection: does the node still run, and do ROS_IP or '
-                'ROS_HOSTNAME name its machine?')
-    return f'published by {nodes}, which sends nothing'
-
-
 def _listed(names: Sequence[str], most: int) -> str:
     more = len(names) - most
     return ', '.join(names[:most]) + (f' and {more} more' if more > 0 else '')
-
-
-def _printable(text: str) -> str:
-    """Return the text without characters that control a terminal: other programs choose the names."""
-    return ''.join(each if each.isprintable() else '?' for each in text)

@@ -43,11 +43,10 @@ class FootConstants:
         np.array([[0.20, 0.005, -0.083], [0.153, 0.062, -0.081], [-0.035, 0.0, -0.06]]),
         "Big toe, small toe and heel from the ankle of an adult's left foot: forwards, left, up.", unit='m',
         source=_FEET)
-    shape_spread: float = constant(0.02, 'Standard deviation of these per axis.', unit='m', source=_FEET)
-    shin_spread: np.ndarray = constant(
-        np.array([0.15, 0.3, 0.3]), 'Standard deviations of the turn of a foot against its shin, about its axes '
-                                     'forwards, left and up.', unit='rad', source=_FEET)
-    turning: float = constant(1.0, 'Growth of the error of the turn of a foot, by the root of the time.',
+    shape_spread: float = constant(0.015, 'Standard deviation of these per axis.', unit='m', source=_FEET)
+    shin_spread: float = constant(0.25, 'Standard deviation per axis of the turn of a foot against its shin.',
+                                  unit='rad', source=_FEET)
+    turning: float = constant(0.5, 'Growth of the error of the turn of a foot, by the root of the time.',
                               unit='rad/s^0.5')
     reach: float = constant(0.30, 'Keypoints whose ray passes further from the ankle are not of the foot.', unit='m',
                             source='chosen')
@@ -57,12 +56,9 @@ class FootConstants:
         np.array([0.0, 0.01, 0.035]), 'Depth of big toe, small toe and heel under the surface at their pixels.',
         unit='m', source=_FEET)
     along: float = constant(0.03, 'Error of this depth.', unit='m', source=_FEET)
-    support: float = constant(0.3, 'Share of the window that the own surface needs.')
+    support: float = constant(0.4, 'Share of the window that the own surface needs.')
     gate: float = constant(2.5, 'A surface is the own one within so many standard deviations of its expected depth.')
     sole: float = constant(0.02, 'Error with which the floor bears what would be below it.', unit='m')
-    rounds: int = constant(2, 'Times that a foot is linearized.', source='chosen')
-    frames: float = constant(30.0, 'The shape of a foot is the mean of so many frames, and the assumed one counts like '
-                                   'so many.', unit='frames')
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
-"""Births and reidentification: new tracks, and new people who had a track that left, was hidden or was lost."""
-from dataclasses import replace
-from typing import Iterator, NamedTuple, Tuple
+"""Who is new: people who may get a track, and those of them who had one that left, was hidden or was lost."""
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, log_normal
 from skeleton_extract_3d.track.constants import ReturningConstants
-from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.one_body import in_one_place
 from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
 
@@ -38,54 +36,7 @@ class NewPeople(NamedTuple):
         return cls(middle_of_trunk(lifted.xyz, observed.known), people.clothes, lengths)
 
 
-class Reidentification:
-    """Gives new people a track: with the id of an absent one, or the next of new ids."""
-
-    def __init__(self, params: IdentityParams, ids: Iterator[int], method: MethodConstants = METHOD) -> None:
-        self._params, self._ids, self._method = params, ids, method
-
-    def welcome(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float, given: np.ndarray
-                ) -> Tuple[Memory, Tracks, Observations]:
-        """Return the memory, the tracks with one for each new person (row -1), and the people who have a track.
-
-        The former track of a reidentified person stays, see `without`.
-
-        Args:
-            given: ids that came with the detections, which hold where people are not tracked; -1: none.
-        """
-        method = self._method
-        new, waiting = _born(people, self._params.birth_joints, method), None
-        if len(new):
-            absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
-            rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
-                             method)
-            plain = people.lifted.measured[new].sum(axis=1) >= method.track.identity.plain
-            rows = np.where((rows == UNCLEAR) & plain, STRANGER, rows)
-            unclear = rows == UNCLEAR
-            waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
-            if waiting is not None and stamp - waiting < method.track.identity.gap:
-                new, rows = new[~unclear], rows[~unclear]
-        if len(new):
-            number = people.observed.people_2d.ids
-            named = self._named(np.where(number >= 0, np.append(given, -1)[number], -1), new, absent, rows)
-            row = people.row.copy()
-            row[new] = np.arange(len(tracks), len(tracks) + len(new))
-            begun = _begun(people.select(new), stamp, named[new], method)
-            people, tracks = people._replace(row=row), tracks.joined(_as_before(begun, absent, rows))
-        has_track = people.row >= 0
-        people = people if has_track.all() else people.select(np.flatnonzero(has_track))
-        return replace(memory, waiting=waiting), tracks, people
-
-    def _named(self, given: np.ndarray, new: np.ndarray, absent: Tracks, rows: np.ndarray) -> np.ndarray:
-        """Return the ids of all people, (P,): without tracking, the given ones if all have one."""
-        if not self._params.tracking and not (given < 0).any():
-            return given
-        ids = np.full(len(given), -1)
-        ids[new] = [absent.ids[row] if row >= 0 else next(self._ids) for row in rows]
-        return ids
-
-
-def _born(people: Observations, birth_joints: int, method: MethodConstants) -> np.ndarray:
+def new_people(people: Observations, birth_joints: int, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the people without a track who may get one, indices (N,)."""
     constants, observed, lifted = method.track.identity, people.observed, people.lifted
     tracked = people.row >= 0
@@ -96,28 +47,6 @@ def _born(people: Observations, birth_joints: int, method: MethodConstants) -> n
     new = ~tracked & (lifted.measured.sum(axis=1) >= np.minimum(birth_joints, measurable))
     same = in_one_place(lifted.xyz, observed.known, method.track.one_body.least_joints, constants.same_place)
     return np.flatnonzero(new & ~(same & tracked[None]).any(axis=1))
-
-
-def _begun(people: Observations, stamp: float, ids: np.ndarray, method: MethodConstants) -> Tracks:
-    """Return new tracks of people, with ids (P,), at a time [s]."""
-    known, lifted = people.observed.known, people.lifted
-    return Tracks.begun(ids, stamp, np.where(known[..., None], lifted.xyz, np.nan), lifted.left, lifted.stature,
-                        method.track.birth)
-
-
-def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
-    """Return new tracks, with sizes and clothes of those whose rows in the absent ones, (N,), are not negative."""
-    back = np.flatnonzero(rows >= 0)
-    if not len(back):
-        return begun
-    known, others = absent.select(rows[back]), np.flatnonzero(rows < 0)
-    same = replace(begun.select(back), sizes=known.sizes, clothes=known.clothes)
-    return begun.select(others).joined(same).select(np.argsort(np.concatenate([others, back])))
-
-
-def without(tracks: Tracks, present: Tracks) -> Tracks:
-    """Return tracks without those that were reidentified as others."""
-    return tracks.select((tracks.ids[:, None] != present.ids).all(axis=1)) if len(tracks) else tracks
 
 
 def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityParams, method: MethodConstants = METHOD

@@ -112,6 +112,22 @@ class Tracks(Rows):
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count), places=np.broadcast_to(PLACE_WEIGHTS, (count, len(PLACES))))
 
+    @classmethod
+    def of_new(cls, people: 'Observations', stamp: float, ids: np.ndarray, constants: BirthConstants) -> 'Tracks':
+        """Return new tracks of people, with ids (P,), at a time [s]."""
+        lifted = people.lifted
+        xyz = np.where(people.observed.known[..., None], lifted.xyz, np.nan)
+        return cls.begun(ids, stamp, xyz, lifted.left, lifted.stature, constants)
+
+    def like(self, others: 'Tracks', rows: np.ndarray) -> 'Tracks':
+        """Return the tracks with sizes and clothes of others, whose rows (T,) are not negative."""
+        same = np.flatnonzero(rows >= 0)
+        if not len(same):
+            return self
+        known, new = others.select(rows[same]), np.flatnonzero(rows < 0)
+        back = replace(self.select(same), sizes=known.sizes, clothes=known.clothes)
+        return self.select(new).joined(back).select(np.argsort(np.concatenate([new, same])))
+
     def in_order(self) -> 'Tracks':
         """Return the tracks by their ids."""
         return self if (self.ids[1:] > self.ids[:-1]).all() else self.select(np.argsort(self.ids))
@@ -179,6 +195,11 @@ def frame_change(before: Transform, now: Transform) -> Tuple[np.ndarray, np.ndar
     """Return rotation and translation [m] from the frame of a moving camera to that now; both lead to a still frame."""
     rotation = now[0].T @ before[0]
     return rotation, now[0].T @ (before[1] - now[1])
+
+
+def without(tracks: Tracks, present: Tracks) -> Tracks:
+    """Return tracks without those that have an id of a present one."""
+    return tracks.select((tracks.ids[:, None] != present.ids).all(axis=1)) if len(tracks) else tracks
 
 
 def expect(tracks: Tracks, row: np.ndarray, method: MethodConstants = METHOD) -> Expectation:

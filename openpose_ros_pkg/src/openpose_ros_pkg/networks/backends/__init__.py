@@ -6,10 +6,9 @@ from typing import Callable, List, NamedTuple, Protocol, Sequence, Tuple, cast
 
 import numpy as np
 
-from openpose_ros_pkg.errors import ModelError, ParameterError, RefusedError
+from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
-from openpose_ros_pkg.networks.model_types import Model, WebArchive
-from openpose_ros_pkg.networks.proof import prove
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
 
 _log = logging.getLogger(__name__)
@@ -100,7 +99,6 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
         return backend
     reasons: List[str] = []
     faults: List[str] = []
-    refused = ''
     for name, runtime in _RUNTIMES.items():
         if weights.suffix not in runtime.reads:
             reasons.append(f'{name} does not read {weights.name}')
@@ -114,14 +112,11 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
             reasons.append(f'{name} is not able to: {error}')
             continue
         except ModelError as error:
-            refused = refused or (str(error) if isinstance(error, RefusedError) else '')
             faults.append(f'{name} does not work: {error}')
             continue
         why = '; '.join(reasons) if reasons else 'the fastest that is available'
         _log.info('%s computes %s (backend auto: %s)%s', backend.description, model.name, why, _terms(model))
         return backend
-    if refused:
-        raise RefusedError(refused)
     raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons + faults))
 
 
@@ -154,8 +149,6 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams, fallbac
     exact = params.precision == 'f32' and params.device == 'cpu'
     try:
         check_backend(backend, model, exact)
-        if isinstance(model.source, WebArchive):
-            prove(backend, model, weights)
     except ModelError as error:
         if params.precision == 'f32':
             raise

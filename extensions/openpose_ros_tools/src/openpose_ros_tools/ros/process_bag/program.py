@@ -102,9 +102,9 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     Raises:
         ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
     """
-    known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings)}
+    known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings, old=True)}
     # Those of the nodes are for live images; a recording gives the same people on each machine.
-    used = {field.name for field in parameter_fields(BagSettings)} - {'precision', 'target_rate'}
+    used = {field.name for field in parameter_fields(BagSettings, old=True)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}
     for path in paths:
         content = file_values(path, f'--config {path}', ParameterError) or {}
