@@ -11,7 +11,7 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset, read_presets
 
 # Arguments of people.launch that may be a path, which a node would read in a folder of its own.
-_PATHS = ('source', 'folder', 'targets', 'record', 'config')
+_PATHS = ('source', 'record', 'config')
 
 
 def launch_command(arguments: Sequence[str], has_display: bool) -> List[str]:
@@ -32,9 +32,9 @@ def launch_command(arguments: Sequence[str], has_display: bool) -> List[str]:
             wrong = str(error).partition(': one of')[0] if name else 'name a camera'
             die(f'{wrong}\n\nusage: ./run camera NAME [NAME:=VALUE | FILE.launch ...]\n{cameras}\n'
                 f'  {AUTO:13} the camera that is published\n  FILE.yaml     a camera of your own')
-        chosen = [f'driver:={str(bool(preset.package)).lower()}', f'dimensions:={preset.dimensions}']
+        chosen = ['driver:=true'] * bool(preset.package) + ['points:=none'] * (preset.dimensions == 2)
     driver = [word for word in words if word.endswith('.launch')]
-    chosen += [f'driver_args:={" ".join(driver)}'] if driver else []
+    chosen += [f'driver:={" ".join(driver)}'] if driver else []
     return ['roslaunch', 'openpose_ros_bringup', 'people.launch', f'camera:={_absolute(name)}', *chosen,
             f'rviz:={str(has_display).lower()}', *(_with_path(word) for word in words if word not in driver)]
 

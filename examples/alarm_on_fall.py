@@ -9,7 +9,7 @@ LATE = 2.0  # [s]
 
 class AlarmOnFall:
     def __init__(self):
-        self.stamp, self.told = None, set()
+        self.stamp, self.alarmed = None, set()
         self.alarm = rospy.Publisher('fall_alarm', PointStamped, queue_size=10, latch=True)
         self.watch = rospy.Publisher('fall_watch', Bool, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/people_signals', PersonSignalsArray, self.on_signals, queue_size=1)
@@ -18,8 +18,8 @@ class AlarmOnFall:
     def on_signals(self, message):
         self.stamp = message.header.stamp
         for person in message.persons:
-            if person.fallen and (person.person_ID, person.fall_stamp) not in self.told:
-                self.told.add((person.person_ID, person.fall_stamp))
+            if person.fallen and (person.person_ID, person.fall_stamp) not in self.alarmed:
+                self.alarmed.add((person.person_ID, person.fall_stamp))
                 header = Header(stamp=person.fall_stamp, frame_id=message.header.frame_id)
                 self.alarm.publish(PointStamped(header, person.floor_pose.position))
                 rospy.logerr(f'person {person.person_ID} fell within {person.fall_duration:.1f} s')

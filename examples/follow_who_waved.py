@@ -13,7 +13,7 @@ DISTANCE, SPEED, TURN = 1.2, 0.5, 0.8  # [m], [m/s], [rad/s]
 LATE, LOST = 0.7, 3.0  # [s]
 
 
-def tells(person, gesture):
+def makes(person, gesture):
     return any(each.name == gesture for each in person.gestures)
 
 
@@ -28,11 +28,11 @@ class FollowWhoWaved:
     def on_signals(self, message):
         seen = [person for person in message.persons if not math.isnan(person.floor_pose.position.x)]
         leaders = [person for person in seen if person.person_ID == self.leader
-                   or (self.leader is None and tells(person, PersonGesture.WAVE))]
+                   or (self.leader is None and makes(person, PersonGesture.WAVE))]
         if not leaders:
             return
         leader = leaders[0]
-        if tells(leader, PersonGesture.STOP):
+        if makes(leader, PersonGesture.STOP):
             self.leader, self.velocity = None, Twist()
             return
         try:

@@ -26,8 +26,8 @@ class LyingPeople:
 
     def on_pair(self, people, signals):
         posture = {person.person_ID: person.posture for person in signals.persons}
-        self.lying = {name for name, told in posture.items()
-                      if told == PersonSignals.LYING or (told == PersonSignals.UNKNOWN and name in self.lying)}
+        self.lying = {name for name, known in posture.items()
+                      if known == PersonSignals.LYING or (known == PersonSignals.UNKNOWN and name in self.lying)}
         points = [(part.x, part.y, part.z) for person in people.persons if person.person_ID in self.lying
                   for part in (getattr(person, name) for name in PARTS) if part.status != BodypartDetection_3d.MISSING]
         self.output.publish(point_cloud2.create_cloud_xyz32(people.header, points))  # in the frame of the camera

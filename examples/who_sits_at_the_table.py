@@ -30,7 +30,7 @@ class WhoSitsAtTheTable:
             self.output.publish('unknown')
             return
         now = people.header.stamp
-        self.since = {each.signals.person_ID: self.begun(each.signals, now) for each in people.persons
+        self.since = {each.signals.person_ID: self.sits_since(each.signals, now) for each in people.persons
                       if self.is_there(each.signals.floor_pose.position) and sits(each.signals)}
         seated = sorted(name for name, since in self.since.items() if (now - since).to_sec() >= LONG)
         self.output.publish(' '.join(map(str, seated)))
@@ -39,7 +39,7 @@ class WhoSitsAtTheTable:
     def is_there(place):
         return math.hypot(place.x - TABLE[0], place.y - TABLE[1]) < RADIUS
 
-    def begun(self, person, now):
+    def sits_since(self, person, now):
         since = person.posture_since if person.posture == PersonSignals.SITTING else now
         return min(since, self.since.get(person.person_ID, now))
 

@@ -44,9 +44,8 @@ START_TIMEOUT = 240.0
 TOTALS = ('total', 'age')  # sums of stages
 MADE_DEPTH = f'{NAMESPACE}/depth_registered'
 # Points for the chain: arguments of people.launch.
-POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
-          'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
-                             f'camera_info:={MADE_DEPTH}/camera_info']}
+POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': [],
+          'cloud_to_depth': [f'depth:={MADE_DEPTH}/image_rect']}
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -171,7 +170,7 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
         children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
         if points == 'cloud_to_depth':
             children.append(session.start('cloud_to_depth', [
-                'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true', 'manager:=/camera']))
+                'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true']))
         seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
                                      f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
         for child in reversed(children):

@@ -239,14 +239,13 @@ class Soak:
             self._session.stop(child)
 
     def _start_nodes(self) -> List[subprocess.Popen]:
-        arguments = ['mode:=fast', 'points_source:=depth_image']
         return [self._session.start(name, command) for name, command in {
             'one': ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                    f'target_rate:={ONE.rate}', *arguments],
+                    f'target_rate:={ONE.rate}', 'mode:=fast', f'depth:={ONE.topics}/image_depth_rect'],
             'two': ['env', 'ROS_NAMESPACE=/two', 'roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch',
                     f'image:={TWO.topics}/image_color', f'depth:={TWO.topics}/image_depth_rect',
                     f'camera_info:={TWO.topics}/camera_info', 'one_process:=false', f'target_rate:={TWO.rate}',
-                    *arguments],
+                    'mode:=fast', 'points_source:=depth_image'],
             'floor': ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'floor:=true',
                       f'points:={ONE.results("input_pointcloud")}'],
             'record': ['roslaunch', 'openpose_ros_bringup', 'record.launch', f'folder:={self._folder / "bags"}',

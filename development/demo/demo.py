@@ -119,19 +119,27 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
     command = ['roslaunch', 'openpose_ros_bringup', 'people.launch', f'rviz:={str(arguments.rviz).lower()}',
                f'signals:={str(arguments.signals).lower()}']
     if arguments.bag:
-        command += [f'image:={arguments.image}', f'points:={arguments.points}']
-        if arguments.compressed:
-            command += ['image_transport:=compressed']
-        if arguments.depth:
-            depth, found, _ = arguments.depth.rpartition('/compressedDepth')
-            command += ['points_source:=depth_image', f'depth:={depth if found else arguments.depth}',
-                        f'camera_info:={arguments.camera_info}', *(['depth_transport:=compressedDepth'] * bool(found))]
+        command += [f'camera:={write_camera(arguments)}']
         knows_world = is_in_world(arguments.bag)
     else:
-        folder = [f'folder:={arguments.images.resolve()}'] if arguments.images else []
-        command += ['camera:=sequence', *folder]
+        command += ['camera:=sequence', *([f'source:={arguments.images.resolve()}'] if arguments.images else [])]
         knows_world = not arguments.images or RgbdSequence.read(arguments.images).T_world_camera is not None
     return [*command, 'fixed_frame:=world' if knows_world else 'floor:=true']
+
+
+def write_camera(arguments: argparse.Namespace) -> Path:
+    """Write the camera of a bag, of the form of cameras.yaml; return the file."""
+    camera = {'image': arguments.image.strip('/'), 'image_transport': 'compressed' if arguments.compressed else 'raw'}
+    if arguments.depth:
+        depth, is_compressed, _ = arguments.depth.rpartition('/compressedDepth')
+        camera.update(points_source='depth_image', depth=(depth or arguments.depth).strip('/'),
+                      camera_info=arguments.camera_info.strip('/'),
+                      depth_transport='compressedDepth' if is_compressed else 'raw')
+    else:
+        camera.update(points_source='point_cloud', points=arguments.points.strip('/'))
+    path: Path = arguments.output.resolve() / 'bag_camera.yaml'
+    path.write_text(json.dumps({'bag': camera}))
+    return path
 
 
 def is_in_world(path: Path) -> bool:
@@ -212,10 +220,12 @@ def show_in_browsers(arguments: argparse.Namespace, folder: Path) -> None:
     """Play without end, for pages in browsers."""
     arguments.signals = True
     with Session(folder / 'log') as session:
-        command = [*launch_command(arguments), 'web:=true', f'port:={free_port()}']
+        port, config = free_port(), folder / 'log' / 'page.yaml'
+        config.write_text(f'people_web_node: {{port: {port}}}\n')
+        command = [*launch_command(arguments), 'web:=true', f'config:={config}']
         print(f"[demo] {' '.join(command)}", flush=True)
         nodes = session.start('nodes', command)
-        url = command[-1].replace('port:=', 'http://localhost:')
+        url = f'http://localhost:{port}'
         wait_for(lambda: is_served(url), START_TIMEOUT, 'page', nodes)
         print(f'[demo] people in a browser: {url}   (Ctrl-C ends)', flush=True)
         nodes.wait()

@@ -8,7 +8,7 @@ import struct
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Tuple
 
 import cv2
 import numpy as np
@@ -55,10 +55,10 @@ class StandIn:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._play, daemon=True)
 
-    def start(self, ns: Optional[str] = None) -> None:
-        """Publish in the namespace of the preset, or another one."""
+    def start(self) -> None:
+        """Begin to publish."""
         kinds = {'image': Image, 'depth': Image, 'points': PointCloud2, 'camera_info': CameraInfo}
-        self._publishers = {role: _publisher(self._preset, role, kind, ns) for role, kind in kinds.items()
+        self._publishers = {role: _publisher(self._preset, role, kind) for role, kind in kinds.items()
                             if self._preset.topic(role)}
         self._thread.start()
 
@@ -142,11 +142,11 @@ def _truth(folder: Path, key: str) -> List[np.ndarray]:
     return frames
 
 
-def _publisher(preset: CameraPreset, role: str, kind: Any, ns: Optional[str]) -> rospy.Publisher:
+def _publisher(preset: CameraPreset, role: str, kind: Any) -> rospy.Publisher:
     transport = {'image': preset.image_transport, 'depth': preset.depth_transport}.get(role, 'raw')
     if transport == 'raw':
-        return rospy.Publisher(preset.topic(role, ns), kind, queue_size=1)
-    return rospy.Publisher(f'{preset.topic(role, ns)}/{transport}', CompressedImage, queue_size=1)
+        return rospy.Publisher(preset.topic(role), kind, queue_size=1)
+    return rospy.Publisher(f'{preset.topic(role)}/{transport}', CompressedImage, queue_size=1)
 
 
 def _image(bgr: np.ndarray, preset: CameraPreset, header: Header) -> Any:

@@ -122,11 +122,6 @@ class ViewTest(unittest.TestCase):
         manager, _ = self.opened('_floor:=true')
         self.check(manager, f'{CAMERA}_upright', self.UPRIGHT)
 
-    def test_d_target_frame_of_the_people(self):
-        self.single_camera('base_link', lambda header: people(header, PERSON @ MOUNT[:3, :3].T + MOUNT[:3, 3]))
-        manager, _ = self.opened()
-        self.check(manager, 'base_link', MOUNT[:3, :3] @ MIDDLE + MOUNT[:3, 3])
-
     def test_e_fused_people(self):
         self.publish(f'e/{SPACE}/detected_poses_3d', lambda header: PersonDetection_3dArray(
             header=header, pose_model='COCO_18'), 'room')
@@ -141,18 +136,6 @@ class ViewTest(unittest.TestCase):
         self.assertNotIn('Cloud of door', topics)
         # without people: where the camera looks
         self.check(manager, 'room', MOUNT[:3, :3] @ [0, 0, 2.5] + MOUNT[:3, 3])
-
-    def test_f_people_in_the_image_need_no_message(self):
-        manager, _ = self.opened('_dimensions:=2')
-        images = [display for display in manager['Displays'] if display['Class'] == 'rviz/Image']
-        self.assertEqual([display['Image Topic'] for display in images], ['/f/openpose_ros/detected_poses_image'])
-
-    def test_g_configuration_of_one_s_own_and_an_rviz_that_fails(self):
-        own = self.folder / 'mine.rviz'
-        own.write_text('Visualization Manager: {}')
-        manager, ended = self.opened(f'_rviz_config:={own}', '_fixed_frame:=map', status=3)
-        self.assertEqual((manager, ended), ({}, 1))
-        self.assertEqual((self.folder / 'arguments').read_text().split(), ['rviz', 'rviz', '-d', str(own), '-f', 'map'])
 
 
 if __name__ == '__main__':

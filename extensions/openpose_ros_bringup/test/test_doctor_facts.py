@@ -6,7 +6,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Stream
 from openpose_ros_bringup.ros.doctor import network, program
-from openpose_ros_bringup.ros.doctor.inputs import Wanted, find_cameras, nodes_within
+from openpose_ros_bringup.ros.doctor.inputs import find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.streams import Listener
 from openpose_ros_pkg.params.camera_presets import find_preset, read_presets
 from openpose_ros_pkg.ros.convert import pixels_to_image
@@ -16,7 +16,7 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import camera_to_message
 
 IMAGE, COMPRESSED, CLOUD, INFO = (kind._type for kind in (Image, CompressedImage, PointCloud2, CameraInfo))
-AUTO = Wanted('auto', {}, '')
+AUTO = 'auto', '', {}
 
 
 def published(topics):
@@ -35,10 +35,10 @@ def topics_of(camera):
 @pytest.mark.parametrize('name', sorted(read_presets()))
 def test_each_preset_that_is_published_is_found(name):
     preset = find_preset(name)
-    source, = find_cameras(AUTO, [], published(preset.inputs()))
-    assert {stream.topic: stream.kind for stream in source.camera.streams} == preset.inputs()
-    named, = find_cameras(Wanted(name, {}, ''), [], {})
-    line, _, missing = named.camera.driver.partition('    # ')
+    camera, = find_cameras(*AUTO, [], published(preset.inputs()))
+    assert {stream.topic: stream.kind for stream in camera.streams} == preset.inputs()
+    named, = find_cameras(name, '', {}, [], {})
+    line, _, missing = named.driver.partition('    # ')
     assert (line, named.rectified) == (preset.driver_line(), preset.rectified)
     assert missing in (f'the package {preset.package} is not installed on this machine', '')
 
@@ -47,25 +47,15 @@ def test_each_preset_that_is_published_is_found(name):
 def test_a_preset_of_which_a_topic_is_misspelt(missing):
     preset = find_preset('realsense')
     topics = {topic: kind for topic, kind in preset.inputs().items() if topic != preset.topic(missing)}
-    assert find_cameras(AUTO, [], published(topics))[0].camera.preset == 'realsense'
+    assert find_cameras(*AUTO, [], published(topics))[0].preset == 'realsense'
 
 
 def test_a_realsense_without_align_depth():
     topics = {'/camera/color/image_raw': IMAGE, '/camera/color/camera_info': INFO,
               '/camera/depth/image_rect_raw': IMAGE, '/camera/depth/camera_info': INFO}
-    camera = find_cameras(AUTO, [], published(topics))[0].camera
+    camera, = find_cameras(*AUTO, [], published(topics))
     assert (camera.preset, 'align_depth:=true' in camera.driver) == ('realsense', True)
-
-
-def test_a_camera_without_a_preset():
-    topics = {'/hero/rgb/image_raw': IMAGE, '/hero/depth_registered/image': IMAGE, '/hero/rgb/camera_info': INFO,
-              '/hero/ir/image': IMAGE, '/openpose_ros/detected_poses_image': IMAGE}
-    assert topics_of(find_cameras(AUTO, [], published(topics))[0].camera) == {
-        'image': '/hero/rgb/image_raw', 'depth': '/hero/depth_registered/image', 'camera_info': '/hero/rgb/camera_info'}
-    clouds = {'/hero/rgb/image_raw/compressed': COMPRESSED, '/hero/points': CLOUD}
-    assert topics_of(find_cameras(AUTO, [], published(clouds))[0].camera) == {
-        'image': '/hero/rgb/image_raw', 'points': '/hero/points'}
-    assert find_cameras(AUTO, [], published({'/hero/points': CLOUD})) == []
+    assert find_cameras(*AUTO, [], published({'/hero/rgb/image_raw': IMAGE, '/hero/points': CLOUD})) == []
 
 
 def test_the_cameras_that_nodes_read():
@@ -74,20 +64,19 @@ def test_the_cameras_that_nodes_read():
              (('camera_info', INFO), ('image', IMAGE), ('depth', IMAGE))]
     left = node([*reads, ('/floor', 'pcl_msgs/ModelCoefficients')], '/left/skeleton_extract_3d_node')
     flat = node([('/x/image', IMAGE)], '/openpose_ros_service_node')
-    first, second = [source.camera for source in find_cameras(AUTO, [left, flat], {})]
+    first, second = find_cameras(*AUTO, [left, flat], {})
     assert (first.preset, first.namespace, first.node) == ('realsense', 'left', '/left/skeleton_extract_3d_node')
     assert 'camera:=left' in first.driver
     assert topics_of(first) == {role: realsense.topic(role, 'left') for role in ('image', 'depth', 'camera_info')}
     assert (second.preset, second.points, second.node) == ('', None, '/openpose_ros_service_node')
     assert nodes_within('left', [left, flat]) == [left] and nodes_within('x', [left, flat]) == [flat]
     assert nodes_within('', [left, flat]) == [left, flat] and nodes_within('lef', [left, flat]) == []
-    other, = find_cameras(AUTO._replace(camera='realsense'), [left, flat], {})
-    assert other.camera.node == ''  # no node reads it
+    assert find_cameras('realsense', '', {}, [left, flat], {})[0].node == ''  # no node reads it
 
 
 def test_topics_that_the_user_names():
-    source, = find_cameras(Wanted('auto', {'image': '/a/image', 'depth': '/a/depth'}, ''), [], {})
-    assert topics_of(source.camera) == {'image': '/a/image', 'depth': '/a/depth', 'camera_info': '/a/camera_info'}
+    camera, = find_cameras('auto', '', {'image': '/a/image', 'depth': '/a/depth'}, [], {})
+    assert topics_of(camera) == {'image': '/a/image', 'depth': '/a/depth', 'camera_info': '/a/camera_info'}
 
 
 @pytest.mark.parametrize('options, text', [
@@ -105,21 +94,18 @@ def test_a_wrong_command_line(options, text, capsys):
 def test_rectified_images(rectified, expected):
     zed = find_preset('zed')
     reads = [(zed.topic(role), kind) for role, kind in (('camera_info', INFO), ('image', IMAGE), ('depth', IMAGE))]
-    assert find_cameras(AUTO, [node(reads, rectified=rectified)], {})[0].rectified is expected
+    assert find_cameras(*AUTO, [node(reads, rectified=rectified)], {})[0].rectified is expected
 
 
-def test_depth_without_a_camera_info_is_judged():
-    listener = Listener(Stream('depth', '/depth', IMAGE), {})
-    header = Header(frame_id='optical')
-    for pixels, encoding, fault in ((np.full((4, 6), 1500, np.uint16), '16UC1', ''),
-                                    (np.zeros((4, 6, 3), np.uint8), 'bgr8', "depth image has encoding 'bgr8'")):
-        listener.newest = pixels_to_image(pixels, encoding, header)
-        stream = listener.read(None, False)
-        assert stream.fault.startswith(fault) and (stream.size, stream.frame_id) == ((6, 4), 'optical')
-        assert (stream.points is None) is bool(fault)
+def test_a_depth_image_is_read_with_its_camera_info():
+    listener, header = Listener(Stream('depth', '/depth', IMAGE), {}), Header(frame_id='optical')
     listener.newest = pixels_to_image(np.full((4, 6), 1500, np.uint16), '16UC1', header)
+    assert listener.read(None, False).points is None
     camera = CameraModel(6, 4, np.array([[5, 0, 2.5], [0, 5, 1.5], [0, 0, 1]]))
     assert listener.read(camera_to_message(camera, header), False).points.camera_model().matrix[0, 0] == 5
+    listener.newest = pixels_to_image(np.zeros((4, 6, 3), np.uint8), 'bgr8', header)
+    stream = listener.read(camera_to_message(camera, header), False)
+    assert stream.fault.startswith("depth image has encoding 'bgr8'") and stream.frame_id == 'optical'
 
 
 @pytest.mark.parametrize('name, uri, fault', [

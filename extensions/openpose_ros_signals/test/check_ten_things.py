@@ -75,9 +75,7 @@ class TenThingsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_ten_things')
-        compiled = Path(rospy.get_param('~compiled') or '/none')
-        cls.children = [subprocess.Popen([str(compiled / name if (compiled / name).is_file() else program),
-                                          f'__ns:=/{name}']) for name, program in PROGRAMS.items()]
+        cls.children = [subprocess.Popen([str(program), f'__ns:=/{name}']) for name, program in PROGRAMS.items()]
 
     @classmethod
     def tearDownClass(cls):

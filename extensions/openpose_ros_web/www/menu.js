@@ -1,45 +1,28 @@
-// Choice of the view, switches, theme, and keyboard.
+// Choice of the view, switches, and their keys.
 import {SWITCHES} from './settings.js'
-
-const element = id => document.getElementById(id)
 
 export class Menu {
   // `actions`: setView(mode), fit(), followNext().
   constructor(settings, actions) {
-    this.settings = settings
     this.actions = actions
-    this.select = element('view')
+    this.select = document.getElementById('view')
     this.select.onchange = () => {
       actions.setView(this.select.value)
       this.select.blur() // keys are shortcuts again
     }
-    this.boxes = new Map(SWITCHES.map(([name, text, key]) => [name, this.addSwitch(name, text, key)]))
-    element('theme').onclick = () => settings.switchTheme()
-    this.keys = new Map([
-      ['0', ['See all people', () => actions.fit()]],
-      ['a', ['From above', () => actions.setView('above')]],
-      ['f', ['Follow the next person', () => actions.followNext()]],
-      ...SWITCHES.map(([name, text, key]) => [key, [text, () => settings.set(name, !settings[name])]]),
-      ['d', ['Dark or light', () => settings.switchTheme()]],
-      ['?', ['This help', () => this.help()]]])
-    this.fillHelp()
+    this.boxes = new Map(SWITCHES.map(([name, text, key]) => {
+      const box = make('input', {type: 'checkbox', onchange: () => settings.set(name, box.checked)})
+      const label = make('label', {})
+      label.append(box, ` ${text} `, make('kbd', {textContent: key}))
+      document.getElementById('switches').append(label)
+      return [name, box]
+    }))
+    this.keys = new Map([['0', actions.fit], ['a', () => actions.setView('above')], ['f', actions.followNext],
+      ...SWITCHES.map(([name, , key]) => [key, () => settings.set(name, !settings[name])])])
     document.addEventListener('keydown', event => this.press(event))
-    settings.onChange(() => this.update())
-    this.update()
-  }
-
-  addSwitch(name, text, key) {
-    const label = document.createElement('label'), box = document.createElement('input')
-    box.type = 'checkbox'
-    box.onchange = () => this.settings.set(name, box.checked)
-    label.append(box, ` ${text} `, make('kbd', {textContent: key}))
-    element('switches').append(label)
-    return box
-  }
-
-  update() {
-    this.boxes.forEach((box, name) => { box.checked = this.settings[name] })
-    element('theme').textContent = this.settings.themeName === 'dark' ? 'Light' : 'Dark'
+    const update = () => this.boxes.forEach((box, name) => { box.checked = settings[name] })
+    settings.onChange(update)
+    update()
   }
 
   // Offer a switch or not.
@@ -52,11 +35,7 @@ export class Menu {
     const wanted = JSON.stringify(views)
     if (wanted !== this.views && document.activeElement !== this.select) {
       this.views = wanted
-      this.select.replaceChildren(...views.map(([mode, text]) => {
-        const option = make('option', {textContent: text})
-        option.value = mode
-        return option
-      }))
+      this.select.replaceChildren(...views.map(([value, textContent]) => make('option', {value, textContent})))
     }
     if (this.select.value !== chosen) this.select.value = chosen
   }
@@ -68,25 +47,7 @@ export class Menu {
     const action = this.keys.get(event.key.toLowerCase())
     if (!action) return
     event.preventDefault()
-    action[1]()
-  }
-
-  fillHelp() {
-    const lines = [...this.keys].map(([key, [text]]) => [key, text])
-    lines.splice(1, 0, ['1 to 9', 'From a camera'])
-    element('help_keys').append(...lines.flatMap(([key, text]) => {
-      const term = document.createElement('dt')
-      term.append(make('kbd', {textContent: key}))
-      return [term, make('dd', {textContent: text})]
-    }))
-    element('keys').onclick = () => this.help()
-    element('help_close').onclick = () => element('help').close()
-  }
-
-  help() {
-    const help = element('help')
-    if (help.open) help.close()
-    else help.showModal()
+    action()
   }
 }
 

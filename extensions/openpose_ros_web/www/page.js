@@ -1,8 +1,8 @@
 // Puts the page together: source -> state -> scene, table and image.
-import {Measures} from './measures.js'
 import {Menu} from './menu.js'
 import {Panel} from './panel.js'
 import {Picture} from './picture.js'
+import {Player} from './player.js'
 import {Scene, camerasOf} from './scene.js'
 import {Settings} from './settings.js'
 import {State} from './state.js'
@@ -10,30 +10,28 @@ import {State} from './state.js'
 const LOOK = 500 // [ms]
 const STALE = 6 // people are faded after so many looks without a message between them
 
-// `source` has start(state) and want(wish); it calls receive, receiveBinary and setLink of the state.
+// `source` has start(state) and want(wish), and calls receive, receiveBinary and setLink of the state; one of a recording
+// has recording and show(time), too.
 export function openPage(source) {
-  const state = new State(), settings = new Settings(), measures = new Measures(state)
-  let asked = '', last = 0, quiet = 0, scene = null
+  const state = new State(), settings = new Settings(), recorded = Boolean(source.recording)
+  let wished = '', last = 0, quiet = 0, scene = null
   const ask = () => {
     const hidden = document.hidden
     const wish = {image: hidden ? null : picture.wish(),
       cloud: !hidden && settings.cloud && state.messages.hello?.cloud === true}
-    if (!state.messages.hello || JSON.stringify(wish) === asked) return
-    asked = JSON.stringify(wish)
+    if (!state.messages.hello || JSON.stringify(wish) === wished) return
+    wished = JSON.stringify(wish)
     source.want(wish)
   }
   const setView = mode => {
     scene?.view.setMode(mode, state.people())
     if (scene?.view.cameraIndex() >= 0) picture.choose(scene.view.cameraIndex())
   }
-  const follow = id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`)
-  const panel = new Panel(state, follow)
+  const panel = new Panel(state, id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`))
   const drawn = (people, cameras) => {
-    measures.shown(state.messages.people)
-    const [kind, which] = (scene?.view.mode ?? 'free').split(' ')
-    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0],
-      kind === 'person' ? Number(which) : null, settings.theme())
-    menu.showViews(viewsOf(people, cameras, scene?.view.mode), scene?.view.mode)
+    const mode = scene?.view.mode ?? 'free'
+    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0], mode, settings.theme())
+    menu.showViews(viewsOf(people, cameras, mode), mode)
     window.peopleView.messages = {...state.messages}
   }
   const menu = new Menu(settings, {
@@ -45,8 +43,9 @@ export function openPage(source) {
       if (next !== undefined) setView(`person ${next}`)
     }})
   const picture = new Picture(state, settings, () => ask())
+  document.body.classList.toggle('recorded', recorded)
   // for tests, and for those who look into the page
-  window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? [], measures: () => measures.values()}
+  window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? []}
   try {
     scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
     Object.assign(window.peopleView, {view: scene.view, scenery: scene.scenery})
@@ -57,7 +56,7 @@ export function openPage(source) {
     }
   }
   state.on('hello', hello => {
-    asked = ''
+    wished = ''
     menu.offer('cloud', hello.cloud)
     document.body.classList.toggle('flat', hello.dimensions === 2)
     ask()
@@ -66,19 +65,19 @@ export function openPage(source) {
   settings.onChange(ask)
   document.addEventListener('visibilitychange', ask)
   setInterval(() => {
-    panel.showFigures(measures.values())
-    const {state: link, text} = state.link, old = last > 0 && ++quiet > STALE && link !== 'recorded'
+    const {state: link, text} = state.link, old = last > 0 && ++quiet > STALE && !recorded
     document.body.classList.toggle('old', old)
     if (scene) notice([link === 'lost' && text, old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])
   }, LOOK)
   source.start(state)
+  if (recorded) window.peopleView.player = new Player(source)
 }
 
-function viewsOf(people, cameras, mode = 'free') {
-  const persons = people.map(({id}) => [`person ${id}`, `Follow ${id}`])
-  if (mode.startsWith('person') && !persons.some(([each]) => each === mode)) persons.push([mode, `Follow ${mode.split(' ')[1]}`])
-  return [['free', 'Free'], ['above', 'From above'], ...persons,
-    ...cameras.map(({index, name}) => [`camera ${index}`, `Camera ${name}`])]
+function viewsOf(people, cameras, mode) {
+  const ids = people.map(({id}) => `person ${id}`)
+  if (mode.startsWith('person') && !ids.includes(mode)) ids.push(mode)
+  return [['free', 'Free (0: all)'], ['above', 'From above (A)'], ...ids.map(id => [id, `Follow ${id.slice(7)} (F: next)`]),
+    ...cameras.map(({index, name}) => [`camera ${index}`, `Camera ${name} (${index + 1})`])]
 }
 
 function notice(texts) {

@@ -1,4 +1,5 @@
 // The table of people, what the nodes say, and the line about the connection.
+import {make} from './menu.js'
 import {gestureText, postureText} from './words.js'
 
 const element = id => document.getElementById(id)
@@ -11,11 +12,11 @@ export class Panel {
     this.rows = new Map()
     this.choose = choose
     state.on('link', ({state: name, text}) => show(element('link'), text, name))
-    state.on('state', ({nodes}) => this.showNodes(nodes))
+    state.on('state', message => this.showState(message))
   }
 
-  // `camera`: distances are from its position, or from the origin.
-  showPeople(people, camera, followed, theme) {
+  // `camera`: distances are from its position, or from the origin; `mode` of the view.
+  showPeople(people, camera, mode, theme) {
     const seen = new Set(people.map(person => person.id))
     for (const [id, row] of this.rows) {
       if (!seen.has(id)) {
@@ -23,52 +24,44 @@ export class Panel {
         this.rows.delete(id)
       }
     }
-    for (const person of people) {
-      const row = this.rows.get(person.id) ?? this.addRow(person.id)
+    for (const {id, rgb, middle, signals} of people) {
+      const row = this.rows.get(id) ?? this.addRow(id)
       const [name, distance, posture, gesture] = row.children
-      name.style.borderLeftColor = `rgb(${theme.shade(person.rgb).map(Math.round).join(' ')})`
-      show(name.firstChild, String(person.id))
-      show(distance, distanceText(person, camera))
-      show(posture, person.signals ? postureText(person.signals) : '', person.signals?.fallen ? 'alarm' : '')
-      show(gesture, person.signals ? person.signals.gestures.map(gestureText).join(', ') : '')
-      row.classList.toggle('followed', followed === person.id)
+      name.style.borderLeftColor = `rgb(${theme.shade(rgb).map(Math.round).join(' ')})`
+      show(name.firstChild, String(id))
+      show(distance, distanceText(middle, camera))
+      show(posture, signals ? postureText(signals) : '', signals?.fallen ? 'alarm' : '')
+      show(gesture, signals ? signals.gestures.map(gestureText).join(', ') : '')
+      row.classList.toggle('followed', mode === `person ${id}`)
     }
     element('none').hidden = people.length > 0
   }
 
   addRow(id) {
-    const row = document.createElement('tr')
-    row.append(...Array.from({length: 4}, () => document.createElement('td')))
-    const button = document.createElement('button')
-    button.type = 'button'
-    button.title = 'Follow'
-    row.firstChild.append(button)
-    row.onclick = () => this.choose(id)
+    const row = make('tr', {onclick: () => this.choose(id)})
+    row.append(...Array.from({length: 4}, () => make('td', {})))
+    row.firstChild.append(make('button', {type: 'button', title: 'Follow'}))
     this.rows.set(id, row)
     element('people').append(row)
     return row
   }
 
-  showNodes(nodes) {
-    element('nodes').replaceChildren(...nodes.map(({name, level, text, silent = 0}) => {
-      const item = document.createElement('li')
-      const state = silent > SILENT ? 'error' : LEVELS[level] ?? 'error'
-      item.className = state
-      const [title, words] = ['strong', 'span'].map(tag => document.createElement(tag))
-      title.textContent = name
-      words.textContent = silent > SILENT ? `silent for ${silent} s; before: ${text}` : state ? `${state}: ${text}` : text
-      item.append(title, ' ', words)
-      return item
-    }))
-  }
-
-  showFigures({rate, latency}) {
+  showState({rate, latency, nodes}) {
     const parts = [rate && `${rate.toFixed(1)} Hz`, latency !== null && `${Math.round(latency * 1000)} ms`]
     show(element('figures'), parts.filter(Boolean).join(' · '))
+    element('nodes').replaceChildren(...nodes.map(itemOf))
   }
 }
 
-function distanceText({middle}, camera) {
+// The item of a node in the list.
+function itemOf({name, level, text, silent = 0}) {
+  const className = silent > SILENT ? 'error' : LEVELS[level] ?? 'error', item = make('li', {className})
+  const words = silent > SILENT ? `silent for ${silent} s; before: ${text}` : className ? `${className}: ${text}` : text
+  item.append(make('strong', {textContent: name}), ' ', make('span', {textContent: words}))
+  return item
+}
+
+function distanceText(middle, camera) {
   if (!middle) return ''
   const from = camera?.position ?? [0, 0, 0]
   return `${Math.hypot(...middle.map((value, axis) => value - from[axis])).toFixed(1)} m`

@@ -38,7 +38,7 @@ export class Scene {
   }
 
   begin(hello) {
-    if (!this.bodies) this.bodies = new Bodies(this.world, hello.look)
+    this.bodies ??= new Bodies(this.world, hello.look)
     this.scenery.reset()
     this.redraw()
   }

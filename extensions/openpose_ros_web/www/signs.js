@@ -16,69 +16,59 @@ export class Signs {
     this.spots = new Spheres(parent, 0.75)
     this.trails = new Rods(parent)
     this.all = [this.rods, this.tips, this.rays, this.spots, this.trails]
-    this.paths = new Map()
-    this.stamp = -Infinity
+    this.paths = new Map() // by id: {rgb, points}
   }
 
   // `stamp` [s] of the people, `floor` its height [m].
   draw(people, stamp, floor, settings, theme) {
     this.all.forEach(pool => pool.clear())
     this.remember(people, stamp)
-    for (const person of people) {
-      if (settings.velocity && person.velocity && person.middle) this.drawVelocity(person, theme)
-      if (settings.pointing) this.drawPointing(person, theme)
+    if (settings.trails) this.drawTrails(stamp, floor + FLOATS, theme)
+    for (const {middle, velocity, rgb, signals} of people) {
+      const colour = theme.shade(rgb)
+      if (settings.velocity && velocity && middle) this.drawVelocity(middle, velocity, colour)
+      const gestures = settings.pointing ? signals?.gestures ?? [] : []
+      for (const {pointing} of gestures) if (pointing?.origin && pointing.direction) this.drawPointing(pointing, colour)
     }
-    if (settings.trails) this.drawTrails(stamp, floor, theme)
     this.all.forEach(pool => pool.show())
   }
 
   // An arrow with the length of half a second's way.
-  drawVelocity({middle, velocity, rgb}, theme) {
+  drawVelocity(middle, velocity, colour) {
     if (Math.hypot(...velocity) < SLOWEST) return
     const end = share => middle.map((value, axis) => value + share * velocity[axis])
-    this.rods.add(middle, end(0.5), 0.012, theme.shade(rgb))
-    this.tips.add(end(0.5), end(0.62), 0.035, theme.shade(rgb))
+    this.rods.add(middle, end(0.5), 0.012, colour)
+    this.tips.add(end(0.5), end(0.62), 0.035, colour)
   }
 
-  drawPointing({signals, rgb}, theme) {
-    for (const {pointing} of signals?.gestures ?? []) {
-      if (!pointing?.origin || !pointing.direction) continue
-      const origin = metres(pointing.origin)
-      const end = pointing.hit ? metres(pointing.hit)
-        : origin.map((value, axis) => value + RAY * pointing.direction[axis])
-      this.rays.addDashed(origin, end, 0.01, theme.shade(rgb), 0.12)
-      if (pointing.hit) this.spots.add(end, 0.07, theme.shade(rgb))
-    }
+  drawPointing({origin, direction, hit}, colour) {
+    const start = metres(origin), end = hit ? metres(hit) : start.map((value, axis) => value + RAY * direction[axis])
+    this.rays.addDashed(start, end, 0.01, colour, 0.12)
+    if (hit) this.spots.add(end, 0.07, colour)
   }
-
   remember(people, stamp) {
     if (stamp < this.stamp) this.paths.clear()
     this.stamp = stamp
     for (const {id, rgb, middle} of people) {
       if (!middle) continue
-      const path = this.paths.get(id) ?? {rgb, points: []}
-      const last = path.points[path.points.length - 1]
-      if (!last || Math.hypot(middle[0] - last.x, middle[1] - last.y) > TRAIL_STEP) {
-        path.points.push({x: middle[0], y: middle[1], stamp})
-      }
-      this.paths.set(id, path)
+      const [x, y] = middle, {points} = this.paths.get(id) ?? {points: []}, last = points[points.length - 1]
+      if (!last || Math.hypot(x - last.x, y - last.y) > TRAIL_STEP) points.push({x, y, stamp})
+      this.paths.set(id, {rgb, points})
     }
-    for (const [id, path] of this.paths) {
-      path.points = path.points.filter(point => stamp - point.stamp < TRAIL)
-      if (!path.points.length) this.paths.delete(id)
+    for (const [id, {points}] of this.paths) {
+      while (points.length && stamp - points[0].stamp >= TRAIL) points.shift()
+      if (!points.length) this.paths.delete(id)
     }
   }
 
-  drawTrails(stamp, floor, theme) {
+  // Trails become thin and pale with time.
+  drawTrails(stamp, height, theme) {
     for (const {rgb, points} of this.paths.values()) {
       points.slice(1).forEach((point, index) => {
-        const before = points[index]
-        const left = Math.max(1 - (stamp - point.stamp) / TRAIL, 0)
+        const before = points[index], left = 1 - (stamp - point.stamp) / TRAIL
+        if (point.stamp - before.stamp >= 2) return
         const colour = theme.shade(rgb).map((value, axis) => theme.ground[axis] + left * (value - theme.ground[axis]))
-        const height = floor + FLOATS
-        if (point.stamp - before.stamp < 2) {
-          this.trails.add([before.x, before.y, height], [point.x, point.y, height], 0.006 + 0.014 * left, colour)
-        }
+        this.trails.add([before.x, before.y, height], [point.x, point.y, height], 0.006 + 0.014 * left, colour)
       })
     }
   }

@@ -27,8 +27,8 @@ export class Timeline {
     this.heads.forEach(head => { head.style.left = `${100 * time / this.end}%` })
   }
 
-  // A track with the time axis; `beside`: what is left of it.
-  track(beside, name) {
+  // A track with the time axis; `title`: left of it.
+  track(title, name) {
     const row = make('div', {className: `row ${name}`}), track = make('div', {className: 'track'})
     const head = make('div', {className: 'head'})
     this.heads.push(head)
@@ -37,7 +37,7 @@ export class Timeline {
       const {left, width} = track.getBoundingClientRect()
       this.seek(this.end * (event.clientX - left) / width)
     }
-    row.append(beside, track)
+    row.append(title, track)
     return {row, track}
   }
 

@@ -7,13 +7,12 @@ LAUNCH = ['roslaunch', 'openpose_ros_bringup', 'people.launch']
 
 
 @pytest.mark.parametrize('arguments, has_display, command', [
-    (['realsense'], True, ['camera:=realsense', 'driver:=true', 'dimensions:=3', 'rviz:=true']),
-    (['usb_cam'], False, ['camera:=usb_cam', 'driver:=true', 'dimensions:=2', 'rviz:=false']),
+    (['realsense'], True, ['camera:=realsense', 'driver:=true', 'rviz:=true']),
+    (['usb_cam'], False, ['camera:=usb_cam', 'driver:=true', 'points:=none', 'rviz:=false']),
     (['auto', 'mode:=fast'], False, ['camera:=auto', 'rviz:=false', 'mode:=fast']),
     (['orbbec', 'femto_bolt.launch', 'rviz:=false'], True, [
-        'camera:=orbbec', 'driver:=true', 'dimensions:=3', 'driver_args:=femto_bolt.launch', 'rviz:=true',
-        'rviz:=false']),
-    (['files', 'source:=0'], False, ['camera:=files', 'driver:=false', 'dimensions:=2', 'rviz:=false', 'source:=0'])])
+        'camera:=orbbec', 'driver:=true', 'driver:=femto_bolt.launch', 'rviz:=true', 'rviz:=false']),
+    (['files', 'source:=0'], False, ['camera:=files', 'points:=none', 'rviz:=false', 'source:=0'])])
 def test_command(arguments, has_display, command):
     assert launch_command(arguments, has_display) == LAUNCH + command
 

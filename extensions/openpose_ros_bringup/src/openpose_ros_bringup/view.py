@@ -11,14 +11,14 @@ import numpy as np
 from skeleton_extract_3d.points.transform import TURNED, Transform
 
 # Without people: the point that a camera looks at, and the radius of what is shown around it [m].
-_LOOKED_AT, _RADIUS = 2.5, 1.2
+_FOCAL_DISTANCE, _RADIUS = 2.5, 1.2
 # RViz sees 45 degrees from top to bottom: a sphere of radius 1 fills that from this far, and a tenth is for the border.
 _DISTANCE = 1.1 / math.sin(math.radians(22.5))
 _NEAREST, _FARTHEST = 2.0, 12.0  # [m]
 # Direction of view: turned from that of the camera, so that depth shows, and down [rad].
 _TURN, _PITCH = 0.4, 0.25
 # Width of the image and the displays beside the view, and of an image alone, in a window that is 1440 wide [px].
-_BESIDE, _ALONE = 448, 1360
+_WITH_DISPLAYS, _ALONE = 448, 1360
 # RViz's window as Qt's QMainWindow::saveState writes it: Image above Displays on the left, whose width is filled in.
 _WINDOW = ('000000ff00000000fd0000000100000000{:08x}00000329fc0200000002fb0000000a0049006d006100670065010000003e'
            '0000012b0000001600fffffffb000000100044006900730070006c006100790073010000016f000001f8000000cb00ffffff'
@@ -29,29 +29,16 @@ _SCALE = 300.0
 
 
 class Viewpoint(NamedTuple):
-    """Where RViz looks from.
+    """Where RViz looks from."""
 
-    Attributes:
-        focal: (3,) [m], the point that is looked at.
-        distance: of the eye to it [m].
-        yaw: direction from the point to the eye, about z [rad].
-        pitch: by how much the eye is above the horizon of the point [rad].
-    """
-
-    focal: np.ndarray
-    distance: float
-    yaw: float
-    pitch: float = _PITCH
+    focal: np.ndarray  # (3,) [m], the point that is looked at
+    distance: float  # of the eye to it [m]
+    yaw: float  # direction from the point to the eye, about z [rad]
+    pitch: float = _PITCH  # of the eye above the horizon of the point [rad]
 
 
 class Topics(NamedTuple):
-    """What is shown.
-
-    Attributes:
-        markers: namespace of the markers; empty: people in the image alone.
-        clouds: topics by title.
-        images: topics by title.
-    """
+    """What is shown: namespace of the markers (empty: people in the image alone), clouds and images by title."""
 
     markers: str
     clouds: Mapping[str, str]
@@ -70,7 +57,7 @@ def viewpoint(joints: np.ndarray, cameras: Sequence[Transform]) -> Viewpoint:
         low, high = joints.min(axis=0), joints.max(axis=0)
         focal, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
     else:
-        focal = np.mean([translation + _LOOKED_AT * rotation[:, 2] for rotation, translation in cameras], axis=0)
+        focal = np.mean([translation + _FOCAL_DISTANCE * rotation[:, 2] for rotation, translation in cameras], axis=0)
         radius = _RADIUS
     towards = cameras[0][1] - focal
     return Viewpoint(focal, float(np.clip(_DISTANCE * radius, _NEAREST, _FARTHEST)),
@@ -103,7 +90,7 @@ def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, 
     x, y, z = (round(float(value), 3) for value in view.focal)
     manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': round(view.distance, 3),
                                         'Yaw': round(view.yaw, 3), 'Pitch': view.pitch})
-    values['Window Geometry']['QMainWindow State'] = _WINDOW.format(_BESIDE if topics.markers else _ALONE)
+    values['Window Geometry']['QMainWindow State'] = _WINDOW.format(_WITH_DISPLAYS if topics.markers else _ALONE)
     if not topics.markers:
         values['Panels'] = []
     # seen from above, what is away from the camera is up

@@ -39,19 +39,12 @@ Message = Dict[str, Any]
 
 
 class Moment(NamedTuple):
-    """When and in which frame a message holds.
+    """When and in which frame a message holds."""
 
-    Attributes:
-        stamp: of the camera [s].
-        age: time from the stamp to now, by the clock of the stamps [s].
-        time: now, by the computer's clock [s].
-        frame: of all positions, z up.
-    """
-
-    stamp: float
-    age: float
-    time: float
-    frame: str
+    stamp: float  # of the camera [s]
+    age: float  # time from the stamp to now, by the clock of the stamps [s]
+    time: float  # now, by the computer's clock [s]
+    frame: str  # of all positions, z up
 
     def fields(self) -> Message:
         """Return what each message has of it."""
@@ -60,18 +53,11 @@ class Moment(NamedTuple):
 
 
 class Want(NamedTuple):
-    """What a page wants beside people.
+    """What a page wants beside people."""
 
-    Attributes:
-        camera: whose image, an index of the cameras.
-        width: of the image [px]; 0: none.
-        rate: at most so many images [Hz].
-        cloud: whether it wants the clouds.
-    """
-
-    camera: int = 0
-    width: int = 0
-    rate: float = FASTEST_IMAGES
+    camera: int = 0  # index of that of the image
+    width: int = 0  # of the image [px]; 0: none
+    rate: float = FASTEST_IMAGES  # greatest, of images [Hz]
     cloud: bool = False
 
 
@@ -81,13 +67,7 @@ def encode(message: Message) -> str:
 
 
 def hello(cameras: Sequence[str], cloud: bool, dimensions: int) -> Message:
-    """Return the first message of a connection.
-
-    Args:
-        cameras: names; binary messages have their index.
-        cloud: whether clouds are offered.
-        dimensions: 2: there are only images.
-    """
+    """Return the first message of a connection; `cloud`: whether clouds are offered; `dimensions` 2: only images."""
     skeletons = {model.name: {'joints': model.joints, 'limbs': [(model.index[start], model.index[end])
                                                                 for start, end in model.drawn_limbs]}
                  for model in (*SKELETONS.values(), HAND_21, FACE_70)}

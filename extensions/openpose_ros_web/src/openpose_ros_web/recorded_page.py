@@ -10,7 +10,7 @@ from typing import Dict, Iterable, List, Sequence
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_web.protocol import Message, encode
 
-_ENTRY = 'recorded.js'
+_ENTRY = 'main.js'
 # How the page's modules name each other.
 _IMPORT = re.compile(r"(\b(?:from|import)\s*)'\./(?:vendor/)?([\w.]+\.js)'")
 # The modules are within the page, and nothing is fetched or sent.
@@ -34,9 +34,8 @@ def recorded_page(title: str, facts: Message, frames: Iterable[Sequence[Message]
     """
     try:
         modules = _modules(www, three)
-        style = ''.join((www / name).read_text(encoding='utf-8') for name in ('style.css', 'recorded.css'))
-        page = (www / 'index.html').read_text(encoding='utf-8')
-        licence = (three / 'LICENSE').read_text(encoding='utf-8')
+        style, page, licence = (path.read_text(encoding='utf-8') for path in (
+            www / 'style.css', www / 'index.html', three / 'LICENSE'))
     except OSError as error:
         raise BadInputError(f'the page lacks a file: {error.filename}: {error.strerror}') from error
     imports = {'imports': {name: f'data:text/javascript;base64,{_base64(text.encode())}'

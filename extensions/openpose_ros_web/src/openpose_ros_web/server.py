@@ -5,7 +5,6 @@ import logging
 import socket
 import threading
 import time
-import weakref
 from collections import OrderedDict
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Set, Union
@@ -19,13 +18,11 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_web.protocol import Want, encode, read_want
 
 MOST_CLIENTS = 16
-MOST_CONNECTIONS = 64
-"""Connections beyond are closed at once; a browser keeps up to six for the files of a page."""
 # A connection without a request, and a client that has not taken a message, for this long are closed [s].
 _PATIENCE = 10.0
 _LARGEST_HEAD, _LARGEST_MESSAGE = 8192, 4096  # [bytes]
-# Parts of frames (messages, pings, fragments) that a page may send, up to four each [1/s]: 20 frames, 40 at once.
-_PARTS, _MOST_PARTS = 80.0, 160.0
+# Messages and pings that a page may send [1/s], and at once.
+_MESSAGES, _MOST_MESSAGES = 20.0, 40.0
 _MOST_UNSENT = 8_000_000  # [bytes]
 # Of what was written, the kernel keeps so much for a slow page, and Linux twice that [bytes]. By itself it would keep
 # up to 4 MB: seconds of images, all of them out of date when they arrive.
@@ -41,13 +38,7 @@ Payload = Union[str, bytes]
 
 
 class Key(NamedTuple):
-    """What a message replaces: the one before of its type and camera.
-
-    Attributes:
-        kind: type of the message, 'image' or 'cloud'.
-        camera: index.
-        width: of an image [px].
-    """
+    """What a message replaces: the one before of its type, camera (index) and width [px] of an image."""
 
     kind: str
     camera: int = 0
@@ -84,15 +75,15 @@ class PeopleServer:
         self._hello = encode(dict(hello))
         self._kept: Dict[Key, Payload] = {}
         self._loop = asyncio.new_event_loop()
-        application = Application(
+        self._application = Application(
             [('/ws', _Page), *((path + _FILES, _Files, {'path': str(folder)})
                                for path, folder in sorted(folders.items(), reverse=True))], server=self,
             websocket_ping_interval=_PATIENCE, websocket_ping_timeout=3 * _PATIENCE,
             websocket_max_message_size=_LARGEST_MESSAGE, log_function=lambda handler: None)
         logging.getLogger('tornado').setLevel(logging.ERROR)  # not of each bad request
-        self._thread = threading.Thread(target=self._serve, name='web server', daemon=True)
+        self._thread = threading.Thread(target=self._loop.run_forever, name='web server', daemon=True)
         self._thread.start()
-        self._http = asyncio.run_coroutine_threadsafe(_begin(application, sockets), self._loop).result()
+        self._http = asyncio.run_coroutine_threadsafe(self._begin(sockets), self._loop).result()
 
     def is_wanted(self, wanted: Callable[[Want], bool] = lambda want: True) -> bool:
         """Return whether a page is open that wants something."""
@@ -103,16 +94,12 @@ class PeopleServer:
         return {page.due_width() for page in list(self.clients) if page.want.camera == camera} - {0}
 
     def publish(self, key: Key, payload: Payload, keep: bool = False) -> None:
-        """Send a message to the pages that want it.
-
-        Args:
-            keep: pages that open later get it, too.
-        """
+        """Send a message to the pages that want it; `keep`: pages that open later get it, too."""
         self._loop.call_soon_threadsafe(self._distribute, key, payload, keep)
 
     def stop(self) -> None:
         """End the thread, and all connections with it."""
-        asyncio.run_coroutine_threadsafe(self._http.end(), self._loop).result()
+        asyncio.run_coroutine_threadsafe(self._end(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
 
@@ -130,45 +117,24 @@ class PeopleServer:
             self.clients.remove(page)
             self.changed()
 
-    def _serve(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._loop.run_forever()
+    async def _begin(self, sockets: List[socket.socket]) -> HTTPServer:
+        http = HTTPServer(self._application, idle_connection_timeout=_PATIENCE, body_timeout=_PATIENCE,
+                          max_header_size=_LARGEST_HEAD, max_body_size=_LARGEST_MESSAGE,
+                          max_buffer_size=2 * _LARGEST_HEAD)
+        http.add_sockets(sockets)
+        return http
+
+    async def _end(self) -> None:
+        self._http.stop()
+        for page in list(self.clients):
+            page.stream.close()
+        await self._http.close_all_connections()
 
     def _distribute(self, key: Key, payload: Payload, keep: bool) -> None:
         if keep:
             self._kept[key] = payload
         for page in list(self.clients):
             page.offer(key, payload)
-
-
-class _Server(HTTPServer):
-    """Limits the number of connections, and what waits in each."""
-
-    _connected = 0
-
-    def initialize(self, *arguments: Any, **options: Any) -> None:
-        super().initialize(*arguments, **options)
-        self._streams: weakref.WeakSet[Any] = weakref.WeakSet()
-
-    def handle_stream(self, stream: Any, address: Any) -> None:
-        if self._connected >= MOST_CONNECTIONS:
-            stream.close()
-            return
-        self._connected += 1
-        self._streams.add(stream)
-        stream.max_write_buffer_size = _MOST_UNSENT
-        stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
-        super().handle_stream(stream, address)
-
-    def on_close(self, server_conn: object) -> None:
-        self._connected -= 1
-        super().on_close(server_conn)
-
-    async def end(self) -> None:
-        """Take no connection any more, and close those that are open."""
-        self.stop()
-        for stream in list(self._streams):
-            stream.close()
 
 
 class _Guarded(RequestHandler):
@@ -193,15 +159,7 @@ class _Guarded(RequestHandler):
 
 
 class _Files(_Guarded, StaticFileHandler):
-    """A file; who does not take it in time gives its place to another one."""
-
-    def initialize(self, *arguments: Any, **options: Any) -> None:
-        super().initialize(*arguments, **options)
-        connection: Any = self.request.connection
-        self._end = asyncio.get_event_loop().call_later(3 * _PATIENCE, connection.stream.close)
-
-    def on_finish(self) -> None:
-        self._end.cancel()
+    """The files of a folder."""
 
     def parse_url_path(self, url_path: str) -> str:
         """Return the path of a file below the folder."""
@@ -216,7 +174,7 @@ class _Page(_Guarded, WebSocketHandler):
         self._waiting: OrderedDict[Key, Payload] = OrderedDict()
         self._sending = False
         self._next_image = 0.0
-        self._parts, self._counted = _MOST_PARTS, time.monotonic()
+        self._left, self._counted = _MOST_MESSAGES, time.monotonic()
 
     async def get(self, *arguments: Any, **options: Any) -> None:
         if len(self.server.clients) >= MOST_CLIENTS:
@@ -225,16 +183,10 @@ class _Page(_Guarded, WebSocketHandler):
 
     def open(self, *_: str, **__: str) -> None:
         self.set_nodelay(True)
-        # tornado takes what has come without a pause, so that a flood would hold up all others
         connection: Any = self.ws_connection
-        stream, read = connection.stream, connection.stream.read_bytes
-
-        def read_bytes(number: int) -> Any:
-            if not self._can_spend():
-                stream.close()
-            return read(number)
-
-        stream.read_bytes = read_bytes
+        self.stream = connection.stream
+        self.stream.max_write_buffer_size = _MOST_UNSENT
+        self.stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         self.server.open(self)
 
     def on_close(self) -> None:
@@ -242,11 +194,20 @@ class _Page(_Guarded, WebSocketHandler):
         self.server.close(self)
 
     def on_message(self, message: Union[str, bytes]) -> None:
+        self.on_ping()
         try:
             self.want = read_want(message, self.server.cameras)
         except BadInputError:
             self.close(1008)
         self.server.changed()
+
+    def on_ping(self, data: bytes = b'') -> None:
+        """Close the connection of a page that sends too much: it would hold up all others."""
+        now = time.monotonic()
+        self._left = min(self._left + _MESSAGES * (now - self._counted), _MOST_MESSAGES) - 1
+        self._counted = now
+        if self._left < 0:
+            self.stream.close()
 
     def offer(self, key: Key, payload: Payload) -> None:
         """Send a message as soon as the ones before are sent, unless a newer one replaces it."""
@@ -260,13 +221,6 @@ class _Page(_Guarded, WebSocketHandler):
     def due_width(self) -> int:
         """Return the width of an image that is wanted now [px]; 0: none is."""
         return self.want.width if time.monotonic() >= self._next_image else 0
-
-    def _can_spend(self) -> bool:
-        """Return whether a page may send a part of a frame."""
-        now = time.monotonic()
-        self._parts = min(self._parts + _PARTS * (now - self._counted), _MOST_PARTS) - 1
-        self._counted = now
-        return self._parts >= 0
 
     def _wants(self, key: Key) -> bool:
         if key.kind == 'image' and (key.camera, key.width) == (self.want.camera, self.due_width()):
@@ -290,13 +244,6 @@ class _Page(_Guarded, WebSocketHandler):
             self._waiting.clear()
         finally:
             self._sending = False
-
-
-async def _begin(application: Application, sockets: List[socket.socket]) -> _Server:
-    server = _Server(application, idle_connection_timeout=_PATIENCE, body_timeout=_PATIENCE,
-                     max_header_size=_LARGEST_HEAD, max_body_size=_LARGEST_MESSAGE, max_buffer_size=2 * _LARGEST_HEAD)
-    server.add_sockets(sockets)
-    return server
 
 
 def _is_address(host: str) -> bool:

@@ -3,7 +3,7 @@ import argparse
 import sys
 import tempfile
 from pathlib import Path
-from typing import NamedTuple, Optional, Sequence
+from typing import Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
@@ -16,30 +16,11 @@ from openpose_ros_pkg.output.files import write_whole
 ARCHIVE = NpmArchive(
     project='three', version='0.170.0', file='three-0.170.0.tgz',
     sha256='4a608a355dcaba72e0e5383cdc814303f5b6060b43c238cdf6932dceb699238d', member='', author='three.js authors')
-
-
-class LibraryFile(NamedTuple):
-    """A file of the library.
-
-    Attributes:
-        member: path in the archive.
-        sha256: of the file as it is kept.
-    """
-
-    member: str
-    sha256: str
-
-    @property
-    def name(self) -> str:
-        """Its name in the page's folder vendor/."""
-        return Path(self.member).name
-
-
-FILES = (
-    LibraryFile('build/three.module.min.js', '08fd7545d13d2c7fb65ab691530a802dafefd638596501854f267d0fb13c39e7'),
-    LibraryFile('examples/jsm/controls/OrbitControls.js',
-                'e9c4f26866d39a36c8c9e8215e7d2a90a8a0b50ea6d44a005906e3d1fc726b8f'),
-    LibraryFile('LICENSE', '4c40a1ef62450b857c3b2aaf294936304cd552d965fbcd9d32d4c5bcf4ba4454'))
+# Members of the archive, and SHA-256 of the files as they are kept.
+FILES = {
+    'build/three.module.min.js': '08fd7545d13d2c7fb65ab691530a802dafefd638596501854f267d0fb13c39e7',
+    'examples/jsm/controls/OrbitControls.js': 'e9c4f26866d39a36c8c9e8215e7d2a90a8a0b50ea6d44a005906e3d1fc726b8f',
+    'LICENSE': '4c40a1ef62450b857c3b2aaf294936304cd552d965fbcd9d32d4c5bcf4ba4454'}
 
 
 def three_folder() -> Path:
@@ -49,9 +30,9 @@ def three_folder() -> Path:
         ModelError: a file is missing or damaged.
     """
     folder = _folder()
-    for file in FILES:
-        path = folder / file.name
-        if not path.is_file() or file_digest(path, 'sha256') != file.sha256:
+    for member, sha256 in FILES.items():
+        path = folder / Path(member).name
+        if not path.is_file() or file_digest(path, 'sha256') != sha256:
             raise ModelError(f'{path} is missing or damaged; to fetch it: rosrun openpose_ros_web fetch_three')
     return folder
 
@@ -88,8 +69,7 @@ def _fetch() -> None:
         if file_digest(archive, 'sha256') != ARCHIVE.sha256:
             raise ModelError(f'{archive.name} is not the expected file')
         _folder().mkdir(parents=True, exist_ok=True)
-        for file in FILES:
+        for member in FILES:
             # without an import map, which the page's security policy forbids, 'three' leads nowhere
-            content = archive_member(archive, file.member).replace(
-                b"} from 'three';", b"} from './three.module.min.js';")
-            write_whole(_folder() / file.name, content)
+            content = archive_member(archive, member).replace(b"} from 'three';", b"} from './three.module.min.js';")
+            write_whole(_folder() / Path(member).name, content)

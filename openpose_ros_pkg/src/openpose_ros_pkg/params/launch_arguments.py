@@ -17,11 +17,18 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, List, Sequence
 
-# Arguments of any launch file that are given always, and seldom; the others: sometimes.
-_ALWAYS = ('camera', 'cameras', 'rgb_cameras', 'driver', 'fixed_frame', 'rviz')
-_SELDOM = ('driver_args', 'camera_ns', 'image_transport', 'depth_transport', 'chain', 'one_process', 'service',
-           'pose_model', 'crop_model', 'look_closer', 'markers', 'look', 'host', 'port', 'manager', 'fuse',
-           'publish_tf', 'verbose', 'config', 'respawn')
+# What took the place of arguments that people.launch, cameras.launch and record.launch had.
+_REPLACED = {
+    'dimensions': 'points:=none finds people in the image alone', 'driver_args': "driver:='NAME:=VALUE ...'",
+    'folder': 'source:=FOLDER', 'markers': 'they are shown with the chain', 'respawn': 'nodes that end start again',
+    'camera_info': 'it is read beside the depth image; camera:=FILE.yaml, of the form of cameras.yaml, names another',
+    'people_cloud': 'nodelets.launch people_cloud:=true', 'manager': 'nodelets.launch people_cloud:=true manager:=NAME',
+    'raw': 'rosrun openpose_ros_bringup record_camera',
+    'look': 'config:=FILE with skeleton_extract_3d_visualization_node: {colour_by_person: false, label: false}',
+    **{name: f'config:=FILE with {node}: {{{name}: VALUE}}' for node, names in {
+        'skeleton_extract_3d_node': ('camera_ns', 'points_source', 'image_transport', 'depth_transport',
+                                     'rotate_image', 'face'),
+        'people_signals_node': ('summary', 'targets'), 'people_web_node': ('host', 'port')}.items() for name in names}}
 _SWITCH = ('true', 'false', '1', '0', '')
 
 
@@ -39,16 +46,16 @@ def checked_files(path: Path) -> List[Path]:
 
 
 def listing(path: Path) -> str:
-    """Return the arguments of a launch file with their meaning, by how often they are given."""
+    """Return the arguments of a launch file with their meaning and default."""
     elements = {element.attrib['name']: element for file in reversed(checked_files(path))
                 for element in _elements(file, 'arg') if 'value' not in element.attrib}
-    lines: Dict[str, List[str]] = {'always': [], 'sometimes': [], 'seldom': []}
-    for name, element in elements.items():
-        default = element.get('default', '')
-        group = 'always' if name in _ALWAYS else 'seldom' if name in _SELDOM else 'sometimes'
-        lines[group].append(f'  {name + ":=":<18}{element.get("doc", "")}' + (
-            f' ({default})' if default and '$' not in default else ''))
-    return '\n'.join(f'{group}\n' + '\n'.join(found) for group, found in lines.items() if found) + '\n'
+    return ''.join(f'  {name + ":=":<18}{element.get("doc", "")}{_default_of(element)}\n'
+                   for name, element in elements.items())
+
+
+def _default_of(element: ElementTree.Element) -> str:
+    default = element.get('default', '')
+    return f' ({default})' if default and '$' not in default else ''
 
 
 def _elements(path: Path, tag: str) -> List[ElementTree.Element]:
@@ -68,7 +75,9 @@ def mistakes(given: Dict[str, str], declared: Dict[str, str]) -> List[str]:
     """Return what is wrong with arguments, each with what may be meant."""
     found = []
     for name, value in given.items():
-        if name not in declared:
+        if name not in declared and name in _REPLACED:
+            found.append(f"there is no argument '{name}' any more: {_REPLACED[name]}")
+        elif name not in declared:
             similar = difflib.get_close_matches(name, declared, 1, 0.5)
             found.append(f"there is no argument '{name}'" + (f"; do you mean '{similar[0]}'?" if similar else ''))
         elif declared[name] in ('true', 'false') and value.lower() not in _SWITCH:

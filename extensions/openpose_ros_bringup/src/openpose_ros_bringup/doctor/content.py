@@ -1,28 +1,15 @@
 """Checks of what messages hold: encodings, stamps, registration."""
-from contextlib import suppress
 from typing import Iterator, List, Optional
 
-from openpose_ros_bringup.doctor.findings import (
-    Finding,
-    depth_line,
-    launch_line,
-    line_with_other_depth,
-    others_like,
-    registered_topics,
-    right,
-    unknown,
-    wrong,
-)
+from openpose_ros_bringup.doctor.findings import Finding, other_topic_line, right, unknown, wrong
 from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
-from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
-from openpose_ros_pkg.stream.pairing_report import pairing_report
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.stream.pairing import PAIRING
 from skeleton_extract_3d.points.camera import check_same_aspect
 from skeleton_extract_3d.points.plausibility import registration_fault, summarize
 from skeleton_extract_3d.points.transform import is_same_place
 
-# Encodings of depth images.
-_DEPTH = ('16UC1', 'mono16', '32FC1')
+_DEPTH = ('16UC1', '32FC1')  # encodings of depth images alone
 # Ages of messages when they come; others are of another clock, or of a recording without its clock [s].
 _AGES, _AGES_IN_RECORDINGS = (-0.05, 1.0), (-10.0, 10.0)
 # A recording is older [s].
@@ -42,60 +29,36 @@ def check_encodings(seen: Snapshot) -> Iterator[Finding]:
 
 
 def _encoding_fault(camera: Camera, stream: Stream, seen: Snapshot) -> Optional[Finding]:
-    if stream.role == 'image' and stream.encoding in _DEPTH[::2]:
-        return wrong(f'{stream.topic} is a depth image ({stream.encoding}), expected the colour image',
-                     _line_of_other(camera, stream, others_like(stream, seen)))
+    look = f'rostopic echo -n 1 --noarr {stream.topic}'
+    other = other_topic_line(camera, stream, seen) or camera.driver or look
+    if stream.role == 'image' and stream.encoding in _DEPTH:
+        return wrong(f'{stream.topic} is a depth image ({stream.encoding}), expected the colour image', other)
+    if stream.fault and stream.role == 'camera_info':
+        other = f'rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:={camera.image.topic}'
+    elif 'compressed depth' in stream.fault:
+        other = f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
     if stream.fault:
-        return wrong(f'{stream.topic}: {stream.fault}', _line_of_fault(camera, stream, seen))
+        return wrong(f'{stream.topic}: {stream.fault}', other)
     doubt = None if stream.points is None else summarize(stream.points).doubt
-    if doubt is None:
-        return None
-    return wrong(f'{stream.topic}: {doubt.text}', _line_of_doubt(camera, stream, doubt.event, seen))
-
-
-def _line_of_doubt(camera: Camera, stream: Stream, event: str, seen: Snapshot) -> str:
-    others = registered_topics(stream, seen)
-    if others:
-        return _line_of_other(camera, stream, others)
-    hint = 'float32 depth is in metres (REP 118): a setting of the driver' if event == 'implausible depth' else 'see it'
-    return f'rostopic echo -n 1 --noarr {stream.topic}    # {hint}'
-
-
-def _line_of_fault(camera: Camera, stream: Stream, seen: Snapshot) -> str:
-    if stream.role == 'camera_info':
-        return f'rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:={camera.image.topic}'
-    if stream.role == 'depth' and 'compressed depth' in stream.fault:
-        return f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
-    others = [] if stream.role == 'depth' else others_like(stream, seen)
-    return ((stream is camera.points and not others and line_with_other_depth(camera, seen))
-            or _line_of_other(camera, stream, others))
-
-
-def _line_of_other(camera: Camera, stream: Stream, others: List[str]) -> str:
-    return (launch_line(camera, **{stream.role: others[0]}) if others else camera.driver
-            or f'rostopic echo -n 1 --noarr {stream.topic}')
+    hint = '    # float32 depth is in metres (REP 118): a setting of the driver'
+    return doubt and wrong(f'{stream.topic}: {doubt.text}', other_topic_line(camera, stream, seen, registered=True)
+                           or look + hint * (doubt.event == 'implausible depth'))
 
 
 def check_stamps(seen: Snapshot) -> Iterator[Finding]:
-    """Whether stamps are set, increase, are of this time, and images find their points."""
+    """Whether stamps are set, increase, and are of this time."""
     for camera in seen.cameras:
-        faults = [fault for stream in camera.streams[:2] for fault in _stamp_faults(stream, seen)]
-        if not faults:
-            faults = list(_pairing_fault(camera, seen))
         came = [stream for stream in camera.streams[:2] if stream.arrivals]
+        faults = [fault for stream in came for fault in _stamp_faults(stream, seen)]
         yield from faults
         if not came:
             yield unknown(_NO_MESSAGE)
         elif not faults:
-            texts = [f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master)]
-            if len(came) == 2:
-                texts.append('images and points pair')
-            yield right('; '.join(texts) or 'stamps increase')
+            yield right('; '.join(f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master))
+                        or 'stamps increase')
 
 
 def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
-    if not stream.arrivals:
-        return
     stamps = [arrival.stamp for arrival in stream.arrivals]
     if not all(stamps):
         yield wrong(f'{stream.topic}: {stamps.count(0)} of {len(stamps)} messages have stamp 0: the driver has to fill '
@@ -129,30 +92,6 @@ def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
 def _passes(master: Master) -> bool:
     """Tell whether time passes."""
     return not master.sim_time or master.clock.ticks > 0
-
-
-def _pairing_fault(camera: Camera, seen: Snapshot) -> Iterator[Finding]:
-    if camera.points is None or not (camera.image.arrivals and camera.points.arrivals):
-        return
-    matcher = StampMatcher(_pairing_params(camera, seen))
-    arrivals = sorted((arrival.received, number, arrival.stamp) for number, stream in
-                      enumerate((camera.image, camera.points)) for arrival in stream.arrivals)
-    pairs = sum(matcher.add(number, stamp, None) is not None for _, number, stamp in arrivals)
-    report = pairing_report(matcher)
-    if pairs + len(matcher.finish()) > 0 or report is None:
-        return
-    settings = ', '.join(f'{key}: {value:g}' for key, value in report.settings.items())
-    yield wrong('no pairs: ' + report.text((camera.image.topic, camera.points.topic), ''),
-                f"echo 'skeleton_extract_3d_node: {{{settings}}}' > pairs.yaml && " + launch_line(
-                    camera, config='$PWD/pairs.yaml') if settings else 'chronyc tracking    # on both machines')
-
-
-def _pairing_params(camera: Camera, seen: Snapshot) -> PairingParams:
-    node = seen.node_of(camera)
-    values = {key: node.parameters[key] for key in ('slop', 'queue_size') if node and key in node.parameters}
-    with suppress(ParameterError, TypeError):
-        return PairingParams(**values)  # type: ignore[arg-type]
-    return PairingParams()
 
 
 def check_registration(seen: Snapshot) -> Iterator[Finding]:
@@ -199,13 +138,9 @@ def _is_same_frame(seen: Snapshot, first: str, second: str) -> bool:
 
 
 def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:
-    others = registered_topics(points, seen)
-    if others and points.role == 'depth':
-        return depth_line(camera, others[0], seen)
-    if others:
-        return launch_line(camera, points=others[0])
-    if points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
-        return camera.driver or ('rosrun nodelet nodelet standalone depth_image_proc/register '
-                                 f'rgb/camera_info:={camera.colour_info.topic} '
-                                 f'depth/camera_info:={camera.info.topic} depth/image_rect:={points.topic}')
-    return camera.driver or f'rostopic echo -n 1 --noarr {points.topic}'
+    other = other_topic_line(camera, points, seen, registered=True) or camera.driver
+    if not other and points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
+        return ('rosrun nodelet nodelet standalone depth_image_proc/register '
+                f'rgb/camera_info:={camera.colour_info.topic} depth/camera_info:={camera.info.topic} '
+                f'depth/image_rect:={points.topic}')
+    return other or f'rostopic echo -n 1 --noarr {points.topic}'

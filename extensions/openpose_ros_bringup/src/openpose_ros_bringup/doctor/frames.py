@@ -2,41 +2,24 @@
 from difflib import get_close_matches
 from typing import Iterator, List, Set
 
-import numpy as np
-
-from openpose_ros_bringup.doctor.findings import (
-    Finding,
-    launch_line,
-    line_with_other_depth,
-    others_like,
-    right,
-    unknown,
-    wrong,
-)
-from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Stream, Tf
-from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
+from openpose_ros_bringup.doctor.findings import Finding, launch_line, other_topic_line, right, unknown, wrong
+from openpose_ros_bringup.doctor.snapshot import Camera, Lookup, Snapshot, Tf
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import frame_name
-from skeleton_extract_3d.points.point_grid import PointGrid
 
 # x, y, z [m] and yaw, pitch, roll, to begin with, in a room with z up: of an optical frame and of another frame of a
 # camera 1.35 m high and level, and of a robot.
 _OPTICAL_MOUNT, _CAMERA_MOUNT, _NO_MOUNT = '0 0 1.35 -1.5708 0 -1.5708', '0 0 1.35 0 0 0', '0 0 0 0 0 0'
-# An axis whose vertical part is greater points up or down.
+# A camera looks straight up where the vertical part of its axis is greater.
 _UPRIGHT = 0.9
-_UP = 1
-_TURNS = {_UP: 'the camera looks straight up', 0: '', 180: 'the camera is upside down',
-          90: 'the camera lies on its side', 270: 'the camera lies on its side'}
-# Least correlation of columns and rows with the directions of points in a frame with x forward and z up.
-_ALIKE = 0.8
 
 
 def frames_needed(seen: Snapshot, camera: Camera) -> List[str]:
     """Return the frames in which the people of a camera are wanted, without that of the points."""
     node = seen.node_of(camera)
-    asked = [seen.tf.fixed_frame] + [frame_name(str(node.parameters.get(key, '')))
+    frames = [seen.tf.fixed_frame] + [frame_name(str(node.parameters.get(key, '')))
                                      for key in ('tracking_frame', 'target_frame') if node is not None]
-    return [frame for frame in dict.fromkeys(asked) if frame and frame != _frame_of(camera)]
+    return [frame for frame in dict.fromkeys(frames) if frame and frame != _frame_of(camera)]
 
 
 def _frame_of(camera: Camera) -> str:
@@ -44,7 +27,7 @@ def _frame_of(camera: Camera) -> str:
 
 
 def check_tf(seen: Snapshot) -> Iterator[Finding]:
-    """Whether tf connects the frame of the points with those that are asked for, at their stamp."""
+    """Whether tf connects the frame of the points with those that are wanted, at their stamp."""
     for camera in seen.cameras:
         stream, frame = camera.points or camera.image, _frame_of(camera)
         if not stream.arrivals:
@@ -66,13 +49,13 @@ def check_tf(seen: Snapshot) -> Iterator[Finding]:
 def _tf_fault(tf: Tf, camera: Camera, target: str, error: str) -> Finding:
     frame = _frame_of(camera)
     known = {*tf.parents, *tf.parents.values()}
-    close = get_close_matches(target, known, 1)
+    names, close = ', '.join(sorted(known)), get_close_matches(target, known, 1)
     if target not in known and close:
-        return wrong(f"tf does not know '{target}'; it knows {_named(known)}",
+        return wrong(f"tf does not know '{target}'; it knows {names}",
                      launch_line(camera, fixed_frame=close[0]))
     root, other = _root(tf, frame), _root(tf, target)
     if root != other:
-        why = f'tf has {_named(known)}' if known else 'nothing comes on /tf and /tf_static'
+        why = f'tf has {names}' if known else 'nothing comes on /tf and /tf_static'
         mount = (_OPTICAL_MOUNT if root == frame or 'optical' in root else
                  _CAMERA_MOUNT if 'camera' in root else _NO_MOUNT)
         return wrong(f"tf does not connect '{target}' and '{frame}': {why}",
@@ -91,75 +74,28 @@ def _root(tf: Tf, frame: str) -> str:
     return frame
 
 
-def _named(frames: Set[str], most: int = 8) -> str:
-    names = sorted(frames)
-    return ', '.join(names[:most]) + (f' and {len(names) - most} more' if len(names) > most else '') or 'no frames'
-
-
 def check_frames(seen: Snapshot) -> Iterator[Finding]:
-    """Whether points are in an optical frame, and the camera looks along the floor in the fixed frame."""
+    """Whether points are in an optical frame, and the camera looks along the floor in the fixed frame.
+
+    A camera that is turned in the image is the node's own warning.
+    """
     for camera in seen.cameras:
         points = camera.points
         if points is None or points.points is None:
             yield right('no depth is used') if points is None else unknown('no points came')
             continue
-        text = _axes_fault(points.points)
-        if text:
-            yield wrong(f"{points.topic}, frame '{points.frame_id}': {text}", _line_of_axes(camera, points, seen))
+        try:
+            points.points.camera_model()
+        except BadInputError as error:
+            yield wrong(f"{points.topic}, frame '{points.frame_id}': {error}", other_topic_line(camera, points, seen) or
+                        f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver')
             continue
         fixed = seen.tf.fixed_frame
         pose = seen.tf.lookups.get((fixed, points.frame_id), Lookup())
-        turn = 0 if pose.rotation is None or 'optical' in fixed else _turn(pose.rotation)
-        fault = _TURNS[turn]
-        if fault and (turn == _UP or _people_are_upright(seen, camera, turn)):
+        if pose.rotation is not None and 'optical' not in fixed and pose.rotation[2, 2] > _UPRIGHT:
             parent = seen.tf.parents.get(points.frame_id, fixed)
-            yield wrong(f"by tf, in '{fixed}', {fault}: is '{points.frame_id}' turned as an optical frame "
-                        '(x right, y down, z forward)?', 'rosrun tf2_ros static_transform_publisher 0 0 0 -1.5708 0 '
-                                                         f'-1.5708 {parent} {points.frame_id}')
+            yield wrong(f"by tf, in '{fixed}', the camera looks straight up: is '{points.frame_id}' turned as an "
+                        'optical frame (x right, y down, z forward)?', 'rosrun tf2_ros static_transform_publisher '
+                        f'0 0 0 -1.5708 0 -1.5708 {parent} {points.frame_id}')
         else:
-            yield right(f"'{points.frame_id}' is an optical frame: x right, y down, z forward" + (
-                f"; by tf, in '{fixed}', {fault}: rotate_image:={turn} turns its images" if fault else ''))
-
-
-def _axes_fault(grid: PointGrid) -> str:
-    """Return why points are not in an optical frame; empty: they are, or there are too few to tell."""
-    try:
-        grid.camera_model()
-    except BadInputError as error:
-        return 'x points forward and z up, expected x right, y down, z forward' if _is_z_up(grid) else str(error)
-    return ''
-
-
-def _is_z_up(grid: PointGrid) -> bool:
-    """Tell whether columns and rows grow with -y / x and -z / x."""
-    u, v = (axis.ravel() for axis in np.meshgrid(*(np.linspace(0, size - 1, 24).astype(np.int64)
-                                                   for size in (grid.width, grid.height))))
-    x, y, z = grid.window(u, v, 1)[:, 0].T
-    there = np.isfinite(x) & (x > 0)
-    if there.sum() < 12:
-        return False
-    pairs = ((u[there], -y[there] / x[there]), (v[there], -z[there] / x[there]))
-    return all(np.corrcoef(pixels, slopes)[0, 1] > _ALIKE for pixels, slopes in pairs)
-
-
-def _line_of_axes(camera: Camera, points: Stream, seen: Snapshot) -> str:
-    others = others_like(points, seen)
-    if others:
-        return launch_line(camera, points=others[0])
-    return line_with_other_depth(camera, seen) or (
-        f'rostopic echo -n 1 {points.topic}/header    # use the cloud of the driver, not a transformed one')
-
-
-def _turn(rotation: np.ndarray) -> int:
-    """Return by how much images have to be turned clockwise, by the rotation to a frame with z up [degrees], or _UP."""
-    to_right, down, forward = rotation[2]
-    if forward > _UPRIGHT:
-        return _UP
-    return 180 if down > _UPRIGHT else 270 if to_right > _UPRIGHT else 90 if to_right < -_UPRIGHT else 0
-
-
-def _people_are_upright(seen: Snapshot, camera: Camera, turn: int) -> bool:
-    """Tell whether people show that a camera is not turned as tf says: they are found, and not head down."""
-    node = seen.node_of(camera)
-    return (node is not None and seen.people is not None and seen.people.most > 0
-            and TURNED_CAMERA not in node.text and node.parameters.get('rotate_image', 0) != turn)
+            yield right(f"'{points.frame_id}' is an optical frame: x right, y down, z forward")

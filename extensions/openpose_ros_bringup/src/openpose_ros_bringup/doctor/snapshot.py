@@ -10,7 +10,7 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 
 
 class Clock(NamedTuple):
-    """Messages on /clock while the doctor looked, and the newest time [s]."""
+    """Messages on /clock while the doctor listened, and the newest time [s]."""
 
     ticks: int = 0
     newest: float = 0.0
@@ -18,25 +18,14 @@ class Clock(NamedTuple):
 
 @dataclass(frozen=True)
 class Master:
-    """The ROS master and this machine in its network.
-
-    Attributes:
-        uri: ROS_MASTER_URI.
-        is_online: whether it answers.
-        name: by which other nodes call this machine: ROS_HOSTNAME, ROS_IP or the host name.
-        address: of this machine as the master's machine would call it; empty: unknown.
-        fault: why other nodes can not call this machine by its name; empty: they can.
-        unreachable: nodes that can not be called, with their URIs.
-        sim_time: whether use_sim_time is true.
-        clock: what came on /clock.
-    """
+    """The ROS master and this machine in its network."""
 
     uri: str
     is_online: bool = True
-    name: str = 'localhost'
-    address: str = ''
-    fault: str = ''
-    unreachable: Mapping[str, str] = field(default_factory=dict)
+    name: str = 'localhost'  # by which other nodes call this machine
+    address: str = ''  # of this machine on the way to the master; empty: unknown
+    fault: str = ''  # why other nodes can not call this machine by its name; empty: they can
+    unreachable: Mapping[str, str] = field(default_factory=dict)  # URIs of nodes that can not be called
     sim_time: bool = False
     clock: Clock = field(default_factory=Clock)
 
@@ -51,29 +40,18 @@ class Arrival(NamedTuple):
 
 @dataclass(frozen=True)
 class Stream:
-    """A topic of a camera, and what came on it.
+    """A topic of a camera, and what came on it."""
 
-    Attributes:
-        role: argument of the launch files that names it: image, points, depth or camera_info; empty: the camera info
-            of the colour image where the chain reads none.
-        topic, kind: name and expected type.
-        is_connected: whether there was a connection to its publisher.
-        arrivals: of its messages.
-        frame_id, size, encoding: of the newest one; size (width, height) [px]; encoding of images.
-        fault: why the newest one can not be used; empty: it can.
-        points: of the newest cloud or depth image.
-        calibration: of the newest camera info.
-    """
-
-    role: str
+    role: str  # image, points, depth or camera_info; empty: camera info of the colour image, which the chain ignores
     topic: str
-    kind: str
+    kind: str  # expected type
     is_connected: bool = True
     arrivals: Tuple[Arrival, ...] = ()
+    # of the newest message
     frame_id: str = ''
-    size: Tuple[int, int] = (0, 0)
+    size: Tuple[int, int] = (0, 0)  # width, height [px]
     encoding: str = ''
-    fault: str = ''
+    fault: str = ''  # why it can not be used; empty: it can
     points: Optional[PointGrid] = None
     calibration: Optional[Calibration] = None
 
@@ -92,27 +70,17 @@ class Stream:
 
 @dataclass(frozen=True)
 class Camera:
-    """Topics of a camera.
-
-    Attributes:
-        image: colour image.
-        points: cloud or depth image; None: people are found in the image alone.
-        info: camera info of the depth image, which the chain needs; None with a cloud.
-        colour_info: camera info beside the image; None: unknown.
-        preset: name of the camera preset; empty: none.
-        namespace: of the camera; empty: none.
-        driver: line that starts its driver with registered depth; empty: unknown.
-        node: node of the chain that reads the topics; empty: none runs.
-    """
+    """Topics of a camera."""
 
     image: Stream
-    points: Optional[Stream] = None
-    info: Optional[Stream] = None
-    colour_info: Optional[Stream] = None
-    preset: str = ''
-    namespace: str = ''
-    driver: str = ''
-    node: str = ''
+    points: Optional[Stream] = None  # cloud or depth image; None: people are found in the image alone
+    info: Optional[Stream] = None  # camera info of the depth image; None with a cloud
+    colour_info: Optional[Stream] = None  # camera info beside the image; None: unknown
+    preset: str = ''  # empty: none
+    namespace: str = ''  # empty: the preset's
+    driver: str = ''  # line that starts the driver with registered depth; empty: unknown
+    node: str = ''  # of the chain that reads the topics; empty: none runs
+    rectified: bool = False
 
     @property
     def streams(self) -> Sequence[Stream]:
@@ -130,38 +98,25 @@ class Lookup(NamedTuple):
 
 @dataclass(frozen=True)
 class Tf:
-    """Frames that tf knows.
+    """Frames that tf knows."""
 
-    Attributes:
-        fixed_frame: in which the room stands still and z is up; empty: none is named.
-        parents: of frames.
-        lookups: by target and source frame, at the stamp of the newest points.
-    """
-
-    fixed_frame: str = ''
-    parents: Mapping[str, str] = field(default_factory=dict)
+    fixed_frame: str = ''  # in which the room stands still and z is up; empty: none is named
+    parents: Mapping[str, str] = field(default_factory=dict)  # of frames
+    # by target and source frame, at the stamp of the newest points
     lookups: Mapping[Tuple[str, str], Lookup] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class ChainNode:
-    """A node that finds people, by its status in /diagnostics.
-
-    Attributes:
-        name: of the node.
-        level, text, values: of its newest status; level 0 is OK.
-        skipped: images that it skipped per second, between the first and the newest status [Hz].
-        parameters: its private parameters.
-        results: topic of its people.
-    """
+    """A node that finds people: its newest status in /diagnostics, where level 0 is OK, and its parameters."""
 
     name: str
     level: int = 0
     text: str = ''
     values: Mapping[str, str] = field(default_factory=dict)
-    skipped: float = 0.0
+    skipped: float = 0.0  # images that it skipped [Hz]
     parameters: Mapping[str, object] = field(default_factory=dict)
-    results: str = ''
+    results: str = ''  # topic of its people
 
     @property
     def rests(self) -> bool:
@@ -172,44 +127,34 @@ class ChainNode:
 class Machine(NamedTuple):
     """This machine: load average of the last minute, number of cores, available memory [MB]."""
 
-    load: float
-    cores: int
-    memory: float
+    load: float = 0.0
+    cores: int = 1
+    memory: float = 1e6
 
 
 class People(NamedTuple):
-    """Results that came: frames, the greatest number of people in one, and their median ages by topic [s]."""
+    """Results that came: frames, and the greatest number of people in one."""
 
     frames: int = 0
     most: int = 0
-    ages: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """All that is known.
-
-    Attributes:
-        seconds: that the doctor looked.
-        published, subscribed: topics with their publishers, and with the names of their subscribers.
-        unresponsive: nodes that publish results but send no status.
-        starting: nodes of the chain that publish no results yet.
-        people: results that came; None: not asked for, as the chain rests.
-        recorders: level, text and folder of the status of each.
-    """
+    """All that is known."""
 
     master: Master
-    seconds: float = 5.0
+    seconds: float = 5.0  # that the doctor listened
     published: Mapping[str, PublishedTopic] = field(default_factory=dict)
-    subscribed: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    subscribed: Mapping[str, Sequence[str]] = field(default_factory=dict)  # names of the subscribers by topic
     cameras: Sequence[Camera] = ()
     tf: Tf = field(default_factory=Tf)
     nodes: Sequence[ChainNode] = ()
-    unresponsive: Sequence[str] = ()
-    starting: Sequence[str] = ()
-    machine: Machine = field(default_factory=lambda: Machine(0.0, 1, 1e6))
-    people: Optional[People] = None
-    recorders: Sequence[Tuple[int, str, str]] = ()
+    unresponsive: Sequence[str] = ()  # nodes that publish results but send no status
+    starting: Sequence[str] = ()  # nodes of the chain that publish no results yet
+    machine: Machine = field(default_factory=Machine)
+    people: Optional[People] = None  # None: not asked for, as the chain rests
+    recorders: Sequence[Tuple[int, str, str]] = ()  # level, text and folder of the status of each
 
     def node_of(self, camera: Camera) -> Optional[ChainNode]:
         """Return the node that reads a camera; None: there is none."""

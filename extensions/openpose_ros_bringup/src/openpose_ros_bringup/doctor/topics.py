@@ -6,7 +6,7 @@ from openpose_ros_bringup.doctor.findings import (
     Finding,
     depth_line,
     launch_line,
-    line_with_other_depth,
+    other_topic_line,
     others_like,
     right,
     unknown,
@@ -61,7 +61,10 @@ def _clock_fault(master: Master, seen: Snapshot) -> Optional[Finding]:
 def check_topics(seen: Snapshot) -> Iterator[Finding]:
     """Whether the topics are published with the right types."""
     if not seen.cameras:
-        yield wrong('no node publishes a colour image', DRIVER)
+        images = others_like(Stream('image', '/rgb/image_color', IMAGE), seen)
+        yield (wrong(f'no camera of cameras.yaml is published; there are {", ".join(images)}',
+                     f'rosrun openpose_ros_bringup doctor --image {images[0]}    # and --depth, or --points') if images
+               else wrong('no node publishes a colour image', DRIVER))
     for camera in seen.cameras:
         for stream in camera.streams:
             there = seen.published.get(stream.topic)
@@ -74,27 +77,17 @@ def check_topics(seen: Snapshot) -> Iterator[Finding]:
 
 def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
     """Return what to type where a topic is not published, or with another type."""
-    base, _, transport = stream.topic.rpartition('/')
-    option = 'depth_transport' if stream.role == 'depth' else 'image_transport'
-    if stream.kind == COMPRESSED and transport in _TRANSPORTS.values() and base in seen.published:
-        return launch_line(camera, **{stream.role: base, option: 'raw'})
-    there = seen.published.get(stream.topic)
-    if stream.role in _TRANSPORTS and stream.kind != COMPRESSED:
-        wanted = _TRANSPORTS[stream.role]
-        below = seen.published.get(f'{stream.topic}/{wanted}')
-        if below is not None and below.kind == COMPRESSED:
-            return launch_line(camera, **{stream.role: stream.topic, option: wanted})
-        if there is not None and there.kind == COMPRESSED and transport == wanted:
-            return launch_line(camera, **{stream.role: base, option: wanted})
+    there, wanted = seen.published.get(stream.topic), _TRANSPORTS.get(stream.role)
+    base = stream.topic.rpartition('/')[0]
+    if wanted and stream.kind == COMPRESSED and base in seen.published:
+        return launch_line(camera, **{stream.role: base, f'{stream.role}_transport': 'raw'})
+    if wanted and stream.kind == IMAGE and f'{stream.topic}/{wanted}' in seen.published:
+        return launch_line(camera, **{stream.role: stream.topic, f'{stream.role}_transport': wanted})
     if there is not None and (stream.role, there.kind) == ('depth', CLOUD):
-        return launch_line(camera, points_source='point_cloud', points=stream.topic)
+        return launch_line(camera, points=stream.topic)
     if there is not None and (stream.role, there.kind) == ('points', IMAGE):
         return depth_line(camera, stream.topic, seen)
-    is_known = stream.role == 'depth' or (stream.role == 'camera_info' and camera.driver)
-    others = [] if is_known else others_like(stream, seen)
-    if others:
-        return launch_line(camera, **{stream.role: others[0]})
-    return (stream is camera.points and line_with_other_depth(camera, seen)) or camera.driver or DRIVER
+    return other_topic_line(camera, stream, seen) or camera.driver or DRIVER
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:

@@ -3,7 +3,6 @@ import argparse
 import os
 import sys
 from pathlib import Path
-from typing import List
 
 import roslib.packages
 import rospkg
@@ -11,7 +10,7 @@ import rospy
 
 from openpose_ros_pkg.command_options import command_parser
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, find_preset, read_presets
+from openpose_ros_pkg.params.camera_presets import AUTO, find_preset, read_presets
 from openpose_ros_pkg.ros.node import RESPAWNS
 
 # The preset whose driver has a substitute here.
@@ -28,11 +27,16 @@ def main() -> int:
         return _rest(f'to start a driver, name the camera: camera:=NAME, one of {names}')
     try:
         preset = find_preset(options.camera)
-        command = _command(preset, options)
-        if not command:
-            return _rest(f'the package {preset.package} is not installed here; where it is, start the driver: '
-                         f'{" ".join(preset.driver_command(options.ns, options.words))}' if preset.package else
-                         f'{preset.name} has no driver that could be started')
+        if not preset.package:
+            return _rest(f'{preset.name} has no driver that could be started')
+        command = preset.driver_command('', options.words)
+        if not is_installed(preset.package):
+            if preset.name != _WEBCAM:
+                return _rest(f'the package {preset.package} is not installed here; where it is, start the driver: '
+                             f'{" ".join(command)}')
+            command = [*roslib.packages.find_node('openpose_ros_pkg', 'camera_node')[:1], '__name:=camera_node',
+                       f"__ns:={preset.topic('image').rpartition('/')[0]}", f'--source={options.source or 0}', '--loop',
+                       f'--frame_id={preset.frame}']
     except ParameterError as error:
         return _rest(str(error))
     sys.stdout.write(f'camera_driver: {" ".join(command)}\n')
@@ -44,23 +48,10 @@ def main() -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('camera_driver', __doc__)
     parser.add_argument('--camera', default='', help='name of cameras.yaml, or a YAML file with one camera')
-    parser.add_argument('--ns', default='', help="namespace of the topics; empty: the preset's")
     parser.add_argument('--source', default='', help='webcam number, video or folder, without the package usb_cam')
     parser.add_argument('words', nargs='*', metavar='NAME:=VALUE | FILE.launch',
                         help="arguments of the driver, and another launch file of its package")
     return parser
-
-
-def _command(preset: CameraPreset, options: argparse.Namespace) -> List[str]:
-    """Return the command that publishes the camera's topics; empty: its package is not installed."""
-    if is_installed(preset.package):
-        return preset.driver_command(options.ns, options.words)
-    if preset.name != _WEBCAM:
-        return []
-    node = roslib.packages.find_node('openpose_ros_pkg', 'camera_node')[0]
-    namespace = preset.topic('image', options.ns or None).rpartition('/')[0]
-    return [node, '__name:=camera_node', f'__ns:={namespace}', f'--source={options.source or 0}', '--loop',
-            f'--frame_id={preset.frame}']
 
 
 def is_installed(package: str) -> bool:

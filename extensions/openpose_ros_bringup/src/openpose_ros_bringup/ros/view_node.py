@@ -9,8 +9,9 @@ import subprocess
 import tempfile
 import threading
 import time
+from functools import partial
 from pathlib import Path
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
 import rospkg
@@ -44,11 +45,7 @@ _OPTICAL = 'optical'
 
 
 class ViewNode:
-    """Opens RViz in a thread of its own.
-
-    Attributes:
-        failed: whether RViz could not be opened.
-    """
+    """Opens RViz in a thread of its own; `failed`: whether it could not be opened."""
 
     def __init__(self, params: ViewParams) -> None:
         self._params = params
@@ -108,19 +105,6 @@ class ViewNode:
                       images)
 
 
-class _Newest:
-    """The newest message on a topic; None before the first."""
-
-    def __init__(self, topic: str, kind: Any) -> None:
-        self.message: Any = None
-        self.input = InputSubscriber(topic, kind)
-        self.input.registerCallback(self._store)
-        self.input.subscribe()
-
-    def _store(self, message: Any) -> None:
-        self.message = message
-
-
 class _Scene:
     """Where people and cameras are, in a frame with z upwards.
 
@@ -133,25 +117,34 @@ class _Scene:
     def __init__(self, params: ViewParams) -> None:
         self._transforms = Transforms(0.0)
         fused = bool(params.cameras or params.rgb_cameras)
-        people = _Newest(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray)
-        cameras = _Newest('cameras', FusedCameraArray) if fused else _Newest(f'{SPACE}/input_pointcloud', PointCloud2)
+        newest: Dict[str, Any] = {}
+        people = InputSubscriber(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray)
+        cameras = (InputSubscriber('cameras', FusedCameraArray) if fused else
+                   InputSubscriber(f'{SPACE}/input_pointcloud', PointCloud2))
+        for name, each in (('people', people), ('cameras', cameras)):
+            each.registerCallback(partial(newest.__setitem__, name))
+            each.subscribe()
         health = Health()
-        health.explain_rest(lambda: '' if people.input.subscribed else 'RViz is open')
-        InputWatch(health).start([people.input])
-        _await(lambda: people.message is not None, float('inf'))
-        _await(lambda: cameras.message is not None, _PATIENCE)
-        _await(lambda: bool(people.message.persons), _PATIENCE)
-        people.input.unsubscribe()
-        cameras.input.unsubscribe()
-        own = people.message.header.frame_id
+        health.explain_rest(lambda: '' if people.subscribed else 'RViz is open')
+        InputWatch(health).start([people])
+        _await(lambda: 'people' in newest, float('inf'))
+        _await(lambda: 'cameras' in newest, _PATIENCE)
+        _await(lambda: bool(newest['people'].persons), _PATIENCE)
+        people.unsubscribe()
+        cameras.unsubscribe()
+        message = newest['people']
+        own = message.header.frame_id
         frame = self._connected(params.fixed_frame or (WORLD if params.floor else own), own)
-        optical = _optical_frames(cameras.message) or [own]
+        optical = _optical_frames(newest.get('cameras')) or [own]
         poses = [self._pose(frame, each) for each in optical]
         rotation, translation = self._pose(frame, own) or (np.eye(3), np.zeros(3))
-        joints = convert.people_from_array(people.message).xyz.reshape(-1, 3) @ rotation.T + translation
+        joints = convert.people_from_array(message).xyz.reshape(-1, 3) @ rotation.T + translation
         turned = _OPTICAL in frame or (not fused and frame in optical)
         turn = UPRIGHT.T if turned else np.eye(3)
-        self.frame = self._turned(frame) if turned else frame
+        self.frame = frame + TURNED if turned else frame
+        if turned:
+            self._broadcaster = tf2_ros.StaticTransformBroadcaster()
+            self._broadcaster.sendTransform(convert.upright_transform(Header(frame_id=frame)))
         self.joints = joints @ turn.T
         self.cameras: List[Transform] = [(turn @ pose[0], turn @ pose[1]) for pose in poses if pose is not None]
         self.cameras = self.cameras or [(UPRIGHT.T, np.zeros(3))]
@@ -173,12 +166,6 @@ class _Scene:
             return convert.rotation_and_translation(self._transforms.newest(frame, of))
         except (NoTransformError, BadInputError):
             return None
-
-    def _turned(self, frame: str) -> str:
-        """Publish a frame with z upwards in place of an optical one, and return its name."""
-        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._broadcaster.sendTransform(convert.upright_transform(Header(frame_id=frame)))
-        return frame + TURNED
 
 
 def _optical_frames(message: Any) -> List[str]:

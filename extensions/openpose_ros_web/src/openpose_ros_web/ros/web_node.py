@@ -7,7 +7,7 @@ import time
 from collections import deque
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, List, Tuple, Type
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Tuple, Type
 
 import numpy as np
 import rospkg
@@ -39,24 +39,29 @@ from openpose_ros_web.ros.convert import points_from_cloud, status_of
 from openpose_ros_web.ros.room import Room
 from openpose_ros_web.server import Key, PeopleServer
 from openpose_ros_web.three_js import three_folder
-from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
 
 SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'
+# What is known of people: topic, type, and what makes a message for pages of it.
+_KINDS: Dict[str, Tuple[str, Type[Any], Callable[[Any], Any], Callable[..., Message]]] = {
+    'people': ('detected_poses_3d', PersonDetection_3dArray, convert.people_from_array, protocol.people_message),
+    'signals': ('people_signals', PersonSignalsArray, signals_from_array, protocol.signals_message),
+    'hands': ('detected_hands_3d', HandDetection_3dArray, convert.hands_from_array, protocol.hands_message),
+    'faces': ('detected_faces_3d', FaceDetection_3dArray, convert.faces_from_array, protocol.faces_message)}
 # What a node said of itself is shown for this long [s].
 _REMEMBERED = 60.0
 _MOST_NODES = 50
 
 
-class _Pages:
+class _Pages(NamedTuple):
     """The pages that want something, as readers of the node."""
 
-    def __init__(self, server: PeopleServer, wanted: Callable[[Want], bool] = lambda want: True) -> None:
-        self._server, self._wanted = server, wanted
+    server: PeopleServer
+    wanted: Callable[[Want], bool] = lambda want: True
 
     def get_num_connections(self) -> int:
         """Return 1 while there are some."""
-        return int(self._server.is_wanted(self._wanted))
+        return int(self.server.is_wanted(self.wanted))
 
 
 class WebNode:
@@ -83,7 +88,8 @@ class WebNode:
         self._nodes: Dict[str, Tuple[float, Message]] = {}
         self._workers: List[NewestWinsWorker] = []
         self._demand.add(_Pages(self._server))
-        inputs = self._people_inputs() if params.dimensions == 3 else []
+        inputs = [self._input(f'{SPACE}/{topic}', message, partial(self._people, kind), optional=kind != 'people')
+                  for kind, (topic, message, _, _) in _KINDS.items() if params.dimensions == 3]
         needs: Dict[InputSubscriber, List[_Pages]] = {}
         for index, (_, chain) in enumerate(chains):
             needs[self._input(f'{chain}/detected_poses_image', Image, partial(self._image, index))] = [
@@ -101,31 +107,17 @@ class WebNode:
         repeat(self._state, 'state', 1.0)
         introduce(self._demand.inputs, page=f'http://{params.host}:{self._server.port}')
 
-    def _people_inputs(self) -> List[InputSubscriber]:
-        """Return the inputs of all cameras together."""
-        def send(kind: str, make: Callable[[Any, Transform, Moment], Message], message: Any) -> None:
-            header = message.header
-            frame, pose = self._room.place(header)
-            self._frame = frame
-            age = (rospy.get_rostime() - header.stamp).to_sec()
-            moment = Moment(header.stamp.to_sec(), age, time.time(), frame)
-            self._server.publish(Key(kind), protocol.encode(make(message, pose, moment)))
-            if kind == 'people':
-                self._ages.append((time.monotonic(), age))
-                self._health.frame_done(header.stamp)
-                self._send_cameras(header, frame)
-
-        kinds: Tuple[Tuple[str, str, Type[Any], Callable[[Any, Transform, Moment], Message]], ...] = (
-            ('people', 'detected_poses_3d', PersonDetection_3dArray, lambda message, *where: protocol.people_message(
-                convert.people_from_array(message), *where)),
-            ('signals', 'people_signals', PersonSignalsArray, lambda message, *where: protocol.signals_message(
-                signals_from_array(message), *where)),
-            ('hands', 'detected_hands_3d', HandDetection_3dArray, lambda message, *where: protocol.hands_message(
-                convert.hands_from_array(message), *where)),
-            ('faces', 'detected_faces_3d', FaceDetection_3dArray, lambda message, *where: protocol.faces_message(
-                convert.faces_from_array(message), *where)))
-        return [self._input(f'{SPACE}/{topic}', message, partial(send, kind, make), optional=kind != 'people')
-                for kind, topic, message, make in kinds]
+    def _people(self, kind: str, message: Any) -> None:
+        """Send what is known of the people of a frame."""
+        header, (_, _, read, make) = message.header, _KINDS[kind]
+        self._frame, pose = self._room.place(header)
+        age = (rospy.get_rostime() - header.stamp).to_sec()
+        moment = Moment(header.stamp.to_sec(), age, time.time(), self._frame)
+        self._server.publish(Key(kind), protocol.encode(make(read(message), pose, moment)))
+        if kind == 'people':
+            self._ages.append((time.monotonic(), age))
+            self._health.frame_done(header.stamp)
+            self._send_cameras(header, moment.frame)
 
     def _input(self, topic: str, kind: Type[Any], process: Callable[[Any], None], optional: bool = True
                ) -> InputSubscriber:

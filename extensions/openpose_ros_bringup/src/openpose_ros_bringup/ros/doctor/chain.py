@@ -1,6 +1,5 @@
 """The nodes that find people, by what they report on /diagnostics."""
 import re
-import threading
 import time
 from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
@@ -23,8 +22,8 @@ IMAGES = (Image._type, CompressedImage._type)
 _INPUT = re.compile(r'(\S+) \((\S+)\)')
 
 
-class Reported(NamedTuple):
-    """A status as it came: when [s], node that sent it, level, text and values."""
+class Status(NamedTuple):
+    """A status of a node in /diagnostics: when it came [s], the node, level, text and values."""
 
     received: float
     node: str
@@ -34,11 +33,10 @@ class Reported(NamedTuple):
 
 
 class StatusListener:
-    """Keeps the first and the newest status of each node that finds people."""
+    """Keeps the first and the newest status of each node that finds people, and level, text and folder of recorders."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._reports: Dict[str, Tuple[Reported, Reported]] = {}
+        self._statuses: Dict[str, List[Status]] = {}
         self.recorders: Dict[str, Tuple[int, str, str]] = {}
         self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=100)
 
@@ -48,28 +46,26 @@ class StatusListener:
 
     def nodes(self) -> List[str]:
         """Return the nodes that sent a status."""
-        with self._lock:
-            return [newest.node for _, newest in self._reports.values()]
+        return [newest.node for _, newest in list(self._statuses.values())]
 
     def read(self, published: Mapping[str, PublishedTopic]) -> List[ChainNode]:
         """Return the nodes by their status."""
-        with self._lock:
-            reports = dict(self._reports)
-        return [_chain_node(name, first, newest, published) for name, (first, newest) in sorted(reports.items())]
+        return [_chain_node(name, first, newest, published)
+                for name, (first, newest) in sorted(self._statuses.copy().items())]
 
     def _store(self, message: DiagnosticArray) -> None:
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}
+            level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
             if RECORDS in values:
-                self.recorders[status.name] = _number(status.level), status.message, values[RECORDS]
-            if not any(kind in IMAGES for _, kind in _INPUT.findall(values.get(READS, ''))):
-                continue  # no node that finds people
-            # the updater writes <node>: <name>, which is another one for each camera of a node
-            node, _, name = status.name.partition(': ')
-            report = Reported(time.monotonic(), f'/{node.strip("/")}', _number(status.level), status.message, values)
-            with self._lock:
-                first, _ = self._reports.get(f'/{name.strip("/")}', (report, report))
-                self._reports[f'/{name.strip("/")}'] = first, report
+                self.recorders[status.name] = level, status.message, values[RECORDS]
+            if any(kind in IMAGES and '/openpose_ros/' not in topic  # these are shown, as in browsers
+                   for topic, kind in _INPUT.findall(values.get(READS, ''))):
+                # the updater writes <node>: <name>, which is another one for each camera of a node
+                node, _, name = status.name.partition(': ')
+                newest = Status(time.monotonic(), f'/{node.strip("/")}', level, status.message, values)
+                first = self._statuses.get(f'/{name.strip("/")}', [newest])[0]
+                self._statuses[f'/{name.strip("/")}'] = [first, newest]
 
 
 def inputs_of(node: ChainNode) -> Sequence[Tuple[str, str]]:
@@ -88,19 +84,13 @@ def starting_nodes(graph: Graph) -> List[str]:
                   - set(nodes_with_results(graph.published)))
 
 
-def _chain_node(name: str, first: Reported, newest: Reported, published: Mapping[str, PublishedTopic]) -> ChainNode:
-    skipped = [float(report.values.get('frames skipped', report.values.get('images skipped', 0)))
-               for report in (first, newest)]
+def _chain_node(name: str, first: Status, newest: Status, published: Mapping[str, PublishedTopic]) -> ChainNode:
+    skipped = [float(status.values.get('frames skipped', status.values.get('images skipped', 0)))
+               for status in (first, newest)]
     seconds = newest.received - first.received
-    namespace = name.rpartition('/')[0] + '/'
     results = sorted(topic for topic, there in published.items() if newest.node in there.nodes
                      and _RESULTS.fullmatch(topic))
-    own = [topic for topic in results if topic.startswith(f'{namespace}openpose_ros/')] or results
+    own = [topic for topic in results if topic.startswith(f"{name.rpartition('/')[0]}/openpose_ros/")] or results
     return ChainNode(name, newest.level, newest.text, newest.values,
                      (skipped[1] - skipped[0]) / seconds if seconds > 0 else 0.0, private_parameters(newest.node),
                      own[-1] if own else '')
-
-
-def _number(level: object) -> int:
-    return level[0] if isinstance(level, bytes) else int(level)  # type: ignore[call-overload]
-

@@ -12,13 +12,10 @@ Exit status: 0 nothing is wrong; 1 something is; 2 the command line is wrong; 13
 import argparse
 import os
 import sys
-import threading
 import time
-from collections import defaultdict
 from dataclasses import replace
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
-import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -27,7 +24,7 @@ from openpose_ros_bringup.doctor.frames import frames_needed
 from openpose_ros_bringup.doctor.report import diagnose, faults, report
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Clock, Lookup, People, Snapshot, Tf
 from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
-from openpose_ros_bringup.ros.doctor.inputs import Source, Wanted, find_cameras, nodes_within
+from openpose_ros_bringup.ros.doctor.inputs import find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_machine, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
@@ -40,12 +37,13 @@ from skeleton_extract_3d.ros.transforms import Transforms
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
 PREFIX = 'OPENPOSE_ROS_PREFIX'
+_ROLES = ('image', 'points', 'depth', 'camera_info')
 # Messages of images and points that are enough.
 _MESSAGES = 30
 # Nodes report once a second, each for all of its cameras; they are waited for so long [s].
 _STATUS_PERIOD, _STATUS_PATIENCE = 1.2, 3.0
-# Least time to listen, and how much longer the whole may take before it is given up [s].
-_LEAST, _GRACE = 1.5, 30.0
+# Least time to listen [s].
+_LEAST = 1.5
 _PERIOD = 0.05
 # Transforms for a stamp come a little later [s].
 _TF_PATIENCE = 1.0
@@ -63,7 +61,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     if options.camera != AUTO:
         find_preset(options.camera)  # refused at once
-    _end_after(options.seconds + _GRACE)
     findings = diagnose(look(options))
     sys.stdout.write(report(findings, os.environ.get(PREFIX, '')))
     return SOME_FAILED if faults(findings) else DONE
@@ -81,16 +78,20 @@ def look(options: argparse.Namespace) -> Snapshot:
     _wait(lambda: set(expected) <= set(status.nodes()) and time.monotonic() - begin > _STATUS_PERIOD,
           _STATUS_PATIENCE if expected else 0.0)
     nodes = nodes_within(options.camera_ns, status.read(graph.published))
-    sources = find_cameras(_wanted(options), nodes, graph.published)
-    listeners = [CameraListener(source.camera, source.rectified, graph.published) for source in sources]
+    topics = {role: rospy.resolve_name(getattr(options, role)) for role in _ROLES if getattr(options, role)}
+    cameras = find_cameras(options.camera, options.camera_ns, topics, nodes, graph.published)
+    listeners = [CameraListener(camera, graph.published) for camera in cameras]
     people = _PeopleListener(nodes, graph)
     begin = time.monotonic()
     _wait(lambda: time.monotonic() - begin >= _LEAST and all(each.has(_MESSAGES) for each in listeners),
           options.seconds)
     for stop in (people.stop, status.stop, *(each.stop for each in listeners)):
         stop()
+    # what publishes the chain's topics, and the chain, have to be reached
+    sources = {node for camera in cameras for stream in camera.streams if stream.topic in graph.published
+               for node in graph.published[stream.topic].nodes}
     seen = Snapshot(
-        replace(master, clock=ticks.read(), unreachable=unreachable(_nodes(sources, expected, graph))),
+        replace(master, clock=ticks.read(), unreachable=unreachable(sorted({*expected, *sources}))),
         time.monotonic() - begin, graph.published, graph.subscribed, [each.read() for each in listeners],
         Tf(options.fixed_frame or _fixed_frame(nodes, graph)),
         nodes_within(options.camera_ns, status.read(graph.published)),
@@ -101,25 +102,12 @@ def look(options: argparse.Namespace) -> Snapshot:
     return replace(seen, tf=tf)
 
 
-def _wanted(options: argparse.Namespace) -> Wanted:
-    topics = {role: rospy.resolve_name(getattr(options, role)) for role in ('image', 'points', 'depth', 'camera_info')
-              if getattr(options, role)}
-    return Wanted(options.camera, topics, options.camera_ns)
-
-
 def _fixed_frame(nodes: Sequence[ChainNode], graph: Graph) -> str:
     """Return the frame in which a node follows people, or that of the view; empty: none is named."""
     views = [private_parameters(node) for node in graph.nodes if node.endswith('/view')]
     named = [*(node.parameters.get('tracking_frame') for node in nodes), *(view.get('fixed_frame') for view in views),
              *('world' for view in views if view.get('floor') is True)]
     return frame_name(next((str(frame) for frame in named if frame), ''))
-
-
-def _nodes(sources: Sequence[Source], expected: Sequence[str], graph: Graph) -> List[str]:
-    """Return the nodes that have to be reached: those that publish what the chain reads, and the chain."""
-    topics = [stream.topic for source in sources for stream in source.camera.streams]
-    return sorted({*expected, *(node for topic in topics if topic in graph.published
-                                for node in graph.published[topic].nodes)})
 
 
 def _lookups(transforms: Transforms, seen: Snapshot) -> Dict[Tuple[str, str], Lookup]:
@@ -163,10 +151,9 @@ class _PeopleListener:
     def __init__(self, nodes: Sequence[ChainNode], graph: Graph) -> None:
         kinds = {kind._type: kind for kind in (PersonDetection_3dArray, PersonDetectionArray)}
         self._people: List[int] = []
-        self._ages: Dict[str, List[float]] = defaultdict(list)
         topics = {node.results for node in nodes if not node.rests and node.results}
         self._subscribers = [
-            rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, topic, queue_size=100)
+            rospy.Subscriber(topic, kinds[graph.published[topic].kind], self._count, queue_size=100)
             for topic in sorted(topics) if graph.published[topic].kind in kinds]
 
     def stop(self) -> None:
@@ -175,11 +162,9 @@ class _PeopleListener:
 
     def read(self) -> Optional[People]:
         """Return what came; None: no topic was read."""
-        ages = {topic: float(np.median(values)) for topic, values in self._ages.items()}
-        return People(len(self._people), max(self._people, default=0), ages) if self._subscribers else None
+        return People(len(self._people), max(self._people, default=0)) if self._subscribers else None
 
-    def _count(self, message: Any, topic: str) -> None:
-        self._ages[topic].append(rospy.get_time() - message.header.stamp.to_sec())
+    def _count(self, message: Any) -> None:
         self._people.append(len(message.persons))
 
 
@@ -188,18 +173,6 @@ def _wait(condition: Any, seconds: float) -> None:
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline and not condition():
         time.sleep(_PERIOD)
-
-
-def _end_after(seconds: float) -> None:
-    """End the program where a call never returns, as those of rospy where the master hangs."""
-    def end() -> None:
-        sys.stderr.write(f'doctor: no end after {seconds:.0f} s: the master or a node hangs\n')
-        sys.stderr.flush()
-        os._exit(SOME_FAILED)
-
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
-    timer.start()
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -1,9 +1,8 @@
 """The topics of a camera: what comes on them, and what the newest message holds."""
 import time
 from dataclasses import replace
-from typing import Any, Dict, List, Mapping, Optional
+from typing import Any, Dict, List, Mapping
 
-import numpy as np
 import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
@@ -12,8 +11,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
-from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
-from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.ros import convert
 
 _TYPES = {kind._type: kind for kind in (CameraInfo, CompressedImage, Image, PointCloud2)}
@@ -42,11 +40,7 @@ class Listener:
             self._input.unsubscribe()
 
     def read(self, info: Any, rectified: bool) -> Stream:
-        """Return what is known of the topic.
-
-        Args:
-            info: newest camera info of a depth image; None: none came.
-        """
+        """Return what is known of the topic; `info`: newest camera info of a depth image; None: none came."""
         message, stream = self.newest, replace(self.stream, arrivals=tuple(self.arrivals), fault=self._fault)
         if message is None:
             return stream
@@ -68,27 +62,26 @@ class Listener:
 class CameraListener:
     """Listens to the topics of a camera."""
 
-    def __init__(self, camera: Camera, rectified: bool, published: Mapping[str, PublishedTopic]) -> None:
-        self._camera, self._rectified = camera, rectified
-        self.listeners = {key: Listener(getattr(camera, key), published) for key in ('image', 'points', 'info',
-                                                                                    'colour_info')
-                          if getattr(camera, key) is not None}
+    def __init__(self, camera: Camera, published: Mapping[str, PublishedTopic]) -> None:
+        self._camera = camera
+        self._listeners = {key: Listener(getattr(camera, key), published)
+                           for key in ('image', 'points', 'info', 'colour_info') if getattr(camera, key) is not None}
 
     def has(self, messages: int) -> bool:
         """Tell whether so many images and points have come, or will not, as their topics are not there."""
         return all(len(listener.arrivals) >= (messages if key in ('image', 'points') else 1)
-                   for key, listener in self.listeners.items() if listener.listens)
+                   for key, listener in self._listeners.items() if listener.listens)
 
     def stop(self) -> None:
         """Let no more messages come."""
-        for listener in self.listeners.values():
+        for listener in self._listeners.values():
             listener.stop()
 
     def read(self) -> Camera:
         """Return the camera with what came on its topics."""
-        info = self.listeners['info'].newest if 'info' in self.listeners else None
-        streams: Dict[str, Any] = {key: listener.read(info, self._rectified)
-                                   for key, listener in self.listeners.items()}
+        info = self._listeners['info'].newest if 'info' in self._listeners else None
+        streams: Dict[str, Any] = {key: listener.read(info, self._camera.rectified)
+                                   for key, listener in self._listeners.items()}
         return replace(self._camera, **streams)
 
 
@@ -102,20 +95,11 @@ def _with_content(stream: Stream, message: Any, info: Any, rectified: bool) -> S
         height, width, _ = convert_2d.any_image_to_bgr(message).shape
         return replace(stream, size=(width, height), encoding=stream.encoding or message.format)
     if stream.kind == PointCloud2._type:
-        points: PointGrid = convert.cloud_from_message(message)
+        points = convert.cloud_from_message(message)
         return replace(stream, points=points, size=(points.width, points.height))
     if stream.kind == CompressedImage._type:
         message = convert_2d.compressed_depth_to_image(message)
-    points = _depth_points(message, info, rectified)
-    return replace(stream, points=points, size=(points.width, points.height), encoding=message.encoding)
-
-
-def _depth_points(message: Image, info: Optional[CameraInfo], rectified: bool) -> PointGrid:
-    """Return the points of a depth image; without a camera info, by a camera as wide as the image is far."""
-    if info is None or not any(info.K):
-        size = max(message.width, message.height, 1)
-        camera = CameraModel(max(message.width, 1), max(message.height, 1), np.array([
-            [size, 0, message.width / 2], [0, size, message.height / 2], [0, 0, 1]]))
-        info = convert.camera_to_message(camera, message.header)
-        rectified = False
-    return convert.depth_image_from_messages(message, info, rectified)
+    stream = replace(stream, size=(message.width, message.height), encoding=message.encoding)
+    if info is None or not any(info.K):  # a fault of the camera info
+        return stream
+    return replace(stream, points=convert.depth_image_from_messages(message, info, rectified))
