@@ -12,7 +12,7 @@ import genpy
 import numpy as np
 import pytest
 import rosbag
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from known_recording import (
     BEGIN,
     CAMERA,
@@ -32,23 +32,20 @@ from known_recording import (
     write_recording,
 )
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
-from std_msgs.msg import Float32, Header, String
+from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from disk_limits import file_size_limit
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages
+from openpose_ros_tools.ros.bag_files import TF_TOPICS, open_bag, stamped_messages, topic_finder
 from openpose_ros_tools.ros.bag_to_images import main as main_of_images
-from openpose_ros_tools.ros.camera_topics import TopicFinder
 from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
 from openpose_ros_tools.ros.process_bag import registration
-from openpose_ros_tools.ros.process_bag.input import find_topics
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, CameraTopics
-from openpose_ros_tools.ros.process_bag.preset import with_preset
+from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
-from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS
 from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth, registered
@@ -228,10 +225,10 @@ def test_topics_of_one_camera_of_several_are_in_its_namespace(tmp_path, preset):
     bag = write_recording(tmp_path / 'room.bag', image='/left/color/image_raw', points=None, others=lambda bag: [
         bag.write(f'/left{ALIGNED[7:]}/{name}', kind(), stamp_of(0)) for name, kind in (
             ('image_raw/compressedDepth', CompressedImage), ('camera_info', CameraInfo))])
-    job = with_preset(BagJob(bag, tmp_path / 'out.bag', camera='left', is_alone=False, preset=preset))
-    assert job.topics == CameraTopics(
-        'color/image_raw', depth='aligned_depth_to_color/image_raw/compressedDepth',
-        camera_info='aligned_depth_to_color/camera_info')
+    with open_bag(bag) as opened:
+        topics, _ = topic_finder(opened, 'left').camera(preset=preset)
+    assert topics == CameraTopics('/left/color/image_raw', '', f'/left{ALIGNED[7:]}/image_raw/compressedDepth',
+                                  f'/left{ALIGNED[7:]}/camera_info')
 
 
 @pytest.mark.parametrize('camera, words', [('realsens', "did you mean 'realsense'"), ('zed', 'has no such topic'),
@@ -252,10 +249,10 @@ def test_clouds_without_rows_are_left_alone(run, tmp_path, out, capsys):
     """As those of a lidar, or of a RealSense camera that was not asked for ordered clouds."""
     assert run(write_recording(tmp_path / 'a.bag', others=lidar)) == 0
     assert len(arrays(out)) == FRAMES
-    assert 'rows of an image' not in capsys.readouterr().err
+    assert 'no depth' not in capsys.readouterr().err
     assert run(write_recording(tmp_path / 'b.bag', points=None, others=lidar), output=tmp_path / 'c.bag') == 0
     assert len(arrays(tmp_path / 'c.bag', 'detected_poses', '/openpose_ros')) == FRAMES
-    assert 'there is no depth: /lidar/points: it has not the rows of an image' in capsys.readouterr().err
+    assert 'readable depth images are on /lidar/points;' in capsys.readouterr().err
 
 
 def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):
@@ -298,11 +295,9 @@ def test_people_and_transforms_go_on_in_the_next_part_of_a_recording(run, tmp_pa
         tmp_path / f'out/walk_{part}.bag' for part in range(1 + apart)}
 
 
-OTHER, BASELINE, VIEWER = pinhole(640, 360, 0.42), 0.025, '/device_0/sensor_'
+OTHER, BASELINE = pinhole(640, 360, 0.42), 0.025
 OTHER_TOPICS = ('/camera/color/image_raw', '/camera/color/camera_info', '/camera/depth/image_rect_raw',
                 '/camera/depth/camera_info')
-VIEWER_TOPICS = (f'{VIEWER}1/Color_0/image/data', f'{VIEWER}1/Color_0/info/camera_info',
-                 f'{VIEWER}0/Depth_0/image/data', f'{VIEWER}0/Depth_0/info/camera_info')
 
 
 def camera_beside(bag):
@@ -311,13 +306,7 @@ def camera_beside(bag):
     bag.write('/tf_static', TFMessage([transform]), stamp_of(0))
 
 
-def viewer(bag):
-    for name, x in (('1/Color_0', -BASELINE), ('0/Depth_0', 0)):
-        bag.write(f'{VIEWER}{name}/tf/0', Transform(Vector3(x, 0, 0), Quaternion(0, 0, 0, 1)), stamp_of(0))
-    bag.write(f'{VIEWER}0/option/Depth_Units/value', Float32(0.00025), stamp_of(0))
-
-
-def unregistered(path, topics, frames, others, cloud=False):
+def unregistered(path, frames, others, cloud=False):
     """Write the recording with the depth of a camera beside that of the images, of another lens."""
     with rosbag.Bag(str(path), 'w') as bag:
         others(bag)
@@ -326,29 +315,25 @@ def unregistered(path, topics, frames, others, cloud=False):
             depth = registered(DepthImage(seen.depth, CAMERA), OTHER, (np.eye(3), np.array([BASELINE, 0, 0])))
             z = depth.depths(*np.meshgrid(np.arange(depth.width), np.arange(depth.height)))
             headers = [Header(number, stamp, each) for each in frames]
-            units = 4000 if topics is VIEWER_TOPICS else 1000
-            points = depth_to_message(np.nan_to_num(z * units).astype(np.uint16), headers[1])
+            points = depth_to_message(np.nan_to_num(z * 1000).astype(np.uint16), headers[1])
             if cloud:
                 points = cloud_to_message(cloud_from_depth(z, depth.camera, np.zeros((*z.shape, 3), np.uint8)),
                                           headers[1])
-            if topics is VIEWER_TOPICS:
-                points.encoding = 'mono16'
-            for topic, message in zip(topics, (bgr_to_image(seen.bgr, headers[0]), camera_to_message(
+            for topic, message in zip(OTHER_TOPICS, (bgr_to_image(seen.bgr, headers[0]), camera_to_message(
                     CAMERA, headers[0]), points, camera_to_message(depth.camera, headers[1]))):
                 bag.write(topic, message, stamp)
     return path
 
 
-@pytest.mark.parametrize('topics, frames, others, cloud, words', [
-    (OTHER_TOPICS, (FRAME_ID, 'depth'), camera_beside, False, 'by both calibrations, 25 mm'),
-    (OTHER_TOPICS, (FRAME_ID, '/depth'), camera_beside, True, 'by both calibrations, 25 mm'),
-    (VIEWER_TOPICS, ('0', '0'), viewer, False, 'by both calibrations, 25 mm'),
-    (OTHER_TOPICS, ('0', '0'), lambda bag: None, False, 'without a distance'),
-    (OTHER_TOPICS, (FRAME_ID, 'depth'), lambda bag: None, False, 'does not tell where its camera is')])
-def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_path, out, capsys, topics, frames,
+@pytest.mark.parametrize('frames, others, cloud, words', [
+    ((FRAME_ID, 'depth'), camera_beside, False, 'by both calibrations, 25 mm'),
+    ((FRAME_ID, '/depth'), camera_beside, True, 'by both calibrations, 25 mm'),
+    (('0', '0'), lambda bag: None, False, 'by both calibrations, 0 mm'),
+    ((FRAME_ID, 'depth'), lambda bag: None, False, 'does not tell where its camera is')])
+def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_path, out, capsys, frames,
                                                           others, cloud, words):
     """Of OTHER fx differs by a quarter, so the joints of people at 3 m would be half a metre off."""
-    other = unregistered(tmp_path / 'b.bag', topics, frames, others, cloud)
+    other = unregistered(tmp_path / 'b.bag', frames, others, cloud)
     assert run(other) == (2 if 'does not tell' in words else 0)
     assert words in capsys.readouterr().err
     assert main_of_images([str(other), '-o', str(tmp_path / 'images')]) == 2
@@ -368,8 +353,7 @@ def test_no_images_are_read_for_the_places_of_cameras(recording, monkeypatch):
 
     monkeypatch.setattr(registration, 'stamped_messages', first_alone)
     with open_bag(recording) as bag:
-        finder = TopicFinder(bag)
-        registration.Registration([bag], find_topics(finder, CameraTopics()), False)
+        registration.Registration([bag], topic_finder(bag).camera()[0], False)
 
 
 def test_images_alone_give_people_in_the_image(run, tmp_path, out):
@@ -462,7 +446,7 @@ def test_each_output_is_known_by_itself(run, recording, tmp_path, out, capsys):
     for options in (('--csv', table), ('--csv', table, '--json', folder)):
         assert run(recording, *options, create=None) == 0
         assert '1 of 1 bags are done already' in capsys.readouterr().out
-    table.write_text(table.read_text().replace('0', '1', 1))
+    table.write_text(table.read_text().replace('0', '1', 1))  # newer than the bag
     assert run(recording, '--csv', table, create=None) == 2
     table.unlink()
     table.symlink_to(tmp_path / 'unmounted.csv')

@@ -1,8 +1,4 @@
 """Outputs appear whole, all at once, or not at all."""
-import os
-import subprocess
-import sys
-
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
@@ -39,46 +35,26 @@ def test_after_an_error_all_is_as_before(tmp_path, error):
     assert (tmp_path / 'a.bag').read_text() == 'older'
 
 
-def test_what_a_killed_process_left_is_deleted_by_the_next_one(tmp_path):
-    script = ('import os, sys; from pathlib import Path; from openpose_ros_tools.outputs import PartFiles\n'
-              'parts = PartFiles().__enter__()\n'
-              'parts.file(Path(sys.argv[1], "a.bag")).write_text("half")\n'
-              '(parts.folder(Path(sys.argv[1], "a.bag"), bool) / "half").write_text("half")\n'
-              'os.kill(os.getpid(), 9)')
-    subprocess.run([sys.executable, '-c', script, str(tmp_path)], check=False,
-                   env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
-    left = everything(tmp_path)
-    assert len(left) == 2 and all(name.startswith('.a.bag.') for name in left)
-    with PartFiles() as parts:
-        parts.file(tmp_path / 'a').write_text('whole')
-    assert everything(tmp_path) == [*left, 'a']
+def test_what_a_killed_process_left_is_overwritten(tmp_path):
+    (tmp_path / '.a.bag.part').write_text('half of what was made before')
+    (tmp_path / '.json.part').mkdir()
+    (tmp_path / '.json.part/a_0.json').write_text('half')
     with PartFiles() as parts:
         parts.file(tmp_path / 'a.bag').write_text('whole')
-    assert everything(tmp_path) == ['a', 'a.bag']
+        (parts.folder(tmp_path / 'json', is_of_a) / 'a_1.json').write_text('frame')
+    assert everything(tmp_path) == ['a.bag', 'json/a_1.json']
+    assert (tmp_path / 'a.bag').read_text() == 'whole'
 
 
-@pytest.mark.parametrize('name', ['walk', 'walk.csv'])
-def test_unfinished_outputs_of_a_running_program_stay(tmp_path, name):
+def test_an_output_that_another_program_is_making_is_refused_and_stays(tmp_path):
     with PartFiles() as running:
-        table, folder = running.file(tmp_path / 'walk.csv'), running.folder(tmp_path / 'walk.csv.d', bool)
-        table.write_text('rows')
-        with pytest.raises(ValueError, match='fails'), PartFiles() as other:
-            other.file(tmp_path / name).write_text('half')
-            other.folder(tmp_path / 'walk.csv.d', bool)
-            raise ValueError('fails')
-        assert table.read_text() == 'rows' and folder.is_dir()
+        running.file(tmp_path / 'walk.csv').write_text('rows')
+        for make in (lambda parts: parts.file(tmp_path / 'walk.csv'),
+                     lambda parts: parts.file(tmp_path / 'b') and parts.file(tmp_path / 'walk.csv')):
+            with pytest.raises(ParameterError, match=r'another program is making .*walk\.csv'), PartFiles() as other:
+                make(other)
     assert everything(tmp_path) == ['walk.csv']
     assert (tmp_path / 'walk.csv').read_text() == 'rows'
-
-
-def test_of_two_that_make_the_same_at_a_time_the_first_that_is_done_has_made_it(tmp_path):
-    with pytest.raises(FileExistsError, match='another program'), PartFiles() as later:
-        later.file(tmp_path / 'b.bag').write_text('is not moved either')
-        later.file(tmp_path / 'a.bag').write_text('later')
-        with PartFiles() as earlier:
-            earlier.file(tmp_path / 'a.bag').write_text('earlier')
-    assert everything(tmp_path) == ['a.bag']
-    assert (tmp_path / 'a.bag').read_text() == 'earlier'
 
 
 def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):

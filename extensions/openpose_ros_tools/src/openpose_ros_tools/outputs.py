@@ -2,13 +2,10 @@
 
 An output that is there already is never replaced unless the command is told to.
 """
-import errno
 import fcntl
 import io
 import os
-import re
 import shutil
-import uuid
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
@@ -16,40 +13,34 @@ from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import check_outputs, naming
 
-_DIGITS = 8
-
 
 class _Output(NamedTuple):
-    """An output in progress: its temporary path, its place, whether that is (and was) taken, and how it gets there."""
-
     part: Path
     path: Path
-    is_there: Callable[[], bool]
-    was_there: bool
-    move: Optional[Callable[[], object]]  # None: the part is deleted at the end
+    move: Optional[Callable[[], object]]  # to its place; None: the part is deleted at the end
 
 
 class PartFiles:
-    """The outputs of one piece of work; use it as a context manager.
+    """The outputs of one piece of work, `.NAME.part` until they are moved; use it as a context manager.
 
-    On leaving without an error they are moved to their places, in the order in which they were named, if these are
-    not taken by then; on an error or an interrupt they are deleted. A part is locked while its process runs: the next
-    process that makes the same output deletes unlocked parts of it, which a killed process has left, and nothing else.
-    Where the file system has no locks, these stay. An OSError names the output, not its temporary path.
-
-    Args:
-        run: of `new_run`, if `delete_parts` is to find what is left; empty: one of its own.
+    On leaving without an error they are moved to their places, in the order in which they were named; on an error or
+    an interrupt they are deleted. What a killed process has left is overwritten. An OSError names the output.
     """
 
-    def __init__(self, run: str = '') -> None:
-        self._run = run or new_run()
+    def __init__(self) -> None:
         self._outputs: List[_Output] = []
         self._locks: List[int] = []
 
     def file(self, path: Path) -> Path:
-        """Return the temporary path to write a file to; its folder is made."""
-        part = self._part(path, lambda: os.path.lexists(str(path)), lambda: part.replace(path))
-        self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666))
+        """Return the temporary path to write a file to; its folder is made.
+
+        Raises:
+            ParameterError: another program is making the same output.
+        """
+        part = self._part(path)
+        self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT, 0o666), path)
+        os.truncate(str(part), 0)
+        self._outputs.append(_Output(part, path, lambda: part.replace(path)))
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
@@ -58,17 +49,15 @@ class PartFiles:
         Args:
             is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
-        part = self._part(path, lambda: bool(files_of(path, is_own)), lambda: _merge(part, path, is_own))
-        return self._made(part)
+        return self._folder(path, lambda part: _merge(part, path, is_own))
 
     def new_folder(self, path: Path) -> Path:
         """Return a new folder that will take the place of the folder `path`."""
-        part = self._part(path, lambda: path.is_dir() and any(path.iterdir()), lambda: _exchange(part, path))
-        return self._made(part)
+        return self._folder(path, lambda part: _exchange(part, path))
 
     def scratch_folder(self, path: Path) -> Path:
         """Return a new folder for intermediate files of an output, which is deleted at the end."""
-        return self._made(self._part(path, lambda: False, None))
+        return self._folder(path.with_name(f'{path.name}.scratch'), None)
 
     def __enter__(self) -> 'PartFiles':
         return self
@@ -88,37 +77,36 @@ class PartFiles:
             for lock in self._locks:
                 os.close(lock)
 
-    def _part(self, path: Path, is_there: Callable[[], bool], move: Optional[Callable[[], object]]) -> Path:
+    @staticmethod
+    def _part(path: Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for left in _parts_of(path):
-            _delete_unless_locked(left)
-        part = path.with_name(f'.{path.name}.{self._run}-{new_run()}.part')
-        self._outputs.append(_Output(part, path, is_there, is_there(), move))
+        return path.with_name(f'.{path.name}.part')
+
+    def _folder(self, path: Path, move: Optional[Callable[[Path], object]]) -> Path:
+        part = self._part(path)
+        part.mkdir(exist_ok=True)
+        self._lock(os.open(str(part), os.O_RDONLY), path)
+        for left in part.iterdir():
+            _delete(left)
+        self._outputs.append(_Output(part, path, None if move is None else lambda: move(part)))
         return part
 
-    def _made(self, part: Path) -> Path:
-        part.mkdir()
-        self._lock(os.open(str(part), os.O_RDONLY))
-        return part
-
-    def _lock(self, opened: int) -> None:
-        """Lock a part until it is in its place; a file stays locked when another program opens it."""
+    def _lock(self, opened: int, path: Path) -> None:
         self._locks.append(opened)
-        with suppress(OSError):  # a file system without locks
+        try:
             fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ParameterError(f'another program is making {path}') from None
+        except OSError:
+            pass  # a file system without locks
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
         moved = [output for output in self._outputs if output.move is not None]
         for output in moved:
-            if not output.part.exists():
-                raise FileNotFoundError(errno.ENOENT, 'another program deleted it', str(output.part))
             for file in filter(Path.is_file, (output.part, *output.part.rglob('*'))):
                 with naming(file), file.open('rb') as handle:
                     os.fsync(handle.fileno())
-        for output in moved:
-            if output.is_there() and not output.was_there:
-                raise FileExistsError(errno.EEXIST, 'another program has made it in the meantime', str(output.path))
         for output in moved:
             if output.move is not None:
                 output.move()
@@ -150,11 +138,7 @@ class LiveFile(io.TextIOBase):
         self._file = path.open('wb' if overwrite else 'xb', buffering=0)
 
     def write(self, text: str) -> int:
-        """Write some lines; after an error the file ends with the lines before.
-
-        Raises:
-            OSError: they can not be written, with the name of the file.
-        """
+        """Write some lines; after an error the file ends with the lines before."""
         size, rest = self._file.tell(), memoryview(text.encode())
         try:
             with naming(self._path):
@@ -185,7 +169,7 @@ def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Ite
         ParameterError: the file exists already, is a folder or an input, or can not be written.
     """
     check_outputs([path], overwrite, inputs)
-    with _told(path), PartFiles() as parts:
+    with _refused(path), PartFiles() as parts:
         yield parts.file(path)
 
 
@@ -201,9 +185,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     Raises:
         ParameterError: the folder exists already, contains something else, or can not be written.
     """
-    content = sorted(item.name for item in path.iterdir()) if path.is_dir() else []
-    if path.exists() and not path.is_dir():
-        raise ParameterError(f'{path} is a file; name a folder')
+    content = [item.name for item in files_of(path, lambda name: True)]
     if content and not overwrite:
         raise ParameterError(f'{path} is there already, with {len(content)} files or folders in it; give another '
                              'name, or --overwrite')
@@ -211,7 +193,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     if foreign:
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
-    with _told(path), PartFiles() as parts:
+    with _refused(path), PartFiles() as parts:
         yield parts.new_folder(path.resolve())
 
 
@@ -226,35 +208,14 @@ def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
 
 
-def new_run() -> str:
-    """Return an identifier for the parts of a run."""
-    return uuid.uuid4().hex[:_DIGITS]
-
-
-def delete_parts(path: Path, run: str) -> None:
-    """Delete what a run has left of an unfinished output, also where a worker of it still writes."""
-    for part in _parts_of(path, run):
-        _delete(part)
-
-
-def _parts_of(path: Path, run: str = f'[0-9a-f]{{{_DIGITS}}}') -> List[Path]:
-    """Return the parts of exactly this output; `run`: of that run."""
-    name = re.compile(rf'\.{re.escape(path.name)}\.{run}-[0-9a-f]{{{_DIGITS}}}\.part')
-    return [part for part in path.parent.iterdir() if name.fullmatch(part.name)] if path.parent.is_dir() else []
-
-
-def _delete_unless_locked(part: Path) -> None:
-    with suppress(OSError):  # it is locked, its file system has no locks, or it has just been moved
-        opened = os.open(str(part), os.O_RDONLY if part.is_dir() else os.O_RDWR)
-        try:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            _delete(part)
-        finally:
-            os.close(opened)
+def delete_parts(path: Path) -> None:
+    """Delete what killed processes have left of an unfinished output."""
+    for name in (path, path.with_name(f'{path.name}.scratch')):
+        _delete(name.with_name(f'.{name.name}.part'))
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _refused(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

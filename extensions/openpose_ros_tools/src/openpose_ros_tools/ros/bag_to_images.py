@@ -41,9 +41,15 @@ from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import WrittenFile, number_files, write_description, write_lists
 from openpose_ros_tools.outputs import output_folder
-from openpose_ros_tools.parallel.threads import ordered_map
-from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
-from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit
+from openpose_ros_tools.parallel import ordered_map
+from openpose_ros_tools.ros.bag_files import (
+    TF_TOPIC,
+    StampedMessage,
+    deserialized,
+    open_bag,
+    stamped_messages,
+    topic_finder,
+)
 from openpose_ros_tools.ros.image_messages import file_of_message
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import DepthImage
@@ -77,7 +83,7 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, 
     Raises:
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
-    finder = TopicFinder(bag)
+    finder = topic_finder(bag)
     topics = {stream: finder.named(stream, topic, *[CLOUD] * (stream == 'depth'))
               for stream, topic in wanted.items() if topic not in (None, '', 'none')}
     for stream in LISTS:
@@ -122,7 +128,7 @@ def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
              for one in deserialized(message).transforms}
     frame_ids = {stream: next(stamped_messages(bag, [topics[stream]])).frame_id for stream in LISTS if stream in topics}
     camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
-    depth_info = TopicFinder(bag).camera_info_of(topics['depth']) if topics.keys() >= {'colour', 'depth'} else None
+    depth_info = topic_finder(bag).camera_info_of(topics['depth']) if topics.keys() >= {'colour', 'depth'} else None
     lens = calibration_from_message(deserialized(next(stamped_messages(bag, [depth_info])))) if depth_info else None
     if lens is not None and lens.is_calibrated:
         width, height = lens.image_size
@@ -201,15 +207,13 @@ def _run(options: argparse.Namespace) -> int:
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         camera = read_camera(bag, topics)
-        units = 1 / depth_unit(bag, topics.get('depth', ''))
-        scale = options.depth_scale and options.depth_scale * MILLIMETRES / units  # as if depth was in mm
-        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), scale)
+        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
         write_lists(part, files)
         write_description(part, camera.calibration, files, frame_id=camera.frame_id,
-                          depth_scale=options.depth_scale or units,
+                          depth_scale=options.depth_scale or MILLIMETRES,
                           T_world_camera=None if camera.T_world_camera is None else camera.T_world_camera.tolist())
     sys.stdout.write(_summary(options.output, topics, files, failed))
     return SOME_FAILED if failed else DONE

@@ -20,10 +20,10 @@ from openpose_ros_pkg.ros.convert import (
     order_of_file,
     pixels_to_image,
 )
+from openpose_ros_pkg.ros.topics import DEPTH_ENCODINGS, TOPICS
 from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS, TOPICS
 from skeleton_extract_3d.points.camera import calibrated_camera, check_same_aspect
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_folder import RgbdFolder

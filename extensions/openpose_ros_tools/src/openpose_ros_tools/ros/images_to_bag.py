@@ -53,11 +53,11 @@ from openpose_ros_pkg.command_options import add_output, checked, command_parser
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.ros.topics import CAMERA_NAMESPACE
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.parallel.threads import ordered_map
+from openpose_ros_tools.parallel import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
-from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE
 from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_size, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_folder import RgbdFolder, read_rgbd_folder

@@ -2,7 +2,7 @@
 import json
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
 import genpy
 import numpy as np
@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
+from openpose_ros_pkg.ros.topics import PARTS, absolute, choose_topic
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
@@ -29,7 +30,6 @@ from openpose_ros_tools.ros.bag_files import (
     stamped_messages,
     topic_types,
 )
-from openpose_ros_tools.ros.ros2_bags import joined_types
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
@@ -48,97 +48,31 @@ from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 # Points of the hands of a person, as joints of a table.
 HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
 _SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
-# Dimensions of the types of messages with people, in the order of preference: space before image, and single people
-# before arrays, as both contain the same people.
-DIMENSIONS: Dict[str, int] = {
-    'openpose_ros_msgs/PersonDetection_3d': 3,
-    'openpose_ros_msgs/PersonDetection_3dArray': 3,
-    'openpose_ros_msgs/PersonDetection': 2,
-    'openpose_ros_msgs/PersonDetectionArray': 2}
 _ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
-
-# The same of hands and of faces, which choose by themselves only what is asked for.
-PARTS: Dict[str, Dict[str, int]] = {
-    'people': DIMENSIONS,
-    'hands': {'openpose_ros_msgs/HandDetection_3dArray': 3, 'openpose_ros_msgs/HandDetectionArray': 2},
-    'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2},
-    'signals': {'openpose_ros_msgs/PersonSignalsArray': 3}}
-
 
 RECORD = '/openpose_ros/process_bag'
 """Topic of what process_bag has made a bag of, so that it is not made again."""
 
 
-class KeypointTopic(NamedTuple):
-    """A topic with people, hands, faces or signals; dimensions: 3 in space, 2 in the image; part: one of `PARTS`."""
-
-    name: str
-    kind: str
-    dimensions: int
-    part: str = 'people'
-
-
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
-    """Yield the messages of a topic and their time of recording [ns], in its order.
-
-    Raises:
-        BadInputError: the bag is damaged, or the messages are of several types.
-    """
-    types = topic_types(bag)
-    names = [name for name in types if _absolute(name) == _absolute(topic)]
-    for name in names:
-        if ' and ' in types[name]:
-            raise BadInputError(f'{bag.filename}: messages on {name} are of several types: {types[name]}')
-    for stored in stamped_messages(bag, names):
+    """Yield the messages of a topic and their time of recording [ns], in its order; BadInputError: it is damaged."""
+    for stored in stamped_messages(bag, [name for name in topic_types(bag) if absolute(name) == absolute(topic)]):
         yield deserialized(stored), stored.time
 
 
 def count_messages(bag: rosbag.Bag, topic: str) -> int:
     """Return how many messages of a topic there are."""
     topics = bag.get_type_and_topic_info().topics
-    return sum(info.message_count for name, info in topics.items() if _absolute(name) == _absolute(topic))
-
-
-def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None, part: str = 'people'
-                 ) -> KeypointTopic:
-    """Return the topic to read.
-
-    Args:
-        types: type of each topic.
-        where: these topics are, for errors.
-        topic: name; None: the only one of the most preferred type that is there, see `PARTS`.
-        part: what is in it, one of `PARTS`.
-
-    Raises:
-        BadInputError: it is not there or holds no people, or several come into question.
-    """
-    kinds = PARTS[part]
-    known = {_absolute(name): kind for name, kind in types.items()}
-    with_people = {name: kind for name, kind in sorted(known.items()) if kind in kinds}
-    if topic is not None:
-        name = _absolute(topic)
-        if name not in known:
-            raise BadInputError(f'there is no topic {name} in {where}; {_list(with_people, known, kinds)}')
-        if name not in with_people:
-            raise BadInputError(f'topic {name} in {where} is of type {known[name]}; {_list(with_people, known, kinds)}')
-        return KeypointTopic(name, known[name], kinds[known[name]], part)
-    for kind, dimensions in kinds.items():
-        names = [name for name in with_people if with_people[name] == kind]
-        if len(names) > 1:
-            raise BadInputError(f'{where} has several topics of type {kind}: {", ".join(names)}; choose with --topic')
-        if names:
-            return KeypointTopic(names[0], kind, dimensions, part)
-    raise BadInputError(f'there are no {"keypoints" if part == "people" else part} in {where}; '
-                        f'{_list(with_people, known, kinds)}')
+    return sum(info.message_count for name, info in topics.items() if absolute(name) == absolute(topic))
 
 
 def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
-    """Return the type of each topic in any of the bags, see `joined_types`; errors as `open_bag`."""
-    found: List[Tuple[str, str]] = []
+    """Return the type of each topic in any of the bags; errors as `open_bag`."""
+    found: Dict[str, str] = {}
     for path in paths:
         with open_bag(path) as bag:
-            found += topic_types(bag).items()
-    return joined_types(found)
+            found.update(topic_types(bag))
+    return found
 
 
 def made_of(path: Path) -> Dict[str, Any]:
@@ -220,7 +154,7 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
         with open_bag(path) as bag:
             types = topic_types(bag)
             beside = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
-            if {_absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
+            if {absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
                 return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
                     turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
                         for message, time in bag_messages(bag, beside)], True
@@ -275,22 +209,6 @@ def person_message(row: PersonRow, header: Header) -> genpy.Message:
     kind, of_part = (PersonDetection_3d, BodypartDetection_3d) if in_space else (PersonDetection, BodypartDetection)
     parts = {joint: of_part(*part) for joint, part in zip(MESSAGE_JOINTS, part_values(row))}
     return kind(header=header, num_people_detected=row.number, person_ID=row.person, **parts)
-
-
-def _absolute(name: str) -> str:
-    """Return the name of a topic with its leading slash, which bags made by programs may lack."""
-    return '/' + name.strip('/')
-
-
-def _list(with_people: Mapping[str, str], types: Mapping[str, str], kinds: Iterable[str]) -> str:
-    """Return which topics there are."""
-    if with_people:
-        return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in with_people.items())
-    if not types:
-        return 'it has no topics'
-    shown: List[str] = [f'{name} ({kind})' for name, kind in sorted(types.items())]
-    more = f' and {len(shown) - 8} more' if len(shown) > 8 else ''
-    return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(kinds)}'
 
 
 def _parts(message: Any, dimensions: int) -> np.ndarray:
