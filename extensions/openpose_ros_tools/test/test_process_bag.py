@@ -40,10 +40,9 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.ros.bag_files import TF_TOPICS, open_bag, stamped_messages, topic_finder
+from openpose_ros_tools.ros.bag_files import open_bag, topic_finder
 from openpose_ros_tools.ros.bag_to_images import main as main_of_images
 from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
-from openpose_ros_tools.ros.process_bag import registration
 from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
 from openpose_ros_tools.tables.keypoint_csv import columns
@@ -129,7 +128,7 @@ def test_what_can_not_be_done_is_refused(run, recording, out, capsys, arguments,
 
 
 @pytest.mark.parametrize(('option', 'place', 'words'), [
-    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'is named twice'), ('--csv', 'folder', 'is a folder'),
+    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'would both be written to'), ('--csv', 'folder', 'is a folder'),
     ('--json', 'diary.txt', 'diary.txt is a file'), ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
 def test_places_where_no_result_can_be_are_refused_before_the_work(run, recording, tmp_path, capsys, option, place,
                                                                    words):
@@ -141,23 +140,13 @@ def test_places_where_no_result_can_be_are_refused_before_the_work(run, recordin
     assert recording.stat().st_size == size
 
 
-def test_configurations_that_contradict_each_other_are_refused(run, recording, tmp_path, capsys):
-    for name, model in (('a', 'auto'), ('b', 'mobilenet_thin')):
-        (tmp_path / f'{name}.yaml').write_text(f'pose_model: {model}\nverbose: true\nimage_topic: /camera\n')
-    assert run(recording, '--config', tmp_path / 'a.yaml') == 0
-    assert run(recording, '--config', tmp_path / 'a.yaml', '--config', tmp_path / 'b.yaml') == 2
-    assert "'pose_model' is 'mobilenet_thin', but 'auto'" in capsys.readouterr().err
-
-
-def test_precision_of_the_nodes_is_not_that_of_recordings(tmp_path):
-    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: fast\n')
-    assert read_config([tmp_path / 'node.yaml']) == {'mode': 'fast'}
+def test_configurations_of_nodes_are_read(tmp_path):
+    """Of later files, of the nodes that find people, and without what is for live images."""
+    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: accurate\nverbose: true\n')
+    (tmp_path / 'all.yaml').write_text('people_signals_node: {summary: true}\n'
+                                       'skeleton_extract_3d_node: {mode: fast}\n')
+    assert read_config([tmp_path / 'node.yaml', tmp_path / 'all.yaml']) == {'mode': 'fast', 'verbose': True}
     assert build(BagSettings, {}).detector.backend.precision == 'f32'
-
-
-def test_a_configuration_by_node_has_a_meaning_for_the_nodes_that_find_people(tmp_path):
-    (tmp_path / 'all.yaml').write_text('people_signals_node: {summary: true}\nskeleton_extract_3d_node: {mode: fast}\n')
-    assert read_config([tmp_path / 'all.yaml']) == {'mode': 'fast'}
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
@@ -343,17 +332,6 @@ def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_pa
             assert one.header.frame_id == frames[0]
             far = np.linalg.norm(positions(one) - positions(other), axis=2)
             assert not far.size or np.nanmedian(far) < BASELINE * (1.5 if frames[1] == '0' else 0.5)
-
-
-def test_no_images_are_read_for_the_places_of_cameras(recording, monkeypatch):
-    def first_alone(bag, topics, *span, **options):
-        for number, message in enumerate(stamped_messages(bag, topics, *span, **options)):
-            assert not number or message.topic in TF_TOPICS
-            yield message
-
-    monkeypatch.setattr(registration, 'stamped_messages', first_alone)
-    with open_bag(recording) as bag:
-        registration.Registration([bag], topic_finder(bag).camera()[0], False)
 
 
 def test_images_alone_give_people_in_the_image(run, tmp_path, out):

@@ -53,7 +53,11 @@ class PartFiles:
 
     def new_folder(self, path: Path) -> Path:
         """Return a new folder that will take the place of the folder `path`."""
-        return self._folder(path, lambda part: _exchange(part, path))
+        def move(part: Path) -> None:
+            _delete(path)
+            part.replace(path)
+
+        return self._folder(path, move)
 
     def scratch_folder(self, path: Path) -> Path:
         """Return a new folder for intermediate files of an output, which is deleted at the end."""
@@ -210,8 +214,15 @@ def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
 
 def delete_parts(path: Path) -> None:
     """Delete what killed processes have left of an unfinished output."""
-    for name in (path, path.with_name(f'{path.name}.scratch')):
-        _delete(name.with_name(f'.{name.name}.part'))
+    for name in (f'.{path.name}.part', f'.{path.name}.scratch.part'):
+        part = path.with_name(name)
+        with suppress(OSError):  # there is none, or a process is writing it
+            opened = os.open(str(part), os.O_RDONLY)
+            try:
+                fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _delete(part)
+            finally:
+                os.close(opened)
 
 
 @contextmanager
@@ -230,20 +241,6 @@ def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
     for file in files_of(path, is_own):
         if file.name not in new:
             file.unlink()
-
-
-def _exchange(part: Path, path: Path) -> None:
-    """Put a folder in the place of another one, which is back there if that fails."""
-    old = part.with_suffix('.old')
-    if path.exists():
-        path.replace(old)
-    try:
-        part.replace(path)
-    except BaseException:
-        if old.exists():
-            old.replace(path)
-        raise
-    _delete(old)
 
 
 def _delete(path: Path) -> None:

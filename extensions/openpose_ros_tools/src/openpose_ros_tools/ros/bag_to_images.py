@@ -143,12 +143,11 @@ def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
     return camera._replace(T_world_camera=np.vstack([np.column_stack(in_world[0]), [0, 0, 0, 1]]))
 
 
-def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Iterator[RecordedImage]:
+def recorded_images(bag: rosbag.Bag, topics: Dict[str, str]) -> Iterator[RecordedImage]:
     """Yield the images of a camera in a bag.
 
     Args:
         topics: by stream, see `find_topics`.
-        bag_time: take the times of recording in place of the stamps in the headers.
 
     Raises:
         BadInputError: a stamp is missing, or there twice, or the bag is damaged.
@@ -157,16 +156,13 @@ def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> 
     taken: Set[Tuple[str, int]] = set()
     for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
                             total=sum(map(bag.get_message_count, stream_of))):
-        stamp = message.time if bag_time else message.stamp or 0
+        stamp = message.stamp or 0
         if not stamp or (message.topic, stamp) in taken:
             raise BadInputError(f"a message on '{message.topic}' has "
-                                f"{'the stamp of another one' if stamp else 'no stamp in its header'}; "
-                                '--bag-time takes the times of recording')
+                                f"{'the stamp of another one' if stamp else 'no stamp in its header'}")
         taken.add((message.topic, stamp))
         yield RecordedImage(stream_of[message.topic], stamp, message)
 
-
-# ----------------------------------------------------------------------------------------------------------- writing
 
 def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float]
                  ) -> Tuple[List[WrittenFile], int]:
@@ -195,8 +191,6 @@ def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImag
     return WrittenFile(image.stream, image.stamp, path)
 
 
-# ------------------------------------------------------------------------------------------------------ command line
-
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
@@ -207,7 +201,7 @@ def _run(options: argparse.Namespace) -> int:
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         camera = read_camera(bag, topics)
-        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), options.depth_scale)
+        written, failed = write_images(part, recorded_images(bag, topics), options.depth_scale)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
@@ -258,6 +252,4 @@ def _parser() -> argparse.ArgumentParser:
                              'benchmark, 1000 for rgbd_player_node')
     parser.add_argument('--only-pairs', action='store_true',
                         help='leave out colour images without depth image, and the other way round')
-    parser.add_argument('--bag-time', action='store_true',
-                        help='take the times of recording in place of the stamps in the headers')
     return parser

@@ -98,12 +98,12 @@ def main(arguments: Optional[Sequence[str]] = None,
 
 
 def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
-    """Return the parameters in configuration files of the nodes that have a meaning here.
+    """Return the parameters in configuration files of the nodes that have a meaning here; later files count more.
 
     A file holds the parameters of a node, or those of several by node, as `config` of launch files has them.
 
     Raises:
-        ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
+        ParameterError: a file can not be read, or has a key that no node has.
     """
     known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings)}
     # Those of the nodes are for live images; a recording gives the same people on each machine.
@@ -116,11 +116,10 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
         sections = {key: content.pop(key) for key, value in [*content.items()] if isinstance(value, dict)}
         for node in _DETECTORS:
             content.update(sections.get(node, {}))
-        for key, value in content.items():
-            if key not in known:
-                raise ParameterError(f"--config {path}: unknown parameter '{key}'")
-            if key in used and values.setdefault(key, value) != value:
-                raise ParameterError(f"--config {path}: '{key}' is {value!r}, but {values[key]!r} in another file")
+        unknown = [key for key in content if key not in known]
+        if unknown:
+            raise ParameterError(f"--config {path}: unknown parameter '{unknown[0]}'")
+        values.update({key: value for key, value in content.items() if key in used})
     return values
 
 
@@ -318,20 +317,19 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
 def _check_outputs(jobs: Sequence[BagJob]) -> None:
     """Raise ParameterError if a result would take the place of an input or another result, or can not be there."""
     sources = {camera.bag.resolve() for job in jobs for camera in job.cameras}
-    first: Dict[Path, BagJob] = {}
+    first: Dict[Path, Path] = {}  # by result the recording
     for job in jobs:
-        bag, json = job.cameras[0].bag, job.outputs.json
-        if len({path.resolve() for path in job.outputs.paths}) < len(job.outputs.paths):
-            raise ParameterError(f'{job.outputs.bag} is named twice; name another file, or folder')
         for path in job.outputs.paths:
-            other = first.setdefault(path.resolve(), job)
-            if other is not job:
-                raise ParameterError(f'{other.cameras[0].bag} and {bag} would both be written to {path}, as results '
-                                     'are named after their recording; give them in commands with folders of their own')
+            is_folder = path == job.outputs.json
             if path.resolve() in sources:
                 raise ParameterError(f'{path} is an input; name another file, or folder')
-            if path != json and path.is_dir():
+            if path.resolve() in first:
+                raise ParameterError(f'{first[path.resolve()]} and {job.cameras[0].bag} would both be written to '
+                                     f'{path}; name another file, or folders of their own, as results are named after '
+                                     'their recording')
+            first[path.resolve()] = job.cameras[0].bag
+            if path.is_dir() and not is_folder:
                 raise ParameterError(f'{path} is a folder; name a file')
-            for folder in ([path] if path == json else []) + list(path.parents):
+            for folder in [path] * is_folder + list(path.parents):
                 if folder.exists() and not folder.is_dir():
                     raise ParameterError(f'{folder} is a file; name a folder')
