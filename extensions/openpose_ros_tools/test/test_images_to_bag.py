@@ -14,7 +14,6 @@ from openpose_ros_pkg.command_line import DONE, REFUSED, SOME_FAILED
 from openpose_ros_pkg.ros.convert import pixels_to_image
 from openpose_ros_tools.images.image_files import depth_to_metres
 from openpose_ros_tools.ros import bag_to_images, images_to_bag
-from openpose_ros_tools.ros.image_messages import file_of_message
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -289,23 +288,6 @@ def test_topics_of_other_cameras_are_found(tmp_path):
     assert yaml.safe_load((tmp_path / 'out/camera.yaml').read_text())['image_width'] == W
 
 
-def test_a_bag_of_compressed_topics_gives_its_images(tmp_path):
-    """As recorded with a RealSense camera: everything compressed, depth by two transports."""
-    depth = GREY.astype(np.uint16) * 80
-    png, jpeg = cv2.imencode('.png', depth)[1].tobytes(), cv2.imencode('.jpg', np.dstack([GREY] * 3))[1].tobytes()
-    camera = '/camera/aligned_depth_to_color'
-    bag = write_bag(tmp_path / 'in.bag', [
-        ('/camera/color/image_raw/compressed', CompressedImage(format='rgb8; jpeg compressed bgr8', data=jpeg),
-         10 ** 12),
-        (f'{camera}/image_raw/compressed', CompressedImage(format='16UC1; png compressed ', data=png), 10 ** 12),
-        (f'{camera}/image_raw/compressedDepth', CompressedImage(format='16UC1; compressedDepth', data=bytes(12) + png),
-         10 ** 12)])
-    assert to_images(bag, tmp_path / 'out') == DONE
-    assert (tmp_path / 'out/rgb/000000.jpg').read_bytes() == jpeg
-    back = cv2.imread(str(tmp_path / 'out/depth/000000.png'), cv2.IMREAD_UNCHANGED)
-    np.testing.assert_array_equal(back, depth)
-
-
 def test_a_bag_with_clouds_alone_gives_their_depth(tmp_path, capsys):
     depth, lens = np.where(GREY > 0, 1 + GREY / 100, np.nan), CameraModel(W, H, LENS['camera_matrix']['data'])
     cloud = cloud_to_message(cloud_from_depth(depth, lens, np.dstack([GREY] * 3)), Header())
@@ -327,7 +309,7 @@ def test_messages_without_an_image_are_left_out_with_a_warning(tmp_path, caplog)
 
 
 @pytest.mark.parametrize('items, arguments, words', [
-    ([], (), ['no images of a camera', 'no messages at all']),
+    ([], (), ['no topic of colour images', 'no messages at all']),
     (list(camera_items()), ('--image', '/nowhere'),
      ['--image /nowhere: ', 'no such topic', '/cam/color/image_raw (sensor_msgs/Ima']),
     (list(camera_items()), ('--image', '/cam/color/camera_info'), ['CameraInfo, expected sensor_msgs/Image']),
@@ -342,15 +324,3 @@ def test_bags_without_usable_images_are_refused_in_one_line(tmp_path, capsys, it
     assert error.startswith('bag_to_images: ')
     assert all(word in error for word in words), error
     assert [path.name for path in tmp_path.iterdir()] == ['in.bag']
-
-
-@pytest.mark.parametrize('of_codec, suffix', [('bgr8', '.jpg'), ('', '.png')])
-def test_the_file_of_an_old_publisher_shows_its_colours(of_codec, suffix):
-    """It wrote red and blue exchanged; see compressed_image_to_bgr."""
-    red = np.full((8, 8, 3), (0, 0, 250), np.uint8)
-    written = red if of_codec else red[..., ::-1]
-    message = CompressedImage(format=f'rgb8; jpeg compressed {of_codec}',
-                              data=cv2.imencode('.jpg', written)[1].tobytes())
-    found, content = file_of_message('colour', message, None, 'it')
-    assert found == suffix
-    np.testing.assert_allclose(cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR), red, atol=6)

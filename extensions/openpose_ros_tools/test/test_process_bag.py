@@ -45,7 +45,6 @@ from openpose_ros_tools.ros.bag_to_images import main as main_of_images
 from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
 from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
-from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth, registered
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
@@ -128,8 +127,9 @@ def test_what_can_not_be_done_is_refused(run, recording, out, capsys, arguments,
 
 
 @pytest.mark.parametrize(('option', 'place', 'words'), [
-    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'would both be written to'), ('--csv', 'folder', 'is a folder'),
-    ('--json', 'diary.txt', 'diary.txt is a file'), ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
+    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'would both be written to'),
+    ('--csv', 'folder', 'is a folder'), ('--json', 'diary.txt', 'diary.txt is a file'),
+    ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
 def test_places_where_no_result_can_be_are_refused_before_the_work(run, recording, tmp_path, capsys, option, place,
                                                                    words):
     (tmp_path / 'folder').mkdir()
@@ -242,16 +242,6 @@ def test_clouds_without_rows_are_left_alone(run, tmp_path, out, capsys):
     assert run(write_recording(tmp_path / 'b.bag', points=None, others=lidar), output=tmp_path / 'c.bag') == 0
     assert len(arrays(tmp_path / 'c.bag', 'detected_poses', '/openpose_ros')) == FRAMES
     assert 'readable depth images are on /lidar/points;' in capsys.readouterr().err
-
-
-def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):
-    other = tmp_path / 'b.bag'
-    with rosbag.Bag(str(recording)) as bag, rosbag.Bag(str(other), 'w') as changed:
-        for topic, message, time in bag.read_messages():
-            message.header.frame_id = 'depth_frame' if topic == DEPTH else message.header.frame_id
-            changed.write(topic, message, time)
-    assert run(other) == 0
-    assert f"{IMAGE} is of frame '{FRAME_ID}', but {DEPTH} of 'depth_frame'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('pause, apart', [(0, False), (60, False), (0, True)])
@@ -375,21 +365,6 @@ def test_what_is_said_where_nothing_pairs_makes_it_pair(run, tmp_path, out, caps
     (found,) = arrays(out)
     assert [person.person_ID for person in found.persons] == [1, 2]
     assert 'nearest stamps' not in capsys.readouterr().out
-
-
-def test_two_runs_give_the_same_bytes(run, recording, tmp_path):
-    tables = [tmp_path / '0.csv', tmp_path / '1.csv']
-    for table in tables:
-        assert run(recording, '--csv', table, output=table.with_suffix('.bag')) == 0
-    assert len({table.read_bytes() for table in tables}) == 1
-    assert len(tables[0].read_text().splitlines()) > 2 * (FRAMES - EMPTY)
-
-
-def test_the_table_says_what_is_measured_unless_the_originals_columns_are_asked_for(run, recording, tmp_path):
-    for layout, options in (('extended', ()), ('original', ('--csv-layout', 'original'))):
-        table = tmp_path / f'{layout}.csv'
-        assert run(recording, '--csv', table, *options, '--overwrite') == 0
-        assert table.read_text().splitlines()[0].split(',') == columns(layout, 3)
 
 
 def test_a_bag_that_is_done_is_skipped_until_something_changes(run, recording, tmp_path, out, capsys):

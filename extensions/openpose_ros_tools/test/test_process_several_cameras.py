@@ -199,14 +199,6 @@ def test_a_camera_without_transform_is_left_out_and_told(run, tmp_path, out, cap
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith('.')] == []
 
 
-def test_a_camera_without_its_calibration_is_refused_by_name(run, tmp_path, out, capsys):
-    bags = [write_room(tmp_path / 'left.bag', 'left'),
-            write_room(tmp_path / 'right.bag', 'right', has_depth=False, has_info=False)]
-    assert run(bags) == 2
-    assert 'right' in capsys.readouterr().err
-    assert not out.exists()
-
-
 @pytest.mark.parametrize(('cameras', 'arguments', 'words'), [
     (('left', 'door'), (), 'has no topics in the namespace /door; it has /left/camera_info'),
     (('left', 'left'), (), "names 'left' twice"),

@@ -112,14 +112,6 @@ def test_people_are_those_of_the_bag_of_ros_1(recording, results, tmp_path, stor
 
 
 @needs_files
-@pytest.mark.parametrize('storage', ['sqlite3', 'mcap'])
-def test_a_file_of_the_folder_will_do(recording, tmp_path, storage):
-    folder = to_ros2(recording, tmp_path / 'walk', storage)
-    file, = (path for path in folder.iterdir() if path.suffix in ('.db3', '.mcap'))
-    assert [(topic, time) for topic, _, time in all_of(file)] == [(topic, time) for topic, _, time in all_of(folder)]
-
-
-@needs_files
 def test_mcap_gives_the_tables_of_the_bag(results, tmp_path, capsys):
     tables = []
     for name in ('people.bag', 'people.mcap'):
@@ -204,18 +196,6 @@ def test_a_smashed_message_is_damage(recording, tmp_path, capsys):
     error = capsys.readouterr().err
     assert f'{folder} is damaged' in error and '`ros2 bag reindex`' in error
     assert not (tmp_path / 'out.bag').exists()
-
-
-def test_a_missing_file_of_a_folder_and_an_unknown_storage_are_refused(recording, tmp_path):
-    folder = to_ros2(recording, tmp_path / 'walk')
-    metadata = folder / 'metadata.yaml'
-    metadata.write_text(metadata.read_text().replace('sqlite3', 'parquet'))
-    with pytest.raises(BadInputError, match='parquet'):
-        all_of(folder)
-    metadata.write_text(metadata.read_text().replace('parquet', 'sqlite3'))
-    next(folder.glob('*.db3')).unlink()
-    with pytest.raises(BadInputError, match=str(folder)):
-        all_of(folder)
 
 
 @needs_files

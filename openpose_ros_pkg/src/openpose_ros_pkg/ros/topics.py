@@ -118,7 +118,7 @@ class TopicFinder:
 
     Args:
         types: type of each topic.
-        first: gets the first message of a topic.
+        first: gets the first message of a topic; None where it is not known: then names tell what images are.
         where: these topics are, for errors.
         namespace: topics outside of it are not there.
 
@@ -212,7 +212,7 @@ class TopicFinder:
 
     def organized_clouds(self) -> List[str]:
         """Return the topics of clouds that have the rows of an image."""
-        return [topic for topic in self.candidates['points'] if self._first(topic).height != 1]
+        return [topic for topic in self.candidates['points'] if getattr(self._first(topic), 'height', 0) != 1]
 
     def named(self, stream: str, topic: str, *other_kinds: str) -> str:
         """Return a topic that the user has named; its type is one of the stream's, or of `other_kinds`.
@@ -277,13 +277,13 @@ class TopicFinder:
         if kind not in (IMAGE, COMPRESSED) or f'{topic}Depth' in self.types or (
                 raw_topic(topic) != topic and self.types.get(raw_topic(topic)) == IMAGE):
             return None
-        first = self._first(topic)
-        encoding = first.encoding if kind == IMAGE else first.format.partition(';')[0].strip()
-        if kind == IMAGE:  # infrared cameras have mono16 as well
-            is_depth = encoding in DEPTH_ENCODINGS and (encoding != 'mono16' or bool(_DEPTH_NAME.search(topic)))
+        first, is_named_depth = self._first(topic), bool(_DEPTH_NAME.search(topic))
+        encoding = '' if first is None else first.encoding if kind == IMAGE else first.format.partition(';')[0].strip()
+        if first is None or kind == IMAGE:  # infrared cameras have mono16 as well
+            is_depth = is_named_depth if encoding in ('', 'mono16') else encoding in DEPTH_ENCODINGS
         else:
             is_depth = topic.endswith('/compressedDepth') or (
-                is_png_of_depth(first.data) and (encoding == '16UC1' or bool(_DEPTH_NAME.search(topic))))
+                is_png_of_depth(first.data) and (encoding == '16UC1' or is_named_depth))
         if is_depth or _OTHER_NAME.search(topic):
             return 'depth' if is_depth else None
         # only its name says what a compressed image shows; raw images that are no depth may be of a camera named so

@@ -201,7 +201,6 @@ def _depth_of(message: genpy.Message) -> np.ndarray:
 
 
 def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
-    """Return the content of an image file, and the image."""
     content = read_file(path)
     return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
 

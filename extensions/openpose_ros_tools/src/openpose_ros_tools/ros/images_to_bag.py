@@ -172,7 +172,6 @@ def _calibration(options: argparse.Namespace, folder: RgbdFolder) -> Optional[Ca
 
 
 def _poses(cameras: Sequence[Tuple[RgbdFolder, MessageOptions]], stamp: int) -> List[TransformStamped]:
-    """Return the known poses of the cameras."""
     header = Header(stamp=genpy.Time(0, stamp), frame_id=WORLD_FRAME)
     transforms = [transform_from_matrix(folder.T_world_camera, header, options.frame_id)
                   for folder, options in cameras if folder.T_world_camera is not None]

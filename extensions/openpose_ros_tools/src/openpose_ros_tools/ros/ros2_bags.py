@@ -86,7 +86,6 @@ class Ros2Recording:
 
     def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
                    ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
-        """Yield connection, time [ns], class and bytes of ROS 1 of messages."""
         try:
             with self._reader() as reader:
                 wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
@@ -164,7 +163,6 @@ def _library(name: str, purpose: str) -> Any:
 
 
 def _foxy(purpose: str) -> Any:
-    """Return the types of ROS 2 Foxy."""
     typesys = _library('rosbags.typesys', purpose)
     return typesys.get_typestore(typesys.Stores.ROS2_FOXY)
 
@@ -175,7 +173,6 @@ def _connections(reader: Any) -> List[Any]:
 
 
 def _ros1_name(name: str) -> str:
-    """Return pkg/Type of pkg/msg/Type."""
     return name.replace('/msg/', '/')
 
 

@@ -5,7 +5,7 @@ import logging
 from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Dict, Iterator, NamedTuple, Optional, Sequence
+from typing import Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
 from weakref import WeakKeyDictionary
 
 import genpy
@@ -39,14 +39,6 @@ class CameraPeople(NamedTuple):
     info: str  # topic of the camera info; empty: the camera has depth
 
 
-class FusedPeople(NamedTuple):
-    """People of an update: its stamp and time of recording [ns]."""
-
-    stamp: int
-    time: int
-    people: People3D
-
-
 class Fusion:
     """Fuses the people of cameras; iterate over it once.
 
@@ -72,8 +64,8 @@ class Fusion:
         self.used: Dict[str, int] = Counter()
         self.left_out = {stream.name: stream.left_out for stream in self._streams}
 
-    def __iter__(self) -> Iterator[FusedPeople]:
-        """Yield the people of all updates."""
+    def __iter__(self) -> Iterator[Tuple[int, int, People3D]]:
+        """Yield stamp and time of recording [ns] of all updates, and their people."""
         collector = Collector([stream.name for stream in self._streams], FusionParams.patience)
         streams = [stream.sightings(self._begin) for stream in self._streams]
         for _, time, sighting in heapq.merge(*streams, key=lambda one: one[0]):
@@ -87,16 +79,10 @@ class Fusion:
             if number:
                 self.left_out[name]['stamps beside those of the others'] += number
 
-    def _fused(self, update: Update) -> FusedPeople:
+    def _fused(self, update: Update) -> Tuple[int, int, People3D]:
         people = self._fusion.update(update.sightings, update.stamp)
-        return FusedPeople(self._begin + round(update.stamp * _NANOSECONDS),
-                           max(self._times[sighting] for sighting in update.sightings), people)
-
-
-class _Observation(NamedTuple):
-    stamp: int  # by the common clock [ns]
-    time: int  # of recording [ns]
-    sighting: Sighting  # its stamp is since the begin of all
+        return (self._begin + round(update.stamp * _NANOSECONDS),
+                max(self._times[sighting] for sighting in update.sightings), people)
 
 
 class _Stream:
@@ -122,8 +108,12 @@ class _Stream:
         found = next(stamped_messages(self._bag, [self._topic]), None)
         return None if found is None else (found.stamp or 0) + self._offset
 
-    def sightings(self, begin: int) -> Iterator[_Observation]:
-        """Yield the people of the camera; begin: stamp that is 0 in the sightings [ns]."""
+    def sightings(self, begin: int) -> Iterator[Tuple[int, int, Sighting]]:
+        """Yield stamps by the common clock and times of recording [ns], and the people of the camera.
+
+        Args:
+            begin: stamp that is 0 in the sightings [ns].
+        """
         newest = 0
         for stored in stamped_messages(self._bag, [self._topic]):
             stamp = (stored.stamp or 0) + self._offset
@@ -140,7 +130,7 @@ class _Stream:
                     _log.warning('camera %s: a message is left out: %s', self.name, error)
                 self.left_out[reason] += 1
             else:
-                yield _Observation(stamp, stored.time + self._shift, sighting)
+                yield stamp, stored.time + self._shift, sighting
 
     def _sighting(self, stored: StampedMessage, stamp: float) -> Sighting:
         message = deserialized(stored)

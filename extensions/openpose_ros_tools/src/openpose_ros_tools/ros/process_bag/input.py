@@ -180,7 +180,6 @@ class FrameReader:
                 self.report.advice = report.text((self._topics.image, self._points_topic), '--set {}={}')
 
     def _frames_of(self, stored: StampedMessage) -> Iterator[Union[RecordedFrame, BadInputError]]:
-        """Yield the frame, or error, that a message completes, if any."""
         message = deserialized(stored, _CLASSES[stored.raw[0]])
         if stored.topic == self._topics.camera_info:
             self._info = message
@@ -201,7 +200,6 @@ class FrameReader:
         return self._frame(image, points)
 
     def _frame(self, image: _Part, points: Optional[_Part] = None) -> Union[RecordedFrame, BadInputError]:
-        """Return a frame, or why its messages can not be used."""
         grid, points_header = None, None
         try:
             bgr = any_image_to_bgr(image.message, self._most)

@@ -2,9 +2,9 @@
 import json
 import os
 import re
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Union
 
 import genpy
 import numpy as np
@@ -65,13 +65,14 @@ class PeopleWriter:
         bag: to write.
         namespace: of the topics.
         settings: of markers, and whether joints are written as frames.
-        table: None: none.
+        table: gets each array of people; None: none.
         markers: whether markers are written.
         ground: to write signals; None: none are written.
     """
 
-    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings, table: Optional['PeopleTable'],
-                 markers: bool, ground: Optional[Ground] = None) -> None:
+    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings,
+                 table: Optional[Callable[[genpy.Message], None]], markers: bool, ground: Optional[Ground] = None
+                 ) -> None:
         self._bag, self._namespace, self._table = bag, namespace, table
         self._publish_tf = settings.extractor.publish_tf
         self._markers = PeopleMarkers(settings.markers) if markers else None
@@ -84,7 +85,7 @@ class PeopleWriter:
         for person in array.persons:
             self._bag.write(f'{self._namespace}/detected_poses_keypoints_3d', person, time)
         if self._table is not None:
-            self._table.write(array)
+            self._table(array)
         if self._ground is not None:
             self._write_signals(people, header, time, self._ground)
         if self._publish_tf and len(people):
@@ -107,26 +108,26 @@ class PeopleWriter:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
 
 
-class PeopleTable:
-    """A table of people, see `KeypointCsvWriter`; use it as a context manager. An OSError names its file."""
+@contextmanager
+def people_table(path: Path, layout: str, dimensions: int) -> Iterator[Callable[[genpy.Message], None]]:
+    """Yield what writes the people of an array message into a table, see `KeypointCsvWriter`.
 
-    def __init__(self, path: Path, layout: str, dimensions: int) -> None:
-        self._path = path
+    Raises:
+        OSError: with the name of the file.
+    """
+    with naming(path):
+        handle = path.open('w', newline='')
+    writer = KeypointCsvWriter(handle, layout, dimensions)
+
+    def write(array: genpy.Message) -> None:
         with naming(path):
-            self._handle = path.open('w', newline='')
-        self._writer = KeypointCsvWriter(self._handle, layout, dimensions)
+            writer.write(list(rows_of(array, dimensions)))
 
-    def __enter__(self) -> 'PeopleTable':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with naming(self._path):
-            self._handle.close()
-
-    def write(self, array: genpy.Message) -> None:
-        """Write the people of an array message."""
-        with naming(self._path):
-            self._writer.write(list(rows_of(array, self._writer.dimensions)))
+    try:
+        yield write
+    finally:
+        with naming(path):
+            handle.close()
 
 
 class Results:
@@ -153,7 +154,7 @@ class Results:
         self._bag = self._stack.enter_context(new_bag(outputs.bag, outputs.compression))
         # the bag is the newest of all outputs, see `is_done`
         self._table = None if outputs.csv is None else self._stack.enter_context(
-            PeopleTable(outputs.csv, outputs.csv_layout, 3 if in_space else 2))
+            people_table(outputs.csv, outputs.csv_layout, 3 if in_space else 2))
         self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, outputs.markers,
                                     _ground(settings) if outputs.signals else None)
 
@@ -209,7 +210,7 @@ class Results:
                 people, header, scale_keypoints(people.keypoints, size, scale)):
             self._write('detected_poses_keypoints', message, frame)
         if self._table is not None and not self._in_space:
-            self._table.write(array)
+            self._table(array)
 
     def _write_image_landmarks(self, frame: RecordedFrame, number: int, landmarks: Landmarks2D) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)

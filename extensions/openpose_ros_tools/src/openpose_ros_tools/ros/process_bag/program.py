@@ -293,7 +293,6 @@ def _jobs(options: argparse.Namespace, settings: Settings, several: bool) -> Lis
 
 
 def _result_name(bag: Path) -> str:
-    """Return the name of the results of one of several bags."""
     return bag.name if bag.is_file() and bag.suffix in ('.bag', MCAP_SUFFIX) else bag.stem + MCAP_SUFFIX
 
 

@@ -36,7 +36,14 @@ from openpose_ros_tools.ros.process_bag.job import (
     RigInput,
     build_settings,
 )
-from openpose_ros_tools.ros.process_bag.output import ON_FLOOR, PeopleTable, PeopleWriter, json_names, record, record_of
+from openpose_ros_tools.ros.process_bag.output import (
+    ON_FLOOR,
+    PeopleWriter,
+    json_names,
+    people_table,
+    record,
+    record_of,
+)
 from openpose_ros_tools.ros.process_bag.work import Networks, OnFrame, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
@@ -154,46 +161,36 @@ def _fuse(rig: RigInput, people: Sequence[CameraPeople], settings: BagSettings, 
     frames = number = 0
     with ExitStack() as stack:
         fusion = Fusion(rig, people, settings.extractor.rectified == 'true', stack)
-        table = None if outputs.csv is None else stack.enter_context(PeopleTable(outputs.csv, outputs.csv_layout, 3))
+        table = None if outputs.csv is None else stack.enter_context(people_table(outputs.csv, outputs.csv_layout, 3))
         writer = PeopleWriter(stack.enter_context(new_bag(outputs.bag)), f'/{FUSED}/{IN_SPACE}', settings, table,
                               outputs.markers, ON_FLOOR if outputs.signals else None)
-        for fused in Progress(fusion, 'fusion', unit='frame'):
-            header = Header(frames, genpy.Time(0, fused.stamp), rig.fixed_frame)
-            writer.write(fused.people, header, genpy.Time(0, fused.time))
+        for stamp, time, found in Progress(fusion, 'fusion', unit='frame'):
+            writer.write(found, Header(frames, genpy.Time(0, stamp), rig.fixed_frame), genpy.Time(0, time))
             frames += 1
-            number += len(fused.people)
+            number += len(found)
     return fusion.used, fusion.left_out, frames, number
 
 
-class _Content(NamedTuple):
-    """Messages that go into the output."""
-
-    path: Path  # of their bag
-    topics: Mapping[str, str]  # by their names in it those in the output
-    shift: int  # is added to the times of recording [ns]
-
-    def messages(self, bag: rosbag.Bag) -> Iterator[StampedMessage]:
-        """Yield them as they are in the output, in the order of their times."""
-        for stored in stamped_messages(bag, list(self.topics)):
-            topic = self.topics[stored.topic]
-            yield stored._replace(topic=topic, time=stored.time + self.shift,
-                                  connection={**stored.connection, 'topic': topic})
+def _moved(bag: rosbag.Bag, topics: Mapping[str, str], shift: int) -> Iterator[StampedMessage]:
+    """Yield messages of a bag with the names of their topics in the output, `shift` [ns] later."""
+    for stored in stamped_messages(bag, list(topics)):
+        topic = topics[stored.topic]
+        yield stored._replace(topic=topic, time=stored.time + shift, connection={**stored.connection, 'topic': topic})
 
 
 def _merge(rig: RigInput, people: Sequence[CameraPeople], fused: Path, copied: Mapping[Path, Mapping[str, str]],
            outputs: Outputs, noted: Dict[str, Any]) -> None:
     """Write the output: the people of the cameras, the fused ones, and what is copied."""
-    contents = []
-    for path, shift, root in (*((one.bag, rig.time_shift(one.name), f'{one.name}/{IN_IMAGE}') for one in people),
-                              (fused, 0, '')):
-        with open_bag(path) as bag:
-            topics = [topic for topic in topic_types(bag) if is_within(topic, root)]
-        contents.append(_Content(path, dict(zip(topics, topics)), shift))
     cameras = {camera.bag: camera.camera for camera in rig.cameras}
-    contents += [_Content(path, topics, rig.time_shift(cameras[path])) for path, topics in copied.items()]
     with ExitStack() as stack:
+        streams = []
+        for path, shift, root in (*((one.bag, rig.time_shift(one.name), f'{one.name}/{IN_IMAGE}') for one in people),
+                                  (fused, 0, '')):
+            bag = stack.enter_context(open_bag(path))
+            streams.append(_moved(bag, {topic: topic for topic in topic_types(bag) if is_within(topic, root)}, shift))
+        streams += [_moved(stack.enter_context(open_bag(path)), topics, rig.time_shift(cameras[path]))
+                    for path, topics in copied.items()]
         written = stack.enter_context(new_bag(outputs.bag, outputs.compression))
-        streams = [one.messages(stack.enter_context(open_bag(one.path))) for one in contents]
         for number, stored in enumerate(heapq.merge(*streams, key=lambda stored: stored.time)):
             time = genpy.Time(0, stored.time)
             if number == 0:
@@ -203,7 +200,6 @@ def _merge(rig: RigInput, people: Sequence[CameraPeople], fused: Path, copied: M
 
 
 def _write_rig(rig: RigInput, bag: rosbag.Bag, time: genpy.Time) -> None:
-    """Write where the cameras stand, if the rig says so."""
     if rig.rig is None:
         return
     transforms = []

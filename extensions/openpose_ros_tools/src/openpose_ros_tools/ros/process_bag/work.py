@@ -195,7 +195,6 @@ class _Frames:
         return replace(frame, tracking_from_points=self.transforms.tracking_from_points(points))
 
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
-        """Write the people of a frame in the image and in space."""
         self.results.write_estimate(frame, number, result.estimate)
         self.results.write_tf(frame, self.transforms.of_camera(frame.points_header))
         people, header = self.transforms.in_target_frame(result.people_3d, frame.points_header)
