@@ -310,9 +310,6 @@ def test_messages_without_an_image_are_left_out_with_a_warning(tmp_path, caplog)
 
 @pytest.mark.parametrize('items, arguments, words', [
     ([], (), ['no topic of colour images', 'no messages at all']),
-    (list(camera_items()), ('--image', '/nowhere'),
-     ['--image /nowhere: ', 'no such topic', '/cam/color/image_raw (sensor_msgs/Ima']),
-    (list(camera_items()), ('--image', '/cam/color/camera_info'), ['CameraInfo, expected sensor_msgs/Image']),
     ([('/a/image', GREY_IMAGE, 5), ('/b/image', GREY_IMAGE, 5)], (),
      ['2 topics', 'colour', '/a/image, /b/image', '--image']),
     ([('/a/image', GREY_IMAGE, 0)], (), ['no stamp']),

@@ -39,15 +39,6 @@ def tables(folder):
     return {path.name: path.read_bytes() for path in folder.glob('*.csv')}
 
 
-def test_what_can_not_be_done_is_refused(folder, capsys):
-    (folder / 'empty').mkdir()
-    assert run(folder, inputs=('empty',)) == 2
-    assert 'holds no bags' in capsys.readouterr().err
-    assert run(folder, output='in') == 2
-    assert 'is an input' in capsys.readouterr().err
-    assert not (folder / 'out').exists()
-
-
 @pytest.mark.parametrize('other, output', [('more/a.bag', 'out/a.bag'), ('more/a.mcap', 'out/a.csv')])
 def test_recordings_whose_outputs_have_one_name_are_refused_before_the_work(folder, capsys, other, output):
     (folder / 'more').mkdir()
