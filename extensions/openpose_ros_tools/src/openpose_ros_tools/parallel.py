@@ -6,13 +6,14 @@ import threading
 import time
 from collections import deque
 from concurrent.futures import (
+    FIRST_COMPLETED,
     BrokenExecutor,
     CancelledError,
     Executor,
     Future,
     ProcessPoolExecutor,
     ThreadPoolExecutor,
-    as_completed,
+    wait,
 )
 from contextlib import closing, contextmanager
 from itertools import repeat
@@ -71,8 +72,8 @@ def run_tasks(work: Callable[[Any], Any], tasks: Mapping[str, Any], workers: int
               ) -> Generator[Tuple[str, Any], None, None]:
     """Yield the name of each task with its result or error, as they end; close the generator to end the workers.
 
-    The task of a process that died is done again. What was under way beside it dies with it, so these tasks are then
-    done one by one; the one that ends its process again is an error.
+    The task of a process that died is done again. What is under way beside it dies with it; these tasks are then done
+    one by one, and the one that ends its process again is an error.
 
     Args:
         work: gets a task; can be pickled.
@@ -83,35 +84,57 @@ def run_tasks(work: Callable[[Any], Any], tasks: Mapping[str, Any], workers: int
     Raises:
         ParameterError: Dask distributed is not installed, no scheduler answers, or it has no workers.
     """
+    waiting = deque(tasks)
     if scheduler:
-        with _cluster(scheduler) as executor:
-            for name, outcome in _outcomes(executor, work, tasks):
-                yield name, (WorkerLostError(f'the scheduler at {scheduler} is gone')
-                             if isinstance(outcome, CancelledError) else outcome)
+        gone = WorkerLostError(f'the scheduler at {scheduler} is gone')
+        with _cluster(scheduler) as client:
+            # with more than one for each thread, a worker may queue tasks while another idles
+            threads = max(sum(client.nthreads().values()), 1)
+            for name, outcome in _outcomes(client.get_executor(pure=False), work, tasks, waiting, threads):
+                yield name, gone if isinstance(outcome, CancelledError) else outcome
+        yield from ((name, gone) for name in waiting)
         return
-    lost: List[str] = []
-    with _processes(workers) as executor:
-        for name, outcome in _outcomes(executor, work, tasks):
-            if isinstance(outcome, BrokenExecutor):
-                lost.append(name)
-            else:
-                yield name, outcome
-    for name in lost:
-        result: Any = None
-        for _ in range(_TRIES):
-            with _processes(1) as executor:
-                (_, result), = _outcomes(executor, work, {name: tasks[name]})
-            if not isinstance(result, BrokenExecutor):
-                break
-        yield name, (WorkerLostError(f'its process died, alone {_TRIES} times')
-                     if isinstance(result, BrokenExecutor) else result)
+    while waiting:
+        lost: List[str] = []
+        with _processes(workers) as executor:
+            for name, outcome in _outcomes(executor, work, tasks, waiting, workers):
+                if isinstance(outcome, BrokenExecutor):
+                    lost.append(name)
+                else:
+                    yield name, outcome
+        for name in lost:
+            result: Any = None
+            for _ in range(_TRIES):
+                with _processes(1) as executor:
+                    (_, result), = _outcomes(executor, work, tasks, deque([name]), 1)
+                if not isinstance(result, BrokenExecutor):
+                    break
+            yield name, (WorkerLostError(f'its process died, alone {_TRIES} times')
+                         if isinstance(result, BrokenExecutor) else result)
 
 
-def _outcomes(executor: Executor, work: Callable[[Any], Any], tasks: Mapping[str, Any]) -> Iterator[Tuple[str, Any]]:
-    names: Dict[Future[Any], str] = {executor.submit(work, task): name for name, task in tasks.items()}
-    for future in as_completed(names):
-        error = CancelledError() if future.cancelled() else future.exception()
-        yield names[future], future.result() if error is None else error
+def _outcomes(executor: Executor, work: Callable[[Any], Any], tasks: Mapping[str, Any], waiting: Deque[str],
+              at_once: int) -> Iterator[Tuple[str, Any]]:
+    """Do the tasks of the names that wait; where the executor breaks, the names that were not begun stay there."""
+    running: Dict[Future[Any], str] = {}
+    is_broken = False
+
+    def submit() -> None:
+        nonlocal is_broken
+        while waiting and len(running) < at_once and not is_broken:
+            try:
+                running[executor.submit(work, tasks[waiting[0]])] = waiting[0]
+                waiting.popleft()
+            except BrokenExecutor:
+                is_broken = True
+
+    submit()
+    while running:
+        future = next(iter(wait(running, return_when=FIRST_COMPLETED).done))
+        name, error = running.pop(future), CancelledError() if future.cancelled() else future.exception()
+        is_broken = is_broken or isinstance(error, (BrokenExecutor, CancelledError))
+        submit()  # before what was done is used
+        yield name, future.result() if error is None else error
 
 
 @contextmanager
@@ -138,7 +161,7 @@ def _begin(parent: int) -> None:
 
 
 @contextmanager
-def _cluster(address: str) -> Iterator[Executor]:
+def _cluster(address: str) -> Iterator[Any]:
     try:
         import distributed
         connect: Any = distributed.Client
@@ -150,4 +173,4 @@ def _cluster(address: str) -> Iterator[Executor]:
     except Exception as error:  # of many kinds, by the version of distributed
         raise ParameterError(f'--scheduler {address}: no cluster with workers answers ({error})') from error
     with client:
-        yield client.get_executor(pure=False)
+        yield client

@@ -38,14 +38,6 @@ from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
 
 
-class Published(NamedTuple):
-    """People, hands and faces of a frame in the frame of reference in which they are published."""
-
-    people: People3D
-    landmarks: Landmarks  # in space, and as they are in the image
-    header: Header  # for what is in space
-
-
 class Ground(NamedTuple):
     """Where the floor is, for signals."""
 
@@ -183,9 +175,13 @@ class Results:
         """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
         self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
 
-    def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, published: Published) -> None:
-        """Write the people in space, and their hands and faces, also those in the image."""
-        people, landmarks, header = published
+    def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, people: People3D, landmarks: Landmarks,
+                 header: Header) -> None:
+        """Write the people in space, and their hands and faces, also those in the image.
+
+        Args:
+            people, landmarks: in the frame of reference in which they are published, that of `header`.
+        """
         header.seq = number
         self._people.write(people, header, frame.time)
         self._write_image_landmarks(frame, number, landmarks.in_image)

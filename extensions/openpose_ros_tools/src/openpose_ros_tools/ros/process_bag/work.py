@@ -19,7 +19,7 @@ from openpose_ros_tools.parallel import prefetched
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
 from openpose_ros_tools.ros.process_bag.input import FrameReader, OpenCamera, RecordedFrame, open_camera
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, Input, Outputs, Settings, build_settings
-from openpose_ros_tools.ros.process_bag.output import Published, Results, json_names, record_of
+from openpose_ros_tools.ros.process_bag.output import Results, json_names, record_of
 from openpose_ros_tools.ros.process_bag.transforms import RecordedTransforms
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.frame import Frame
@@ -200,4 +200,4 @@ class _Frames:
         people, header = self.transforms.in_target_frame(result.people_3d, frame.points_header)
         in_space, _ = self.transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)
-        self.results.write_3d(frame, number, result.estimate, Published(people, landmarks, header))
+        self.results.write_3d(frame, number, result.estimate, people, landmarks, header)
