@@ -50,19 +50,17 @@ class Recording(NamedTuple):
 
 def frames_of_bag(path: Path) -> Iterator[Frame]:
     """Yield the frames of a bag; where stamps differ too much, with the slop that process_bag suggests."""
-    from openpose_ros_tools.ros.process_bag.input import FrameReader, RecordedFrame  # the others need no ROS
-    from openpose_ros_tools.ros.process_bag.job import BagJob, build_settings
-    from openpose_ros_tools.ros.process_bag.work import open_camera
+    from openpose_ros_tools.ros.process_bag.input import FrameReader, RecordedFrame, open_camera  # others need no ROS
+    from openpose_ros_tools.ros.process_bag.job import Input, build_settings
     from skeleton_extract_3d.ros.frames import points_from_message
     values: Dict[str, float] = {}
     while True:
-        job = BagJob(path, path, values=values)
-        settings = build_settings(job.values)
+        settings = build_settings(values)
         with ExitStack() as stack:
             points = partial(points_from_message, params=replace(settings.extractor, points_source='depth_image'))
-            reader = FrameReader(open_camera(job, settings, stack), settings.pairing, points, False)
+            reader = FrameReader(open_camera(Input(path), stack), settings.pairing, points, False)
             frames = [frame for frame in reader if isinstance(frame, RecordedFrame)]
-        advice = re.search(r'slop=([\d.]+)', reader.counts.advice)
+        advice = re.search(r'slop=([\d.]+)', reader.report.advice)
         if frames or values or advice is None:
             break
         values = {'slop': float(advice[1])}

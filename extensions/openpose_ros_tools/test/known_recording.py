@@ -98,13 +98,12 @@ def _points(topic: str, number: int, header: Header) -> Any:
 class KnownFrames:
     """Tells exactly the people of a frame, and notes in a file which frames it was asked about.
 
-    At a frame the process kills itself, or an error is raised, as long as the file `died`, `failed` does not exist.
+    At a frame the process kills itself, as long as the file `died` does not exist.
     """
 
     def __init__(self, notes: Optional[Path] = None, dies_at: Optional[int] = None, died: Optional[Path] = None,
-                 fails_at: Optional[int] = None, failed: Optional[Path] = None, slow: float = 0.0) -> None:
+                 slow: float = 0.0) -> None:
         self._notes, self._dies_at, self._died, self._slow = notes, dies_at, died, slow
-        self._fails_at, self._failed = fails_at, failed
         self._known = {zlib.crc32(frame(number, aside).bgr.tobytes()): (number, aside)
                        for number in range(FRAMES) for aside in (False, True)}
 
@@ -114,9 +113,6 @@ class KnownFrames:
         if number == self._dies_at and not self._died.exists():
             self._died.touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        if number == self._fails_at and not self._failed.exists():
-            self._failed.touch()
-            raise RuntimeError('out of luck')
         if self._notes is not None:
             with self._notes.open('a') as handle:
                 handle.write(f'{number}\n')

@@ -1,8 +1,6 @@
 """Bags of the original project and of version 1.0.0: rosbag migrates them; then they are read as those of the nodes."""
 import math
 import subprocess
-import sys
-import types
 from pathlib import Path
 
 import genpy
@@ -132,24 +130,3 @@ def test_a_bag_of_version_1_0_0_is_read_and_migrated(tmp_path):
         assert (message._md5sum, len(message.existence)) == (kind._md5sum, 0)
         assert [str(getattr(message, name)) for name in array.__slots__] == [
             str(getattr(array, name)) for name in array.__slots__]
-
-
-def test_rosbag_finds_the_rules_by_the_manifest(monkeypatch):
-    """Where rosdep is installed, as in noetic; elsewhere rospkg knows no dependencies, and the file has to be named."""
-    rosdep = types.ModuleType('rosdep2.rospack')
-    rosdep.init_rospack_interface = lambda: True
-    rosdep.is_view_empty = rosdep.is_system_dependency = lambda *_: False
-    rosdep.is_ros_package = lambda *_: True
-    monkeypatch.setitem(sys.modules, 'rosdep2', types.ModuleType('rosdep2'))
-    monkeypatch.setitem(sys.modules, 'rosdep2.rospack', rosdep)
-    monkeypatch.setenv('ROS_PACKAGE_PATH', str(PACKAGE))
-    import rosbag.migration
-    import rospkg.manifest
-    monkeypatch.setattr(rospkg.manifest, '_static_rosdep_view', None)
-    migrator = rosbag.migration.MessageMigrator()
-    for old, kind in ((original(2), PersonDetection), (original(3), PersonDetection_3d),
-                      *((of_1_0_0(kind), kind) for kind in ARRAYS)):
-        target = migrator.find_target(old)
-        assert target._md5sum == kind._md5sum
-        path = migrator.find_path(old, target)
-        assert path and all(node.rule.valid for node in path)

@@ -12,7 +12,7 @@ import genpy
 import numpy as np
 import pytest
 import rosbag
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from known_recording import (
     BEGIN,
     CAMERA,
@@ -32,24 +32,19 @@ from known_recording import (
     write_recording,
 )
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
-from std_msgs.msg import Float32, Header, String
+from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from disk_limits import file_size_limit
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages
+from openpose_ros_tools.ros.bag_files import open_bag, topic_finder
 from openpose_ros_tools.ros.bag_to_images import main as main_of_images
-from openpose_ros_tools.ros.camera_topics import TopicFinder
 from openpose_ros_tools.ros.keypoints.keypoint_bag import numbered_anew
-from openpose_ros_tools.ros.process_bag import registration
-from openpose_ros_tools.ros.process_bag.input import find_topics
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, CameraTopics
-from openpose_ros_tools.ros.process_bag.preset import with_preset
+from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
-from openpose_ros_tools.ros.process_bag.registration import TF_TOPICS
-from openpose_ros_tools.tables.keypoint_csv import columns
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth, registered
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
@@ -102,15 +97,6 @@ def with_transform(bag, topic='/tf_static', numbers=(0,)):
 
 # --- what is wrong is said --------------------------------------------------------------------------------------------
 
-def test_a_bag_without_images_is_refused_with_what_it_has(run, out, tmp_path, capsys):
-    assert run(write_recording(tmp_path / 'b.bag', image=None)) == 2
-    assert f'it has {INFO} (sensor_msgs/CameraInfo), {DEPTH} (sensor_msgs/Image)' in capsys.readouterr().err
-    assert run(write_recording(tmp_path / 'a.bag', image=None, points=None)) == 2
-    assert 'has no topic of colour images; it has no messages at all' in capsys.readouterr().err
-    assert not out.exists()
-    assert left_behind(tmp_path) == []
-
-
 @pytest.mark.parametrize(('arguments', 'words'), [
     (['--image', '/cam/x'], '--image /cam/x'),
     (['--image', INFO], 'is of type sensor_msgs/CameraInfo, expected sensor_msgs/Image or'),
@@ -132,8 +118,9 @@ def test_what_can_not_be_done_is_refused(run, recording, out, capsys, arguments,
 
 
 @pytest.mark.parametrize(('option', 'place', 'words'), [
-    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'is named twice'), ('--csv', 'folder', 'is a folder'),
-    ('--json', 'diary.txt', 'diary.txt is a file'), ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
+    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'would both be written to'),
+    ('--csv', 'folder', 'is a folder'), ('--json', 'diary.txt', 'diary.txt is a file'),
+    ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
 def test_places_where_no_result_can_be_are_refused_before_the_work(run, recording, tmp_path, capsys, option, place,
                                                                    words):
     (tmp_path / 'folder').mkdir()
@@ -144,23 +131,13 @@ def test_places_where_no_result_can_be_are_refused_before_the_work(run, recordin
     assert recording.stat().st_size == size
 
 
-def test_configurations_that_contradict_each_other_are_refused(run, recording, tmp_path, capsys):
-    for name, model in (('a', 'auto'), ('b', 'mobilenet_thin')):
-        (tmp_path / f'{name}.yaml').write_text(f'pose_model: {model}\nverbose: true\nimage_topic: /camera\n')
-    assert run(recording, '--config', tmp_path / 'a.yaml') == 0
-    assert run(recording, '--config', tmp_path / 'a.yaml', '--config', tmp_path / 'b.yaml') == 2
-    assert "'pose_model' is 'mobilenet_thin', but 'auto'" in capsys.readouterr().err
-
-
-def test_precision_of_the_nodes_is_not_that_of_recordings(tmp_path):
-    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: fast\n')
-    assert read_config([tmp_path / 'node.yaml']) == {'mode': 'fast'}
+def test_configurations_of_nodes_are_read(tmp_path):
+    """Of later files, of the nodes that find people, and without what is for live images."""
+    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: accurate\nverbose: true\n')
+    (tmp_path / 'all.yaml').write_text('people_signals_node: {summary: true}\n'
+                                       'skeleton_extract_3d_node: {mode: fast}\n')
+    assert read_config([tmp_path / 'node.yaml', tmp_path / 'all.yaml']) == {'mode': 'fast', 'verbose': True}
     assert build(BagSettings, {}).detector.backend.precision == 'f32'
-
-
-def test_a_configuration_by_node_has_a_meaning_for_the_nodes_that_find_people(tmp_path):
-    (tmp_path / 'all.yaml').write_text('people_signals_node: {summary: true}\nskeleton_extract_3d_node: {mode: fast}\n')
-    assert read_config([tmp_path / 'all.yaml']) == {'mode': 'fast'}
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
@@ -228,10 +205,10 @@ def test_topics_of_one_camera_of_several_are_in_its_namespace(tmp_path, preset):
     bag = write_recording(tmp_path / 'room.bag', image='/left/color/image_raw', points=None, others=lambda bag: [
         bag.write(f'/left{ALIGNED[7:]}/{name}', kind(), stamp_of(0)) for name, kind in (
             ('image_raw/compressedDepth', CompressedImage), ('camera_info', CameraInfo))])
-    job = with_preset(BagJob(bag, tmp_path / 'out.bag', camera='left', is_alone=False, preset=preset))
-    assert job.topics == CameraTopics(
-        'color/image_raw', depth='aligned_depth_to_color/image_raw/compressedDepth',
-        camera_info='aligned_depth_to_color/camera_info')
+    with open_bag(bag) as opened:
+        topics, _ = topic_finder(opened, 'left').camera(preset=preset)
+    assert topics == CameraTopics('/left/color/image_raw', '', f'/left{ALIGNED[7:]}/image_raw/compressedDepth',
+                                  f'/left{ALIGNED[7:]}/camera_info')
 
 
 @pytest.mark.parametrize('camera, words', [('realsens', "did you mean 'realsense'"), ('zed', 'has no such topic'),
@@ -252,20 +229,10 @@ def test_clouds_without_rows_are_left_alone(run, tmp_path, out, capsys):
     """As those of a lidar, or of a RealSense camera that was not asked for ordered clouds."""
     assert run(write_recording(tmp_path / 'a.bag', others=lidar)) == 0
     assert len(arrays(out)) == FRAMES
-    assert 'rows of an image' not in capsys.readouterr().err
+    assert 'no depth' not in capsys.readouterr().err
     assert run(write_recording(tmp_path / 'b.bag', points=None, others=lidar), output=tmp_path / 'c.bag') == 0
     assert len(arrays(tmp_path / 'c.bag', 'detected_poses', '/openpose_ros')) == FRAMES
-    assert 'there is no depth: /lidar/points: it has not the rows of an image' in capsys.readouterr().err
-
-
-def test_depth_of_another_view_is_told(run, recording, tmp_path, capsys):
-    other = tmp_path / 'b.bag'
-    with rosbag.Bag(str(recording)) as bag, rosbag.Bag(str(other), 'w') as changed:
-        for topic, message, time in bag.read_messages():
-            message.header.frame_id = 'depth_frame' if topic == DEPTH else message.header.frame_id
-            changed.write(topic, message, time)
-    assert run(other) == 0
-    assert f"{IMAGE} is of frame '{FRAME_ID}', but {DEPTH} of 'depth_frame'" in capsys.readouterr().err
+    assert 'readable depth images are on /lidar/points;' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('pause, apart', [(0, False), (60, False), (0, True)])
@@ -298,11 +265,9 @@ def test_people_and_transforms_go_on_in_the_next_part_of_a_recording(run, tmp_pa
         tmp_path / f'out/walk_{part}.bag' for part in range(1 + apart)}
 
 
-OTHER, BASELINE, VIEWER = pinhole(640, 360, 0.42), 0.025, '/device_0/sensor_'
+OTHER, BASELINE = pinhole(640, 360, 0.42), 0.025
 OTHER_TOPICS = ('/camera/color/image_raw', '/camera/color/camera_info', '/camera/depth/image_rect_raw',
                 '/camera/depth/camera_info')
-VIEWER_TOPICS = (f'{VIEWER}1/Color_0/image/data', f'{VIEWER}1/Color_0/info/camera_info',
-                 f'{VIEWER}0/Depth_0/image/data', f'{VIEWER}0/Depth_0/info/camera_info')
 
 
 def camera_beside(bag):
@@ -311,13 +276,7 @@ def camera_beside(bag):
     bag.write('/tf_static', TFMessage([transform]), stamp_of(0))
 
 
-def viewer(bag):
-    for name, x in (('1/Color_0', -BASELINE), ('0/Depth_0', 0)):
-        bag.write(f'{VIEWER}{name}/tf/0', Transform(Vector3(x, 0, 0), Quaternion(0, 0, 0, 1)), stamp_of(0))
-    bag.write(f'{VIEWER}0/option/Depth_Units/value', Float32(0.00025), stamp_of(0))
-
-
-def unregistered(path, topics, frames, others, cloud=False):
+def unregistered(path, frames, others, cloud=False):
     """Write the recording with the depth of a camera beside that of the images, of another lens."""
     with rosbag.Bag(str(path), 'w') as bag:
         others(bag)
@@ -326,29 +285,25 @@ def unregistered(path, topics, frames, others, cloud=False):
             depth = registered(DepthImage(seen.depth, CAMERA), OTHER, (np.eye(3), np.array([BASELINE, 0, 0])))
             z = depth.depths(*np.meshgrid(np.arange(depth.width), np.arange(depth.height)))
             headers = [Header(number, stamp, each) for each in frames]
-            units = 4000 if topics is VIEWER_TOPICS else 1000
-            points = depth_to_message(np.nan_to_num(z * units).astype(np.uint16), headers[1])
+            points = depth_to_message(np.nan_to_num(z * 1000).astype(np.uint16), headers[1])
             if cloud:
                 points = cloud_to_message(cloud_from_depth(z, depth.camera, np.zeros((*z.shape, 3), np.uint8)),
                                           headers[1])
-            if topics is VIEWER_TOPICS:
-                points.encoding = 'mono16'
-            for topic, message in zip(topics, (bgr_to_image(seen.bgr, headers[0]), camera_to_message(
+            for topic, message in zip(OTHER_TOPICS, (bgr_to_image(seen.bgr, headers[0]), camera_to_message(
                     CAMERA, headers[0]), points, camera_to_message(depth.camera, headers[1]))):
                 bag.write(topic, message, stamp)
     return path
 
 
-@pytest.mark.parametrize('topics, frames, others, cloud, words', [
-    (OTHER_TOPICS, (FRAME_ID, 'depth'), camera_beside, False, 'by both calibrations, 25 mm'),
-    (OTHER_TOPICS, (FRAME_ID, '/depth'), camera_beside, True, 'by both calibrations, 25 mm'),
-    (VIEWER_TOPICS, ('0', '0'), viewer, False, 'by both calibrations, 25 mm'),
-    (OTHER_TOPICS, ('0', '0'), lambda bag: None, False, 'without a distance'),
-    (OTHER_TOPICS, (FRAME_ID, 'depth'), lambda bag: None, False, 'does not tell where its camera is')])
-def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_path, out, capsys, topics, frames,
+@pytest.mark.parametrize('frames, others, cloud, words', [
+    ((FRAME_ID, 'depth'), camera_beside, False, 'by both calibrations, 25 mm'),
+    ((FRAME_ID, '/depth'), camera_beside, True, 'by both calibrations, 25 mm'),
+    (('0', '0'), lambda bag: None, False, 'by both calibrations, 0 mm'),
+    ((FRAME_ID, 'depth'), lambda bag: None, False, 'does not tell where its camera is')])
+def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_path, out, capsys, frames,
                                                           others, cloud, words):
     """Of OTHER fx differs by a quarter, so the joints of people at 3 m would be half a metre off."""
-    other = unregistered(tmp_path / 'b.bag', topics, frames, others, cloud)
+    other = unregistered(tmp_path / 'b.bag', frames, others, cloud)
     assert run(other) == (2 if 'does not tell' in words else 0)
     assert words in capsys.readouterr().err
     assert main_of_images([str(other), '-o', str(tmp_path / 'images')]) == 2
@@ -358,18 +313,6 @@ def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_pa
             assert one.header.frame_id == frames[0]
             far = np.linalg.norm(positions(one) - positions(other), axis=2)
             assert not far.size or np.nanmedian(far) < BASELINE * (1.5 if frames[1] == '0' else 0.5)
-
-
-def test_no_images_are_read_for_the_places_of_cameras(recording, monkeypatch):
-    def first_alone(bag, topics, *span, **options):
-        for number, message in enumerate(stamped_messages(bag, topics, *span, **options)):
-            assert not number or message.topic in TF_TOPICS
-            yield message
-
-    monkeypatch.setattr(registration, 'stamped_messages', first_alone)
-    with open_bag(recording) as bag:
-        finder = TopicFinder(bag)
-        registration.Registration([bag], find_topics(finder, CameraTopics()), False)
 
 
 def test_images_alone_give_people_in_the_image(run, tmp_path, out):
@@ -415,21 +358,6 @@ def test_what_is_said_where_nothing_pairs_makes_it_pair(run, tmp_path, out, caps
     assert 'nearest stamps' not in capsys.readouterr().out
 
 
-def test_two_runs_give_the_same_bytes(run, recording, tmp_path):
-    tables = [tmp_path / '0.csv', tmp_path / '1.csv']
-    for table in tables:
-        assert run(recording, '--csv', table, output=table.with_suffix('.bag')) == 0
-    assert len({table.read_bytes() for table in tables}) == 1
-    assert len(tables[0].read_text().splitlines()) > 2 * (FRAMES - EMPTY)
-
-
-def test_the_table_says_what_is_measured_unless_the_originals_columns_are_asked_for(run, recording, tmp_path):
-    for layout, options in (('extended', ()), ('original', ('--csv-layout', 'original'))):
-        table = tmp_path / f'{layout}.csv'
-        assert run(recording, '--csv', table, *options, '--overwrite') == 0
-        assert table.read_text().splitlines()[0].split(',') == columns(layout, 3)
-
-
 def test_a_bag_that_is_done_is_skipped_until_something_changes(run, recording, tmp_path, out, capsys):
     assert run(recording, '--csv', tmp_path / 'a.csv') == 0
     made = out.stat().st_mtime_ns
@@ -462,7 +390,7 @@ def test_each_output_is_known_by_itself(run, recording, tmp_path, out, capsys):
     for options in (('--csv', table), ('--csv', table, '--json', folder)):
         assert run(recording, *options, create=None) == 0
         assert '1 of 1 bags are done already' in capsys.readouterr().out
-    table.write_text(table.read_text().replace('0', '1', 1))
+    table.write_text(table.read_text().replace('0', '1', 1))  # newer than the bag
     assert run(recording, '--csv', table, create=None) == 2
     table.unlink()
     table.symlink_to(tmp_path / 'unmounted.csv')
@@ -506,20 +434,6 @@ def test_frames_without_their_transform_are_counted(run, tmp_path, out, capsys):
     assert run(source, target_frame='world') == 0
     assert numbers_of(arrays(out)) == list(range(4, FRAMES))
     assert '4 frames dropped: no transform' in capsys.readouterr().out
-
-
-def test_broken_images_are_counted_and_the_rest_is_done(run, tmp_path, out, capsys):
-    source = tmp_path / 'b.bag'
-    with rosbag.Bag(str(write_recording(tmp_path / 'a.bag'))) as bag, rosbag.Bag(str(source), 'w') as broken:
-        for topic, message, time in bag.read_messages():
-            if topic == IMAGE and message.header.seq == 2:
-                message.data = message.data[:-1]
-            broken.write(topic, message, time)
-    assert run(source) == 0
-    output = capsys.readouterr()
-    assert '1 frames dropped: they can not be used' in output.out
-    assert 'frame 2 is dropped (1 in all): image data are truncated' in output.err
-    assert len(arrays(out)) == FRAMES - 1
 
 
 def test_originals_are_copied_as_they_are(run, tmp_path, out):

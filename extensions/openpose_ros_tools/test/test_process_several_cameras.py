@@ -199,24 +199,6 @@ def test_a_camera_without_transform_is_left_out_and_told(run, tmp_path, out, cap
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith('.')] == []
 
 
-def test_a_camera_without_its_calibration_is_refused_by_name(run, tmp_path, out, capsys):
-    bags = [write_room(tmp_path / 'left.bag', 'left'),
-            write_room(tmp_path / 'right.bag', 'right', has_depth=False, has_info=False)]
-    assert run(bags) == 2
-    assert 'right' in capsys.readouterr().err
-    assert not out.exists()
-
-
-def test_people_that_are_there_are_fused_without_networks(run, room, out, tmp_path, capsys):
-    assert run(room) == 0
-    again = tmp_path / 'again.bag'
-    assert main([str(out), '-o', str(again), '--only-fuse', '--cameras', 'left', 'right'], None) == 0
-    assert content(again, FUSED) == content(out, FUSED)
-    assert len(messages(again, f'/left{SPACE}/detected_poses_3d')) == FRAMES
-    assert main([str(out), '-o', str(again), '--only-fuse', '--overwrite', '--cameras', 'left', 'door'], None) == 2
-    assert 'no people of the camera door: expected /door' in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(('cameras', 'arguments', 'words'), [
     (('left', 'door'), (), 'has no topics in the namespace /door; it has /left/camera_info'),
     (('left', 'left'), (), "names 'left' twice"),
@@ -227,7 +209,6 @@ def test_people_that_are_there_are_fused_without_networks(run, room, out, tmp_pa
     (('left', 'right'), ('--set', 'target_frame=world'), 'contradicts --cameras'),
     (('left', 'right'), ('--scheduler', 'tcp://x'), '--scheduler is for several recordings'),
     ((), ('--fixed-frame', 'map'), '--fixed-frame belongs to --cameras'),
-    ((), ('--only-fuse',), '--only-fuse belongs to --cameras'),
 ])
 def test_what_can_not_be_done_is_refused_before_the_networks(room, out, capsys, cameras, arguments, words):
     named = ['--cameras', *cameras] if cameras else []

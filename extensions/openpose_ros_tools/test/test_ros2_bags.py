@@ -3,7 +3,6 @@ import csv
 import sqlite3
 from importlib import import_module
 from io import BytesIO
-from pathlib import Path
 
 import genpy
 import numpy as np
@@ -13,15 +12,13 @@ import yaml
 from geometry_msgs.msg import TransformStamped
 from known_recording import FRAME_ID, IMAGE, known_people, stamp_of, write_recording
 from mcap.reader import make_reader
-from mcap.writer import Writer as Writer1
 from openpose_ros_msgs.msg import PersonSignalsArray
 from rosbags.rosbag2 import Reader, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.ros import ros2_bags
+from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_tools.ros.bag_files import new_bag, open_bag, topic_types
 from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
 from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
@@ -52,20 +49,6 @@ def to_ros2(bag, path, storage='sqlite3'):
             if topic not in connections:
                 connections[topic] = target.add_connection(topic, kind, typestore=store)
             target.write(connections[topic], time.to_nsec(), bytes(store.ros1_to_cdr(raw[1], kind)))
-    return path
-
-
-def to_mcap(bag, path):
-    """Write the messages and definitions of a bag as they are."""
-    with rosbag.Bag(str(bag)) as source, path.open('wb') as file:
-        target, channels = Writer1(file), {}
-        target.start('ros1')
-        for topic, raw, time in source.read_messages(raw=True):
-            if topic not in channels:
-                schema = target.register_schema(raw[0], 'ros1msg', raw[4]._full_text.encode())
-                channels[topic] = target.register_channel(topic, 'ros1', schema)
-            target.add_message(channels[topic], time.to_nsec(), raw[1], time.to_nsec())
-        target.finish()
     return path
 
 
@@ -114,11 +97,9 @@ def results(recording, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize('storage', [*STORAGES, 'ros1'])
+@pytest.mark.parametrize('storage', STORAGES)
 def test_people_are_those_of_the_bag_of_ros_1(recording, results, tmp_path, storage):
-    """`ros1`: an .mcap of the bag, as `mcap convert` makes it."""
-    folder = to_mcap(recording, tmp_path / 'walk.mcap') if storage == 'ros1' else to_ros2(
-        recording, tmp_path / 'walk', storage)
+    folder = to_ros2(recording, tmp_path / 'walk', storage)
     with open_bag(folder) as found, open_bag(recording) as true:
         assert topic_types(found) == topic_types(true)
         assert found.get_message_count(IMAGE) == true.get_message_count(IMAGE) > 0
@@ -129,15 +110,7 @@ def test_people_are_those_of_the_bag_of_ros_1(recording, results, tmp_path, stor
 
 
 @needs_files
-@pytest.mark.parametrize('storage', ['sqlite3', 'mcap'])
-def test_a_file_of_the_folder_will_do(recording, tmp_path, storage):
-    folder = to_ros2(recording, tmp_path / 'walk', storage)
-    file, = (path for path in folder.iterdir() if path.suffix in ('.db3', '.mcap'))
-    assert [(topic, time) for topic, _, time in all_of(file)] == [(topic, time) for topic, _, time in all_of(folder)]
-
-
-@needs_files
-def test_mcap_gives_the_tables_of_the_bag(results, tmp_path):
+def test_mcap_gives_the_tables_of_the_bag(results, tmp_path, capsys):
     tables = []
     for name in ('people.bag', 'people.mcap'):
         assert keypoints_to_csv([str(results / name), '-o', str(tmp_path / f'{name}.csv')]) == 0
@@ -212,52 +185,14 @@ def test_a_file_that_is_no_recording_is_refused(results, tmp_path, capsys, name,
     assert f'{path} is no recording of ROS 2, or is damaged' in capsys.readouterr().err
 
 
-def test_a_smashed_message_is_damage(recording, tmp_path, capsys):
-    folder = to_ros2(recording, tmp_path / 'walk')
-    file, = folder.glob('*.db3')
-    with sqlite3.connect(file) as database:
-        database.execute("UPDATE messages SET data = x'0001000007'")
-    assert main([str(folder), '-o', str(tmp_path / 'out.bag')], known_people) == 2
-    error = capsys.readouterr().err
-    assert f'{folder} is damaged' in error and '`ros2 bag reindex`' in error
-    assert not (tmp_path / 'out.bag').exists()
-
-
-def test_a_damaged_mcap_of_ros_1_is_told(recording, tmp_path):
-    path = to_mcap(recording, tmp_path / 'walk.mcap')
-    path.write_bytes(path.read_bytes()[:5000])
-    with pytest.raises(BadInputError, match=r'walk\.mcap is no recording of ROS 2, or is damaged or unfinished'):
-        all_of(path)
-
-
-def test_a_missing_file_of_a_folder_and_an_unknown_storage_are_refused(recording, tmp_path):
-    folder = to_ros2(recording, tmp_path / 'walk')
-    metadata = folder / 'metadata.yaml'
-    metadata.write_text(metadata.read_text().replace('sqlite3', 'parquet'))
-    with pytest.raises(BadInputError, match='parquet'):
-        all_of(folder)
-    metadata.write_text(metadata.read_text().replace('parquet', 'sqlite3'))
-    next(folder.glob('*.db3')).unlink()
-    with pytest.raises(BadInputError, match=str(folder)):
-        all_of(folder)
-
-
 @needs_files
 def test_compressions_of_mcap(tmp_path):
     with pytest.raises(ParameterError, match='bz2 is not available for MCAP, expected none or lz4'), \
-            new_bag(tmp_path / 'x', 'bz2', mcap=True):
+            new_bag(tmp_path / 'x.mcap', 'bz2'):
         pass
     for compression in ('none', 'lz4'):
         path = tmp_path / f'{compression}.mcap'
-        with new_bag(path, compression, mcap=True) as bag:
+        with new_bag(path, compression) as bag:
             bag.write('/text', Header(frame_id='a' * 1000), genpy.Time(3))
         assert [message.frame_id for _, message, _ in all_of(path)] == ['a' * 1000]
     assert (tmp_path / 'lz4.mcap').stat().st_size < (tmp_path / 'none.mcap').stat().st_size
-
-
-def test_a_missing_library_is_named(results, monkeypatch):
-    def missing(name):
-        raise ImportError(f'No module named {name!r}')
-    monkeypatch.setattr(ros2_bags, 'import_module', missing)
-    with pytest.raises(BadInputError, match=r"rosbags is needed to read .*: './run setup' installs it"):
-        all_of(Path(results / 'people.mcap'))

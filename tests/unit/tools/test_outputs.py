@@ -2,7 +2,7 @@
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools.outputs import PartFiles, delete_parts, new_run, output_file, output_folder
+from openpose_ros_tools.outputs import PartFiles, output_file, output_folder
 
 
 def everything(folder):
@@ -15,11 +15,9 @@ def is_of_a(name):
 
 def test_outputs_are_in_their_places_afterwards_and_not_before(tmp_path):
     (tmp_path / 'json').mkdir()
-    for name in ('other.json', 'a_1.json'):
-        (tmp_path / 'json' / name).write_text('of another bag, of a former run')
+    (tmp_path / 'json/other.json').write_text('of another bag')
     with PartFiles() as parts:
         parts.file(tmp_path / 'new/a.bag').write_text('bag')
-        (parts.scratch_folder(tmp_path / 'new/a.bag') / 'half').write_text('of the work')
         (parts.folder(tmp_path / 'json', is_of_a) / 'a_0.json').write_text('frame')
         assert not (tmp_path / 'new/a.bag').exists()
         assert not (tmp_path / 'json/a_0.json').exists()
@@ -37,16 +35,26 @@ def test_after_an_error_all_is_as_before(tmp_path, error):
     assert (tmp_path / 'a.bag').read_text() == 'older'
 
 
-def test_what_a_killed_worker_of_a_run_left_is_deleted(tmp_path):
-    run = new_run()
-    for path in ('a.bag', 'a'):
-        PartFiles(run).file(tmp_path / path).write_text('half')
-    other = PartFiles().file(tmp_path / 'a.bag')
-    delete_parts(tmp_path / 'a.bag', run)
-    assert everything(tmp_path) == sorted([f'.a.{run}-0.part', other.name])
-    with PartFiles(run) as parts:  # the worker that takes its place
-        parts.file(tmp_path / 'a').write_text('whole')
-    assert everything(tmp_path) == sorted(['a', other.name])
+def test_what_a_killed_process_left_is_overwritten(tmp_path):
+    (tmp_path / '.a.bag.part').write_text('half of what was made before')
+    (tmp_path / '.json.part').mkdir()
+    (tmp_path / '.json.part/a_0.json').write_text('half')
+    with PartFiles() as parts:
+        parts.file(tmp_path / 'a.bag').write_text('whole')
+        (parts.folder(tmp_path / 'json', is_of_a) / 'a_1.json').write_text('frame')
+    assert everything(tmp_path) == ['a.bag', 'json/a_1.json']
+    assert (tmp_path / 'a.bag').read_text() == 'whole'
+
+
+def test_an_output_that_another_program_is_making_is_refused_and_stays(tmp_path):
+    with PartFiles() as running:
+        running.file(tmp_path / 'walk.csv').write_text('rows')
+        for make in (lambda parts: parts.file(tmp_path / 'walk.csv'),
+                     lambda parts: parts.file(tmp_path / 'b') and parts.file(tmp_path / 'walk.csv')):
+            with pytest.raises(ParameterError, match=r'another program is making .*walk\.csv'), PartFiles() as other:
+                make(other)
+    assert everything(tmp_path) == ['walk.csv']
+    assert (tmp_path / 'walk.csv').read_text() == 'rows'
 
 
 def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
@@ -62,10 +70,6 @@ def test_a_file_is_replaced_only_when_asked_for_and_an_input_never(tmp_path):
 
 def test_folders_with_other_things_are_never_replaced(tmp_path):
     (tmp_path / 'thesis.tex').write_text('years of work')
-    for path, words in ((tmp_path, 'thesis'), (tmp_path / 'thesis.tex', 'is a file')):
-        with pytest.raises(ParameterError, match=words), output_folder(path, True, ('own',)):
+    for path, told in ((tmp_path, 'thesis'), (tmp_path / 'thesis.tex', 'is a file')):
+        with pytest.raises(ParameterError, match=told), output_folder(path, True, ('own',)):
             pass
-    for text in ('first', 'second'):
-        with output_folder(tmp_path / 'new', text == 'second', ('own',)) as part:
-            (part / 'own').write_text(text)
-    assert everything(tmp_path / 'new') == ['own'] and (tmp_path / 'new/own').read_text() == 'second'

@@ -2,56 +2,65 @@
 
 An output that is there already is never replaced unless the command is told to.
 """
-import errno
-import glob
+import fcntl
 import os
 import shutil
-import uuid
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Callable, Iterator, List, Optional, Sequence, Tuple
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import check_outputs, naming
 
 
+class _Output(NamedTuple):
+    part: Path
+    path: Path
+    move: Optional[Callable[[], object]]  # to its place; None: the part is deleted at the end
+
+
 class PartFiles:
-    """The outputs of one piece of work; use it as a context manager.
+    """The outputs of one piece of work, `.NAME.part` until they are moved; use it as a context manager.
 
     On leaving without an error they are moved to their places, in the order in which they were named; on an error or
-    an interrupt they are deleted. An OSError names the output, not its temporary path.
-
-    Args:
-        run: of `new_run`, if `delete_parts` is to find what a killed process leaves; empty: one of its own.
+    an interrupt they are deleted. What a killed process has left is overwritten. An OSError names the output.
     """
 
-    def __init__(self, run: str = '') -> None:
-        self._run = run or new_run()
-        self._outputs: List[Tuple[Path, Path, Callable[[], object]]] = []  # temporary path, place, and what moves it
+    def __init__(self) -> None:
+        self._outputs: List[_Output] = []
+        self._locks: List[int] = []
 
     def file(self, path: Path) -> Path:
-        """Return the temporary path to write a file to; its folder is made."""
-        part = self._part(path, lambda: part.replace(path))
-        part.touch(exist_ok=False)
+        """Return the temporary path to write a file to; its folder is made.
+
+        Raises:
+            ParameterError: another program is making the same output.
+        """
+        part = self._part(path)
+        self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT, 0o666), path)
+        os.truncate(str(part), 0)
+        self._outputs.append(_Output(part, path, lambda: part.replace(path)))
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
-        """Return a new folder; its files will be moved into `path`, where older files with own names are deleted."""
-        part = self._part(path, lambda: _merge(part, path, is_own))
-        part.mkdir()
-        return part
+        """Return a new folder; its files will be moved into the folder `path`, beside the files that it has already.
+
+        Args:
+            is_own: tells by its name whether a file there is one of this output; older ones are deleted.
+        """
+        return self._folder(path, lambda part: _merge(part, path, is_own))
 
     def new_folder(self, path: Path) -> Path:
         """Return a new folder that will take the place of the folder `path`."""
-        part = self._part(path, lambda: _exchange(part, path))
-        part.mkdir()
-        return part
+        def move(part: Path) -> None:
+            _delete(path)
+            part.replace(path)
+
+        return self._folder(path, move)
 
     def scratch_folder(self, path: Path) -> Path:
         """Return a new folder for intermediate files of an output, which is deleted at the end."""
-        part = self._part(path, lambda: None)
-        part.mkdir()
-        return part
+        return self._folder(path.with_name(f'{path.name}.scratch'), None)
 
     def __enter__(self) -> 'PartFiles':
         return self
@@ -66,53 +75,79 @@ class PartFiles:
         finally:
             if isinstance(error, OSError):
                 self._name_output(error)
-            for part, _path, _move in self._outputs:
-                _delete(part)
+            for output in self._outputs:
+                _delete(output.part)
+            for lock in self._locks:
+                os.close(lock)
 
-    def _part(self, path: Path, move: Callable[[], object]) -> Path:
+    @staticmethod
+    def _part(path: Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f'.{path.name}.{self._run}-{len(self._outputs)}.part')
-        self._outputs.append((part, path, move))
-        _delete(part)  # a killed worker of this run may have left it
+        return path.with_name(f'.{path.name}.part')
+
+    def _folder(self, path: Path, move: Optional[Callable[[Path], object]]) -> Path:
+        part = self._part(path)
+        part.mkdir(exist_ok=True)
+        self._lock(os.open(str(part), os.O_RDONLY), path)
+        for left in part.iterdir():
+            _delete(left)
+        self._outputs.append(_Output(part, path, None if move is None else lambda: move(part)))
         return part
+
+    def _lock(self, opened: int, path: Path) -> None:
+        self._locks.append(opened)
+        try:
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ParameterError(f'another program is making {path}') from None
+        except OSError:
+            pass  # a file system without locks
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
-        for part, _, _ in self._outputs:
-            if not part.exists():
-                raise FileNotFoundError(errno.ENOENT, 'another program deleted it', str(part))
-            for file in filter(Path.is_file, (part, *part.rglob('*'))):
+        moved = [output for output in self._outputs if output.move is not None]
+        for output in moved:
+            for file in filter(Path.is_file, (output.part, *output.part.rglob('*'))):
                 with naming(file), file.open('rb') as handle:
                     os.fsync(handle.fileno())
-        for _, _, move in self._outputs:
-            move()
+        for output in moved:
+            if output.move is not None:
+                output.move()
 
     def _name_output(self, error: OSError) -> None:
-        for part, path, _ in self._outputs:
-            if str(error.filename).startswith(str(part)):
-                error.filename = str(path) + str(error.filename)[len(str(part)):]
+        for output in self._outputs:
+            if str(error.filename).startswith(str(output.part)):
+                error.filename = str(output.path) + str(error.filename)[len(str(output.part)):]
 
 
 @contextmanager
 def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Iterator[Path]:
     """Yield the path to write the only output of a command to.
 
+    Args:
+        inputs: which are never replaced.
+
     Raises:
         ParameterError: the file exists already, is a folder or an input, or can not be written.
     """
     check_outputs([path], overwrite, inputs)
-    with _write_errors(path), PartFiles() as parts:
+    with _refused(path), PartFiles() as parts:
         yield parts.file(path)
 
 
 @contextmanager
 def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[Path]:
-    """Yield the folder to write the outputs of a command to; one with names that are not its own is never replaced.
+    """Yield the folder to write the outputs of a command to.
+
+    Args:
+        path: of the folder; an empty one may exist.
+        overwrite: whether an older one is replaced.
+        own: names that a folder of this command contains; one with other files is never replaced.
 
     Raises:
         ParameterError: the folder exists already, contains something else, or can not be written.
     """
-    content = [file.name for file in files_of(path, lambda _: True)]
+    content = [item.name for item in files_of(path, lambda name: True)]
     if content and not overwrite:
         raise ParameterError(f'{path} is there already, with {len(content)} files or folders in it; give another '
                              'name, or --overwrite')
@@ -120,30 +155,36 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     if foreign:
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
-    with _write_errors(path), PartFiles() as parts:
+    with _refused(path), PartFiles() as parts:
         yield parts.new_folder(path.resolve())
 
 
 def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
-    """Return the files of a folder with own names, sorted; none where it is not there. ParameterError: it is a file."""
+    """Return the files of a folder with names of an output, by name; none where the folder is not there.
+
+    Raises:
+        ParameterError: it is no folder.
+    """
     if folder.exists() and not folder.is_dir():
         raise ParameterError(f'{folder} is a file; name a folder')
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
 
 
-def new_run() -> str:
-    """Return an identifier for the parts of a run."""
-    return uuid.uuid4().hex[:8]
-
-
-def delete_parts(path: Path, run: str) -> None:
-    """Delete what a run has left of an unfinished output, also where a worker of it still writes."""
-    for part in path.parent.glob(f'.{glob.escape(path.name)}.{run}-*.part'):
-        _delete(part)
+def delete_parts(path: Path) -> None:
+    """Delete what killed processes have left of an unfinished output."""
+    for name in (f'.{path.name}.part', f'.{path.name}.scratch.part'):
+        part = path.with_name(name)
+        with suppress(OSError):  # there is none, or a process is writing it
+            opened = os.open(str(part), os.O_RDONLY)
+            try:
+                fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _delete(part)
+            finally:
+                os.close(opened)
 
 
 @contextmanager
-def _write_errors(path: Path) -> Iterator[None]:
+def _refused(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
@@ -158,11 +199,6 @@ def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
     for file in files_of(path, is_own):
         if file.name not in new:
             file.unlink()
-
-
-def _exchange(part: Path, path: Path) -> None:
-    _delete(path)
-    part.replace(path)
 
 
 def _delete(path: Path) -> None:

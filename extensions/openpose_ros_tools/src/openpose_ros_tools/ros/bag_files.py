@@ -7,25 +7,24 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 
 import genpy
 import rosbag
-import rosbag.bag
 from geometry_msgs.msg import TransformStamped
-from roslib.message import get_message_class
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_pkg.params.parameters import frame_name
-from openpose_ros_tools.recording_paths import is_ros2
-from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, header_of, joined_types
+from openpose_ros_pkg.ros.topics import TopicFinder
+from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_ros2
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, header_of
 
 COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
 """Compressions of bags, as the command line names them."""
 
 TF_TOPIC = '/tf_static'
 """Topic of static transforms."""
+TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
+"""Topics of transforms in bags."""
 
-# A line of a definition, or a type: genmsg takes `int32 a; import os; b=1` for a constant.
-_DEFINITION = re.compile(r'={80}|string\s+\w+\s*=.*|[\w/:[\]\s]*(=[-+.\w\s]*)?(#.*)?', re.ASCII)
 # Names of the parts of a recording, as `rosbag record --split` gives them: NAME_0, NAME_2026-11-28-10-00-00_0; and the
 # longest time from the end of one to the begin of the next [s].
 _PART = re.compile(r'(.*?)(?:_\d{4}(?:-\d\d){5})?_(\d+)')
@@ -92,20 +91,21 @@ def _follows(before: Path, path: Path) -> bool:
 
 
 @contextmanager
-def new_bag(path: Path, compression: str = 'none', mcap: bool = False) -> Iterator[rosbag.Bag]:
-    """Yield a bag to write; it is complete when the block has ended.
+def new_bag(path: Path, compression: str = 'none') -> Iterator[rosbag.Bag]:
+    """Yield a bag to write, or where the name says so a file for Foxglove and ROS 2; complete when the block has ended.
 
     Args:
+        path: of the file, or its part.
         compression: one of COMPRESSIONS.
-        mcap: write a file for Foxglove and ROS 2 instead.
 
     Raises:
         ParameterError: this compression is not available.
         OSError: it can not be written, with its name.
     """
+    is_mcap = path.name.endswith((MCAP_SUFFIX, f'{MCAP_SUFFIX}.part'))
     with naming(path), path.open('w+b') as file:  # which is closed alone after an error: a bag would write on
         try:
-            bag = McapFile(file, compression) if mcap else rosbag.Bag(file, 'w', compression=compression)
+            bag = McapFile(file, compression) if is_mcap else rosbag.Bag(file, 'w', compression=compression)
         except (ValueError, rosbag.ROSBagException) as error:
             raise ParameterError(f'--compression {compression} is not available: {error}') from error
         yield bag
@@ -120,16 +120,14 @@ def write_static_transforms(bag: rosbag.Bag, transforms: Sequence[TransformStamp
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
-    """Return the type of each topic in a bag, of a topic with messages of several types all of them: 'A and B'.
-
-    Topics whose messages are all lost, as after a reindex, are left out.
-    """
+    """Return the type of each topic in a bag; topics whose messages are lost, as after a reindex, are left out."""
     topics = bag.get_type_and_topic_info().topics
-    if isinstance(bag, Ros2Recording):
-        return {topic: one.msg_type for topic, one in topics.items()}
-    found: List[Tuple[str, str]] = []
-    next(bag.read_messages(connection_filter=lambda topic, kind, *_: found.append((topic, kind))), None)
-    return joined_types((topic, kind) for topic, kind in found if topics[topic].message_count)
+    return {topic: one.msg_type for topic, one in topics.items() if one.message_count}
+
+
+def topic_finder(bag: rosbag.Bag, namespace: str = '') -> TopicFinder:
+    """Return the finder of the topics of a camera in a bag, of those in a namespace."""
+    return TopicFinder(topic_types(bag), lambda topic: next(messages_of(bag, [topic])).message, bag.filename, namespace)
 
 
 def messages_of(bag: rosbag.Bag, topics: Sequence[str], *span: Optional[genpy.Time], **options: bool
@@ -137,32 +135,19 @@ def messages_of(bag: rosbag.Bag, topics: Sequence[str], *span: Optional[genpy.Ti
     """Yield what `bag.read_messages` gives.
 
     Raises:
-        BadInputError: the bag is damaged, or messages of these topics are defined by what is no definition.
+        BadInputError: the bag is damaged, or defines these messages in part.
     """
-    messages = bag.read_messages([*topics], *span, connection_filter=_is_defined, **options)
+    messages = bag.read_messages([*topics], *span, **options)
     while topics:  # without any, rosbag would read all
         try:
             message = next(messages)
         except StopIteration:
             return
-        except BadInputError:
-            raise
         except Exception as error:  # rosbag lets through what its parsers of definitions and messages raise
             mending = MENDING if isinstance(bag, Ros2Recording) else '`rosbag reindex` may save the rest'
             raise BadInputError(f'{bag.filename} is damaged, or defines its types in part: messages on '
                                 f'{" or ".join(topics)} can not be read ({error}); {mending}') from error
         yield message
-
-
-def _is_defined(topic: str, kind: str, checksum: str, definition: str, _: Any) -> bool:
-    """Tell rosbag that it may make code of a definition, which it runs; errors as `messages_of`."""
-    for line in (kind, *definition.split('\n')):
-        if not _DEFINITION.fullmatch(line.strip()):
-            raise BadInputError(f'the definition of messages on {topic} has a line that is no field: {line[:100]!r}')
-    installed = get_message_class(kind)
-    if installed is not None and installed._md5sum == checksum:  # whose definition may be incomplete in the bag
-        rosbag.bag._message_types[checksum] = installed
-    return True
 
 
 def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None,

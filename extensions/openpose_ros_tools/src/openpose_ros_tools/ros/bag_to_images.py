@@ -38,12 +38,19 @@ from openpose_ros_pkg.command_options import add_output, command_parser, number,
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CLOUD
 from openpose_ros_pkg.ros.convert import calibration_from_message
+from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.rgbd_folder import WrittenFile, number_files, write_description, write_lists
 from openpose_ros_tools.outputs import output_folder
-from openpose_ros_tools.parallel.threads import ordered_map
-from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
-from openpose_ros_tools.ros.camera_topics import TopicFinder, depth_unit
+from openpose_ros_tools.parallel import ordered_map
+from openpose_ros_tools.ros.bag_files import (
+    TF_TOPIC,
+    StampedMessage,
+    deserialized,
+    open_bag,
+    stamped_messages,
+    topic_finder,
+)
 from openpose_ros_tools.ros.image_messages import file_of_message
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import DepthImage
@@ -68,36 +75,24 @@ class RecordedImage(NamedTuple):
     message: StampedMessage
 
 
-def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, str]:
-    """Return by stream the topics of the camera in a bag: 'colour', 'depth' and 'camera_info', as far as there.
+def find_topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> CameraTopics:
+    """Return the topics of the camera in a bag; `image_info` is the calibration of the folder, where there is one.
 
     Args:
-        wanted: by stream the topic; None: to be found; 'none': none.
+        image, camera_info: that are named, or empty.
+        depth: topic of depth images or clouds; empty: to be found; 'none': none.
 
     Raises:
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
-    finder = TopicFinder(bag)
-    topics = {stream: finder.named(stream, topic, *[CLOUD] * (stream == 'depth'))
-              for stream, topic in wanted.items() if topic not in (None, '', 'none')}
-    for stream in LISTS:
-        if wanted[stream] is None:
-            found = finder.candidates[stream] or (finder.organized_clouds() if stream == 'depth' else [])
-            topics[stream] = finder.choose(stream, found)
-            if stream == 'depth' and not found:
-                finder.warn_without_depth()
-    topics = {stream: topics[stream] for stream in wanted if topics.get(stream)}
-    if not topics.keys() & {'colour', 'depth'}:
-        raise BadInputError(f'{bag.filename} has no images of a camera; it has {finder.listed()}')
-    if wanted['camera_info'] is None:
-        image, infos = topics.get('colour') or topics['depth'], finder.candidates['camera_info']
-        info = finder.camera_info_of(image) or (infos[0] if len(infos) == 1 else None)
-        if info is not None:
-            topics['camera_info'] = info
-        elif infos:
-            _log.warning('none of the topics with CameraInfo is beside %s: %s; choose one with --camera-info', image,
-                         ', '.join(infos))
-    return topics
+    finder, no_depth = topic_finder(bag), depth == 'none'
+    is_cloud = finder.types.get(depth) == CLOUD
+    named = CameraTopics(image, depth * is_cloud, '' if is_cloud or no_depth else depth, camera_info)
+    topics, _ = finder.camera(named, '', no_depth, bool(finder.candidates['depth']))
+    if camera_info:
+        return topics._replace(image_info=finder.named('camera_info', camera_info))
+    infos = finder.candidates['camera_info']
+    return topics._replace(image_info=topics.image_info or (infos[0] if len(infos) == 1 else ''))
 
 
 class RecordedCamera(NamedTuple):
@@ -114,22 +109,22 @@ class RecordedCamera(NamedTuple):
         return self.frame_ids.get('colour', self.frame_ids.get('depth', ''))
 
 
-def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
-    """Read what is not in the images; `topics`: by stream, see `find_topics`. Errors as `stamped_messages`."""
+def read_camera(bag: rosbag.Bag, topics: CameraTopics) -> RecordedCamera:
+    """Read what is not in the images; errors as `stamped_messages`."""
     infos = [calibration_from_message(deserialized(message))
-             for message in stamped_messages(bag, [topics[stream] for stream in ('camera_info',) if stream in topics])]
+             for message in stamped_messages(bag, [topics.image_info] * bool(topics.image_info))]
     links = {one.child_frame_id.strip('/'): one for message in stamped_messages(bag, [TF_TOPIC])
              for one in deserialized(message).transforms}
-    frame_ids = {stream: next(stamped_messages(bag, [topics[stream]])).frame_id for stream in LISTS if stream in topics}
+    frame_ids = {stream: next(stamped_messages(bag, [topic])).frame_id for stream, topic in _streams(topics).items()}
     camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
-    depth_info = TopicFinder(bag).camera_info_of(topics['depth']) if topics.keys() >= {'colour', 'depth'} else None
-    lens = calibration_from_message(deserialized(next(stamped_messages(bag, [depth_info])))) if depth_info else None
+    lens = calibration_from_message(deserialized(next(stamped_messages(bag, [topics.camera_info])))
+                                    ) if topics.camera_info else None
     if lens is not None and lens.is_calibrated:
         width, height = lens.image_size
         flat = DepthImage(np.ones((height, width), np.float32), calibrated_camera(lens))
         fault = registration_fault(flat, camera.calibration)
         if fault:
-            raise BadInputError(f"{topics['depth']}: {fault}, as the folder has it; --depth none leaves it out, and "
+            raise BadInputError(f'{topics.depth}: {fault}, as the folder has it; --depth none leaves it out, and '
                                 'process_bag registers it')
     in_world = [pose for frame, pose in frames_above(camera.frame_id, links) if frame == WORLD_FRAME]
     if not in_world:
@@ -137,30 +132,28 @@ def read_camera(bag: rosbag.Bag, topics: Dict[str, str]) -> RecordedCamera:
     return camera._replace(T_world_camera=np.vstack([np.column_stack(in_world[0]), [0, 0, 0, 1]]))
 
 
-def recorded_images(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Iterator[RecordedImage]:
-    """Yield the images of a camera in a bag.
+def _streams(topics: CameraTopics) -> Dict[str, str]:
+    depth = topics.points or topics.depth
+    return {'colour': topics.image, **({'depth': depth} if depth else {})}
 
-    Args:
-        topics: by stream, see `find_topics`.
-        bag_time: take the times of recording in place of the stamps in the headers.
+
+def recorded_images(bag: rosbag.Bag, topics: CameraTopics) -> Iterator[RecordedImage]:
+    """Yield the images of a camera in a bag.
 
     Raises:
         BadInputError: a stamp is missing, or there twice, or the bag is damaged.
     """
-    stream_of = {topics[stream]: stream for stream in LISTS if stream in topics}
+    stream_of = {topic: stream for stream, topic in _streams(topics).items()}
     taken: Set[Tuple[str, int]] = set()
     for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
                             total=sum(map(bag.get_message_count, stream_of))):
-        stamp = message.time if bag_time else message.stamp or 0
+        stamp = message.stamp or 0
         if not stamp or (message.topic, stamp) in taken:
             raise BadInputError(f"a message on '{message.topic}' has "
-                                f"{'the stamp of another one' if stamp else 'no stamp in its header'}; "
-                                '--bag-time takes the times of recording')
+                                f"{'the stamp of another one' if stamp else 'no stamp in its header'}")
         taken.add((message.topic, stamp))
         yield RecordedImage(stream_of[message.topic], stamp, message)
 
-
-# ----------------------------------------------------------------------------------------------------------- writing
 
 def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float]
                  ) -> Tuple[List[WrittenFile], int]:
@@ -189,38 +182,33 @@ def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImag
     return WrittenFile(image.stream, image.stamp, path)
 
 
-# ------------------------------------------------------------------------------------------------------ command line
-
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:
-    wanted = {'colour': options.image, 'depth': options.depth, 'camera_info': options.camera_info}
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
-        topics = find_topics(bag, wanted)
+        topics = find_topics(bag, options.image, options.depth, options.camera_info)
         camera = read_camera(bag, topics)
-        units = 1 / depth_unit(bag, topics.get('depth', ''))
-        scale = options.depth_scale and options.depth_scale * MILLIMETRES / units  # as if depth was in mm
-        written, failed = write_images(part, recorded_images(bag, topics, options.bag_time), scale)
+        written, failed = write_images(part, recorded_images(bag, topics), options.depth_scale)
         files, remarks = number_files(part, written, options.only_pairs)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
         write_lists(part, files)
         write_description(part, camera.calibration, files, frame_id=camera.frame_id,
-                          depth_scale=options.depth_scale or units,
+                          depth_scale=options.depth_scale or MILLIMETRES,
                           T_world_camera=None if camera.T_world_camera is None else camera.T_world_camera.tolist())
     sys.stdout.write(_summary(options.output, topics, files, failed))
     return SOME_FAILED if failed else DONE
 
 
-def _remarks(topics: Dict[str, str], camera: RecordedCamera) -> List[str]:
+def _remarks(topics: CameraTopics, camera: RecordedCamera) -> List[str]:
     remarks = []
     if camera.calibration is None:
         remarks.append('no calibration: there will be no camera.yaml')
     if camera.changed:
-        remarks.append(f"{camera.changed} messages on {topics['camera_info']} differ from the first one, which "
+        remarks.append(f"{camera.changed} messages on {topics.image_info} differ from the first one, which "
                        'camera.yaml is made of')
     if set(camera.frame_ids.values()) - {camera.frame_id}:
         frames = ', '.join(f'{stream} {name}' for stream, name in camera.frame_ids.items())
@@ -229,12 +217,11 @@ def _remarks(topics: Dict[str, str], camera: RecordedCamera) -> List[str]:
     return remarks
 
 
-def _summary(folder: Path, topics: Dict[str, str], files: Sequence[WrittenFile], failed: int) -> str:
+def _summary(folder: Path, topics: CameraTopics, files: Sequence[WrittenFile], failed: int) -> str:
     lines = [f'{folder}: {len(files)} images']
-    for stream in LISTS:
-        if stream in topics:
-            count = sum(file.stream == stream for file in files)
-            lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topics[stream]}')
+    for stream, topic in _streams(topics).items():
+        count = sum(file.stream == stream for file in files)
+        lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topic}')
     if any(file.path.suffix == '.tiff' for file in files):
         lines.append('  depth is in m as TIFF of float32, since the bag has it so; --depth-scale 1000 makes PNG in mm')
     if failed:
@@ -246,14 +233,12 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
     parser.add_argument('bag', type=plain_path, metavar='BAG', help='with the topics of a camera')
     add_output(parser, 'folder')
-    for option, what in (('--image', 'colour images'), ('--depth', 'depth images or clouds'),
+    for option, what in (('--image', 'colour images'), ('--depth', "depth images or clouds; 'none': none"),
                          ('--camera-info', 'the calibration')):
-        parser.add_argument(option, metavar='TOPIC', help=f"of {what} (default: found); 'none': none")
+        parser.add_argument(option, default='', metavar='TOPIC', help=f'of {what} (default: found)')
     parser.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark, 1000 for rgbd_player_node')
     parser.add_argument('--only-pairs', action='store_true',
                         help='leave out colour images without depth image, and the other way round')
-    parser.add_argument('--bag-time', action='store_true',
-                        help='take the times of recording in place of the stamps in the headers')
     return parser

@@ -1,5 +1,4 @@
 """The people of several cameras, out of bags, tables and running topics, for the calibration of the cameras."""
-import re
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,21 +14,19 @@ from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.camera_presets import CAMERA_INFO
 from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.ros.topics import DIMENSIONS, IN_IMAGE, IN_SPACE, is_within, people_topics
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, topic_types
-from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
-from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
+from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, read_keypoint_bag, rows_of
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow, measured_people, table_of
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.ros.convert import camera_from_message
 
-# Topics of people below the namespace of a camera, those with depth first.
-_TOPICS = ('openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses')
-# Beside the people of the fusion node there is a topic `cameras` of this type.
-_FUSED = 'openpose_ros_msgs/FusedCameraArray'
+# Topics of people below the namespace of a camera.
+_EXPECTED = f'NAMESPACE/{IN_SPACE}/detected_poses_3d or {IN_IMAGE}/detected_poses'
 _COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 _NO_PEOPLE = ('rosrun openpose_ros_tools process_bag BAG finds the people of images and depth images; '
               'calibrate_cameras reads what it writes')
@@ -49,24 +46,6 @@ class CameraOptions(NamedTuple):
     names: Sequence[str] = ()
     calibrations: Mapping[str, Path] = {}
     rectified: bool = False
-
-
-def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
-    """Return the topic with people of each camera's namespace ('' is the root), with depth before without.
-
-    Fused people are those of no camera: what has the namespace of `process_bag` for them, or comes from a fusion node.
-
-    Args:
-        types: of the topics.
-    """
-    found: Dict[str, str] = {}
-    for ending in _TOPICS:
-        for topic in sorted(types):
-            match = re.fullmatch(f'/?(.*?)/?{ending}', topic)
-            name = match.group(1) if match else FUSED
-            if name != FUSED and types[topic] in DIMENSIONS and types.get(f'/{name}/cameras') != _FUSED:
-                found.setdefault(name, topic)
-    return found
 
 
 def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[CameraRecording]:
@@ -90,7 +69,7 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[C
             types = topic_types(bag)
         topics = people_topics(types)
         if not topics:
-            raise BadInputError(f'{path} has no people of a camera (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]}); '
+            raise BadInputError(f'{path} has no people of a camera ({_EXPECTED}); '
                                 f'{_NO_PEOPLE}')
         for namespace, topic in topics.items():
             name = namespace or names[path]
@@ -114,7 +93,7 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraR
     types = dict(rospy.get_published_topics())
     topics = {namespace or 'camera': topic for namespace, topic in people_topics(types).items()}
     if not topics:
-        raise BadInputError(f'no camera publishes people (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]})')
+        raise BadInputError(f'no camera publishes people ({_EXPECTED})')
     messages: Dict[str, List[Any]] = {name: [] for name in topics}
     infos: List[Tuple[str, CameraInfo]] = []
     with ExitStack() as stack:
@@ -194,6 +173,6 @@ def _model_of(infos: Sequence[Tuple[str, CameraInfo]], namespace: str, table: Ke
     """Return the camera of the CameraInfo whose frame is that of the people; of several, one in the same namespace."""
     frames = set(table.frame_ids.tolist())
     fitting = [(topic, info) for topic, info in infos if frame_name(info.header.frame_id) in frames]
-    near = [info for topic, info in fitting if topic.strip('/').startswith(f'{namespace}/')]
+    near = [info for topic, info in fitting if namespace and is_within(topic, namespace)]
     chosen = near or [info for _, info in fitting]
     return camera_from_message(chosen[0], rectified) if chosen else None

@@ -1,7 +1,7 @@
 """Messages of a camera and files of its images, turned into each other with nothing lost."""
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -20,14 +20,13 @@ from openpose_ros_pkg.ros.convert import (
     order_of_file,
     pixels_to_image,
 )
+from openpose_ros_pkg.ros.topics import DEPTH_ENCODINGS, TOPICS
 from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS, TOPICS
-from skeleton_extract_3d.points.camera import calibrated_camera, check_same_aspect
-from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.camera import check_same_aspect
 from skeleton_extract_3d.points.rgbd_folder import RgbdFolder
-from skeleton_extract_3d.ros.convert import cloud_from_message, cloud_to_message
+from skeleton_extract_3d.ros.convert import cloud_from_message
 
 _SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
 
@@ -41,7 +40,6 @@ class MessageOptions:
     calibration: Optional[Calibration]  # of the camera, or None
     depth_scale: float = MILLIMETRES  # units of 16-bit depth per metre
     compressed: bool = False  # CompressedImage in place of Image for the colour images
-    cloud: bool = False  # write clouds
 
 
 class Moment(NamedTuple):
@@ -49,18 +47,15 @@ class Moment(NamedTuple):
 
     stamp: int  # [ns]
     files: Dict[str, Tuple[int, Path]]  # by stream the number of the image in it and its path
-    colour_of_cloud: Optional[Path]  # the colour image that belongs to the depth image here; its stamp may differ
 
 
-def moments(folder: RgbdFolder) -> Iterator[Moment]:
-    """Yield the images of a folder by stamp, ascending."""
+def moments(folder: RgbdFolder) -> List[Moment]:
+    """Return the images of a folder by stamp, ascending."""
     by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
     for stream, files in folder.streams.items():
         for number, file in enumerate(files):
             by_stamp.setdefault(file.stamp, {})[stream] = number, file.path
-    for stamp, found in sorted(by_stamp.items()):
-        colour = folder.colour_of.get(stamp) if 'depth' in found else None
-        yield Moment(stamp, found, None if colour is None else by_stamp[colour]['colour'][1])
+    return [Moment(stamp, files) for stamp, files in sorted(by_stamp.items())]
 
 
 class MessageMaker:
@@ -72,7 +67,6 @@ class MessageMaker:
 
     Raises:
         BadInputError: sizes do not fit each other or the calibration.
-        ParameterError: a cloud can not be made.
     """
 
     def __init__(self, options: MessageOptions, folder: RgbdFolder) -> None:
@@ -85,12 +79,6 @@ class MessageMaker:
         self._topics = {key: f'{options.namespace}/{name}' for key, name in TOPICS.items()}
         if options.compressed:
             self._topics['image'] += '/compressed'
-        if options.cloud:
-            if calibration is None or not calibration.is_calibrated or len(folder.streams) < 2:
-                raise ParameterError('--cloud needs colour and depth images, and a calibration: --camera FILE, or '
-                                     '--intrinsics FX FY CX CY')
-            self._camera = calibrated_camera(calibration)
-            self._rays = self._camera.ray_grid()
 
     def messages(self, moment: Moment) -> Tuple[List[Tuple[str, genpy.Message]], List[str]]:
         """Return topics and messages of one stamp in the order of writing, and reasons of files that failed to decode.
@@ -98,35 +86,23 @@ class MessageMaker:
         Raises:
             BadInputError: an image has another size than the first one.
         """
-        options, failed = self._options, []
         made: Dict[str, genpy.Message] = {}
-        decoded: Dict[str, np.ndarray] = {}
+        failed = []
         for stream, (number, path) in moment.files.items():
-            header = self._header(moment.stamp, number)
+            header = Header(seq=number, stamp=genpy.Time(0, moment.stamp), frame_id=self._options.frame_id)
             try:
                 content, pixels = _read_image(stream, path)
             except BadInputError as error:
                 failed.append(str(error))
                 continue
             self._check(stream, path, pixels)
-            decoded[stream] = pixels
             if stream == 'depth':
                 made['depth'] = self._depth_message(pixels, header)
             else:
                 made['image'] = self._image_message(pixels, content, path, header)
-            if options.calibration is not None:
-                made.setdefault('camera_info', calibration_to_message(options.calibration, header))
-        if options.cloud and 'depth' in decoded and moment.colour_of_cloud is not None:
-            try:
-                bgr = self._colour_of_cloud(moment, moment.colour_of_cloud, decoded)
-            except BadInputError as error:
-                failed.append(f'no cloud: {error}')
-            else:
-                made['points'] = self._cloud_message(moment, decoded['depth'], bgr)
+            if self._options.calibration is not None:
+                made.setdefault('camera_info', calibration_to_message(self._options.calibration, header))
         return [(self._topics[key], made[key]) for key in TOPICS if key in made], failed
-
-    def _header(self, stamp: int, number: int) -> Header:
-        return Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self._options.frame_id)
 
     def _image_message(self, pixels: np.ndarray, content: bytes, path: Path, header: Header) -> genpy.Message:
         encoding = image_files.encoding_of(pixels, str(path))
@@ -145,18 +121,6 @@ class MessageMaker:
             return pixels_to_image(depth, '16UC1', header)
         metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, scale)
         return pixels_to_image(metres, '32FC1', header)
-
-    @staticmethod
-    def _colour_of_cloud(moment: Moment, path: Path, decoded: Dict[str, np.ndarray]) -> np.ndarray:
-        """Return the colour image of a depth image; its stamp may be another one."""
-        is_here = 'colour' in decoded and moment.files['colour'][1] == path
-        return image_files.to_bgr8(decoded['colour'] if is_here else _read_image('colour', path)[1])
-
-    def _cloud_message(self, moment: Moment, depth: np.ndarray, bgr: np.ndarray) -> genpy.Message:
-        # as the player makes it, so that both give the same cloud
-        depth = depth if depth.dtype == np.float32 else depth * (1.0 / self._options.depth_scale)
-        return cloud_to_message(cloud_from_depth(depth, self._camera, bgr, self._rays),
-                                self._header(moment.stamp, moment.files['depth'][0]))
 
     def _check(self, stream: str, path: Path, pixels: np.ndarray) -> None:
         size = pixels.shape[1], pixels.shape[0]
@@ -237,7 +201,6 @@ def _depth_of(message: genpy.Message) -> np.ndarray:
 
 
 def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
-    """Return the content of an image file, and the image."""
     content = read_file(path)
     return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
 

@@ -1,6 +1,6 @@
 """Make a bag of RGB-D folders, on the topics of a camera; no ROS master is needed.
 
-    rosrun openpose_ros_tools images_to_bag sequence/ -o walk.bag --cloud --compression lz4
+    rosrun openpose_ros_tools images_to_bag sequence/ -o walk.bag --compression lz4
     rosrun openpose_ros_tools images_to_bag rgbd_dataset_freiburg3/ -o walk.bag --intrinsics 535.4 539.2 320.1 247.6
     rosrun openpose_ros_tools images_to_bag photos/ -o photos.bag --rate 30 --camera camera.yaml --compressed
 
@@ -21,7 +21,6 @@ of the headers.
 
     /kinect2/qhd/image_color        sensor_msgs/Image (bgr8, mono8, ...), or .../compressed with --compressed
     /kinect2/qhd/image_depth_rect   sensor_msgs/Image: 16UC1 of 16-bit depth in mm, else 32FC1 [m]
-    /kinect2/qhd/points             sensor_msgs/PointCloud2 with --cloud: organized, x y z rgb, stamp of the depth image
     /kinect2/qhd/camera_info        sensor_msgs/CameraInfo, for each stamp of a colour or depth image
     /tf_static                      from world to the camera, if its pose is known (T_world_camera)
 
@@ -41,7 +40,7 @@ from collections import Counter
 from contextlib import closing
 from fractions import Fraction
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
 from geometry_msgs.msg import TransformStamped
@@ -49,20 +48,20 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
-from openpose_ros_pkg.command_options import add_output, checked, command_parser, number, plain_path
+from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_pkg.ros.topics import CAMERA_NAMESPACE
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.parallel.threads import ordered_map
+from openpose_ros_tools.parallel import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
-from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE
 from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_size, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_folder import RgbdFolder, read_rgbd_folder
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
-from skeleton_extract_3d.points.stamps import SECOND, parse_stamp
+from skeleton_extract_3d.points.stamps import SECOND
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 _log = logging.getLogger(__name__)
@@ -70,17 +69,12 @@ _log = logging.getLogger(__name__)
 _NAME = 'images_to_bag'
 
 
-class CameraImages(NamedTuple):
-    """The images of a camera, and the messages that are made of them."""
-
-    folder: RgbdFolder
-    options: MessageOptions
-
-
-def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'none') -> Tuple[Dict[str, int], int]:
+def write_bag(path: Path, cameras: Sequence[Tuple[RgbdFolder, MessageOptions]], compression: str = 'none'
+              ) -> Tuple[Dict[str, int], int]:
     """Write the images of cameras into a bag, in the order of the stamps.
 
     Args:
+        cameras: the images of each, and how messages are made of them.
         compression: one of COMPRESSIONS.
 
     Returns:
@@ -91,9 +85,9 @@ def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'n
         OSError: the bag can not be written.
     """
     counts: Dict[str, int] = Counter()
-    makers = [MessageMaker(camera.options, camera.folder) for camera in cameras]
-    planned = sorted(((maker, moment) for maker, camera in zip(makers, cameras)
-                      for moment in moments(camera.folder)), key=lambda one: one[1].stamp)
+    makers = [(MessageMaker(options, folder), folder) for folder, options in cameras]
+    planned = sorted(((maker, moment) for maker, folder in makers for moment in moments(folder)),
+                     key=lambda one: one[1].stamp)
     with new_bag(path, compression) as bag, \
             Progress(total=len(planned), unit='frame') as bar, \
             closing(ordered_map(lambda one: one[0].messages(one[1]), planned)) as results:
@@ -121,19 +115,20 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     if options.cameras is None:
         cameras = [_camera(options, options.folder, options.camera_namespace, options.frame_id)]
-    elif options.frame_id is not None or options.start is not None:
-        raise ParameterError('--frame-id and --start are for one camera, and contradict --cameras')
+    elif options.frame_id is not None:
+        raise ParameterError('--frame-id is for one camera, and contradicts --cameras')
     else:
         cameras = [_camera(options, folder, f'{folder.name}/qhd', f'{folder.name}_rgb_optical_frame')
                    for folder in _camera_folders(options.folder, options.cameras)]
     with output_file(options.output, options.overwrite) as part:
         counts, failed = write_bag(part, cameras, options.compression)
-    sys.stdout.write(_summary(options.output, [camera.folder for camera in cameras], counts, failed))
+    sys.stdout.write(_summary(options.output, [folder for folder, _ in cameras], counts, failed))
     return SOME_FAILED if failed else DONE
 
 
-def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: Optional[str]) -> CameraImages:
-    folder = read_rgbd_folder(place, options.rate, options.start)
+def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: Optional[str]
+            ) -> Tuple[RgbdFolder, MessageOptions]:
+    folder = read_rgbd_folder(place, options.rate)
     for remark in folder.remarks:
         _log.warning('%s', remark)
     calibration = _calibration(options, folder)
@@ -144,9 +139,9 @@ def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: 
         _log.warning('the camera is not calibrated: K is 0; camera_info will say the same')
     else:
         calibrated_camera(calibration)  # checks it
-    return CameraImages(folder, MessageOptions(
+    return folder, MessageOptions(
         '/' + namespace.strip('/') if namespace.strip('/') else '', frame_id or folder.frame_id or DEFAULT_FRAME,
-        calibration, options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed, options.cloud))
+        calibration, options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed)
 
 
 def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
@@ -176,11 +171,10 @@ def _calibration(options: argparse.Namespace, folder: RgbdFolder) -> Optional[Ca
     return pinhole_calibration(*first_size(folder), (fx, fy), (cx, cy))
 
 
-def _poses(cameras: Sequence[CameraImages], stamp: int) -> List[TransformStamped]:
-    """Return the known poses of the cameras."""
+def _poses(cameras: Sequence[Tuple[RgbdFolder, MessageOptions]], stamp: int) -> List[TransformStamped]:
     header = Header(stamp=genpy.Time(0, stamp), frame_id=WORLD_FRAME)
-    transforms = [transform_from_matrix(camera.folder.T_world_camera, header, camera.options.frame_id)
-                  for camera in cameras if camera.folder.T_world_camera is not None]
+    transforms = [transform_from_matrix(folder.T_world_camera, header, options.frame_id)
+                  for folder, options in cameras if folder.T_world_camera is not None]
     for rotation in (transform.transform.rotation for transform in transforms):
         for key in rotation.__slots__:
             # 12 digits, and no -0: then the way to a matrix and back gives the same bits
@@ -207,10 +201,6 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--rate', type=number(0.001, 1000, Fraction), metavar='HZ',
                        help='of numbered images; may be a fraction such as 30000/1001 (default: rgb.txt and depth.txt, '
                             'else fps of sequence.yaml or meta.json)')
-    group.add_argument('--start', metavar='SECONDS',
-                       type=checked(parse_stamp, lambda stamp: True, 'a number of seconds from 0 to below 2^32'),
-                       help='move all stamps so that the first is this one (default: as they are; 1000 for numbered '
-                            'images)')
     group.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                        help='units of 16-bit depth per metre (default: see above)')
     group = parser.add_argument_group('camera').add_mutually_exclusive_group()
@@ -227,7 +217,6 @@ def _parser() -> argparse.ArgumentParser:
                        help='of the topics (default: %(default)s)')
     group.add_argument('--compressed', action='store_true',
                        help='colour as CompressedImage: JPEG and PNG files pass through untouched, others become PNG')
-    group.add_argument('--cloud', action='store_true', help='write clouds as well, 32 bytes per pixel')
     group.add_argument('--compression', choices=COMPRESSIONS, default='none',
                        help='of the bag; bz2 is small and slow (default: %(default)s)')
     return parser

@@ -29,16 +29,13 @@ from openpose_ros_pkg.command_options import add_up, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
+from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, choose_topic
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.report.recording import Landmarks, Recording, Thumbnail, facts_of, frames_of
-from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
-from openpose_ros_tools.ros.camera_topics import TopicFinder
+from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
-    DIMENSIONS,
-    PARTS,
     bag_messages,
-    choose_topic,
     read_keypoints,
     read_signals,
 )
@@ -144,7 +141,7 @@ def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List
     """
     images: Path = options.images or options.recording
     with open_bag(images) as bag:
-        finder = TopicFinder(bag)
+        finder = topic_finder(bag)
         if not options.image and not finder.candidates['colour']:
             raise BadInputError(f'{images.name} has no topic of colour images')
         topic = finder.required('colour', options.image, finder.candidates['colour'])

@@ -2,12 +2,11 @@
 
 The bytes of a message are converted between CDR and the serialization of ROS 1; ROS 2 has no `seq` in headers.
 """
-from contextlib import suppress
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Callable, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple, Type
+from typing import Any, BinaryIO, Collection, Dict, Iterator, List, Optional, Tuple, Type
 
 import genpy
 import genpy.dynamic
@@ -42,8 +41,6 @@ class Ros2Recording:
     def __init__(self, path: Path) -> None:
         self._path, self._ros2 = path, _foxy('read recordings of ROS 2')
         self.filename = str(path)
-        with path.open('rb') if path.is_file() else BytesIO() as file:
-            self._is_ros1 = file.read(25)[17:] == b'\4\0\0\0ros1'  # the profile in the header of an .mcap
         self._kinds: Dict[str, Tuple[Type[genpy.Message], Any]] = {}
         try:
             with self._reader() as reader:
@@ -54,11 +51,10 @@ class Ros2Recording:
                                 ) from error
 
     def get_type_and_topic_info(self) -> Any:
-        """Return `topics` that have messages: type (see `joined_types`) and number of messages."""
-        types = joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections if one.msgcount)
+        """Return `topics`: type and number of messages."""
         return SimpleNamespace(topics={
-            topic: SimpleNamespace(msg_type=kind, message_count=self.get_message_count(topic))
-            for topic, kind in types.items()})
+            one.topic: SimpleNamespace(msg_type=_ros1_name(one.msgtype), message_count=one.msgcount)
+            for one in self._connections})
 
     def get_message_count(self, topic: str) -> int:
         """Return the number of messages of a topic."""
@@ -74,12 +70,8 @@ class Ros2Recording:
 
     def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
                       end_time: Optional[genpy.Time] = None, raw: bool = False,
-                      return_connection_header: bool = False,
-                      connection_filter: Optional[Callable[..., Any]] = None) -> Iterator[Tuple[Any, ...]]:
-        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged.
-
-        `connection_filter` is not asked: rosbags parses definitions, so that code can be made of them.
-        """
+                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
+        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged."""
         start = None if start_time is None else start_time.to_nsec()
         stop = None if end_time is None else end_time.to_nsec() + 1
         for connection, time, kind, content in self._converted(topics, start, stop):
@@ -90,20 +82,16 @@ class Ros2Recording:
 
     def _reader(self) -> Any:
         """Return a reader; each belongs to one thread, as SQLite's connections do."""
-        if self._is_ros1:
-            return _Ros1Reader(self._path, self._ros2)
         return import_module('rosbags.highlevel').AnyReader([self._path], default_typestore=self._ros2)
 
     def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
                    ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
-        """Yield connection, time [ns], class and bytes of ROS 1 of messages."""
         try:
             with self._reader() as reader:
                 wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
                 for connection, time, data in reader.messages(wanted, start, stop) if wanted else ():
                     kind, store = self._kind_of(connection.msgtype)
-                    yield connection, time, kind, data if self._is_ros1 else bytes(
-                        store.cdr_to_ros1(data, connection.msgtype))
+                    yield connection, time, kind, bytes(store.cdr_to_ros1(data, connection.msgtype))
         except Exception as error:  # as above
             raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
 
@@ -121,37 +109,6 @@ class Ros2Recording:
                 installed = genpy.dynamic.generate_dynamic(ros1_name, text)[ros1_name]
             self._kinds[name] = installed, store
         return self._kinds[name]
-
-
-class _Ros1Reader:
-    """Reads an .mcap of a bag of ROS 1, as `mcap convert` makes it; has of `AnyReader` what is asked for here."""
-
-    def __init__(self, path: Path, ros2: Any) -> None:
-        self._file, self._ros2 = path.open('rb'), ros2
-        self._reader = _library('mcap.reader', 'read MCAP').make_reader(self._file)
-
-    def __enter__(self) -> '_Ros1Reader':
-        summary = self._reader.get_summary()
-        names = {one.id: one.name.replace('/', '/msg/') for one in summary.schemas.values()}
-        types: Dict[str, Any] = {}
-        for schema in summary.schemas.values():
-            with suppress(Exception):  # as above; its topic can not be read
-                types.update(_types_in(schema.data.decode(), names[schema.id]))
-        self.typestore = _store_with(types, self._ros2)
-        counts = summary.statistics.channel_message_counts
-        self._by_id = {one.id: SimpleNamespace(topic=one.topic, msgtype=names[one.schema_id],
-                                               msgcount=counts.get(one.id, 0)) for one in summary.channels.values()}
-        self.connections = self._by_id.values()
-        self.start_time, self.end_time = summary.statistics.message_start_time, summary.statistics.message_end_time
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def messages(self, wanted: Iterable[Any], *span: Optional[int]) -> Iterator[Tuple[Any, int, bytes]]:
-        """Yield connection, time [ns] and bytes of messages."""
-        for _, channel, message in self._reader.iter_messages([one.topic for one in wanted], *span):
-            yield self._by_id[channel.id], message.log_time, message.data
 
 
 class McapFile:
@@ -196,18 +153,6 @@ class McapFile:
         self._writer.finish()
 
 
-def joined_types(found: Iterable[Tuple[str, str]]) -> Dict[str, str]:
-    """Return the type of each topic; of one with messages of several types all of them, which no reader expects.
-
-    Args:
-        found: topics and types, in any order.
-    """
-    types: Dict[str, Set[str]] = {}
-    for topic, kind in found:
-        types.setdefault(topic, set()).add(kind)
-    return {topic: ' and '.join(sorted(kinds)) for topic, kinds in types.items()}
-
-
 def _library(name: str, purpose: str) -> Any:
     try:
         return import_module(name)
@@ -218,7 +163,6 @@ def _library(name: str, purpose: str) -> Any:
 
 
 def _foxy(purpose: str) -> Any:
-    """Return the types of ROS 2 Foxy."""
     typesys = _library('rosbags.typesys', purpose)
     return typesys.get_typestore(typesys.Stores.ROS2_FOXY)
 
@@ -229,7 +173,6 @@ def _connections(reader: Any) -> List[Any]:
 
 
 def _ros1_name(name: str) -> str:
-    """Return pkg/Type of pkg/msg/Type."""
     return name.replace('/msg/', '/')
 
 
@@ -238,15 +181,10 @@ def _definitions(store: Any) -> Dict[str, Any]:
     return getattr(store, 'fielddefs', None) or getattr(store, 'FIELDDEFS', {})
 
 
-def _types_in(text: str, name: str) -> Dict[str, Any]:
-    """Return the types that a definition of ROS 1 has, without those that are built into ROS 1."""
-    parsed = import_module('rosbags.typesys').get_types_from_msg(text, name)
-    return {name: definition for name, definition in parsed.items() if name not in _BUILT_IN}
-
-
 def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
-    """Return the definitions of a type of ROS 1 and of those in it; see `_types_in`."""
-    return _types_in(kind._full_text, kind._type.replace('/', '/msg/'))
+    """Return the definitions of a type of ROS 1 and of those in it, without those that are built into ROS 1."""
+    parsed = import_module('rosbags.typesys').get_types_from_msg(kind._full_text, kind._type.replace('/', '/msg/'))
+    return {name: definition for name, definition in parsed.items() if name not in _BUILT_IN}
 
 
 def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
@@ -257,17 +195,13 @@ def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
 
 
 def _store_of(kind: Type[genpy.Message], ros2: Any) -> Any:
-    """Return what encodes a type: the store of ROS 2 where it has the type with the same fields."""
+    """Return what encodes a type: the store of ROS 2 where it has the type with the same fields, else one of its own.
+    """
     if _is_same(kind, ros2):
         return ros2
-    return _store_with(_types_of(kind), ros2)
-
-
-def _store_with(types: Dict[str, Any], ros2: Any) -> Any:
-    """Return a store of types alone, and of those that are built into ROS 1."""
     typesys = import_module('rosbags.typesys')
     store = typesys.get_typestore(typesys.Stores.EMPTY)
-    store.register({**types, **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
+    store.register({**_types_of(kind), **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
     return store
 
 

@@ -2,7 +2,7 @@
 import json
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
 import genpy
 import numpy as np
@@ -17,6 +17,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros.topics import PARTS, KeypointTopic, absolute, choose_topic
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
@@ -28,7 +29,6 @@ from openpose_ros_tools.ros.bag_files import (
     stamped_messages,
     topic_types,
 )
-from openpose_ros_tools.ros.ros2_bags import joined_types
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
@@ -46,78 +46,25 @@ from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_sign
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
 _SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
-# Dimensions of the types of messages with people, in the order of preference: space before image, and single people
-# before arrays, as both contain the same people.
-DIMENSIONS: Dict[str, int] = {
-    'openpose_ros_msgs/PersonDetection_3d': 3,
-    'openpose_ros_msgs/PersonDetection_3dArray': 3,
-    'openpose_ros_msgs/PersonDetection': 2,
-    'openpose_ros_msgs/PersonDetectionArray': 2}
-# The same of hands, faces and signals, which are read only where they are asked for.
-PARTS: Dict[str, Dict[str, int]] = {
-    'people': DIMENSIONS,
-    'hands': {'openpose_ros_msgs/HandDetection_3dArray': 3, 'openpose_ros_msgs/HandDetectionArray': 2},
-    'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2},
-    'signals': {'openpose_ros_msgs/PersonSignalsArray': 3}}
+_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
 
 RECORD = '/openpose_ros/process_bag'
 """Topic of what process_bag has made a bag of, so that it is not made again."""
 
 
-class KeypointTopic(NamedTuple):
-    """A topic with people, hands, faces or signals; dimensions: 3 in space, 2 in the image; part: one of `PARTS`."""
-
-    name: str
-    kind: str
-    dimensions: int
-    part: str = 'people'
-
-
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
-    """Yield the messages of a topic and their time of recording [ns]; BadInputError, if they are of several types."""
-    types = topic_types(bag)
-    names = [name for name in types if _absolute(name) == _absolute(topic)]
-    for name in names:
-        if ' and ' in types[name]:
-            raise BadInputError(f'{bag.filename}: messages on {name} are of several types: {types[name]}')
-    for stored in stamped_messages(bag, names):
+    """Yield the messages of a topic and their time of recording [ns], in its order; BadInputError: it is damaged."""
+    for stored in stamped_messages(bag, [name for name in topic_types(bag) if absolute(name) == absolute(topic)]):
         yield deserialized(stored), stored.time
 
 
-def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None, part: str = 'people'
-                 ) -> KeypointTopic:
-    """Return the topic to read; BadInputError, if it is not there or has another part, or several come into question.
-
-    Args:
-        types: type of each topic.
-        where: these topics are, for errors.
-        topic: name; None: the only one of the most preferred type that is there, see `PARTS`.
-    """
-    kinds = PARTS[part]
-    known = {_absolute(name): kind for name, kind in types.items()}
-    fitting = {name: kind for name, kind in sorted(known.items()) if kind in kinds}
-    if topic is None:
-        best = next((kind for kind in kinds if kind in fitting.values()), None)
-        names = [name for name, kind in fitting.items() if kind == best]
-        problem = f'there are no {"keypoints" if part == "people" else part} in {where}'
-    else:
-        names = [name for name in (_absolute(topic),) if name in fitting]
-        problem = (f'topic {_absolute(topic)} in {where} is of type {known[_absolute(topic)]}'
-                   if _absolute(topic) in known else f'there is no topic {_absolute(topic)} in {where}')
-    if len(names) > 1:
-        raise BadInputError(f'{where} has several topics of type {best}: {", ".join(names)}; choose with --topic')
-    if not names:
-        raise BadInputError(f'{problem}; {_list(fitting, known, kinds)}')
-    return KeypointTopic(names[0], known[names[0]], kinds[known[names[0]]], part)
-
-
 def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
-    """Return the type of each topic in any of the bags, see `joined_types`; errors as `open_bag`."""
-    found: List[Tuple[str, str]] = []
+    """Return the type of each topic in any of the bags; errors as `open_bag`."""
+    found: Dict[str, str] = {}
     for path in paths:
         with open_bag(path) as bag:
-            found += topic_types(bag).items()
-    return joined_types(found)
+            found.update(topic_types(bag))
+    return found
 
 
 def made_of(path: Path) -> Dict[str, Any]:
@@ -182,7 +129,7 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
         with open_bag(path) as bag:
             types = topic_types(bag)
             signals = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
-            if {_absolute(name): kind for name, kind in types.items()}.get(signals) in PARTS['signals']:
+            if {absolute(name): kind for name, kind in types.items()}.get(signals) in PARTS['signals']:
                 return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
                     turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
                         for message, time in bag_messages(bag, signals)], True
@@ -224,22 +171,6 @@ def person_message(row: PersonRow, header: Header) -> genpy.Message:
     kind, of_part = (PersonDetection_3d, BodypartDetection_3d) if in_space else (PersonDetection, BodypartDetection)
     parts = {joint: of_part(*part) for joint, part in zip(MESSAGE_JOINTS, part_values(row))}
     return kind(header=header, num_people_detected=row.number, person_ID=row.person, **parts)
-
-
-def _absolute(name: str) -> str:
-    """Return the name of a topic with its leading slash, which bags made by programs may lack."""
-    return '/' + name.strip('/')
-
-
-def _list(fitting: Mapping[str, str], types: Mapping[str, str], kinds: Iterable[str]) -> str:
-    """Return which topics there are."""
-    if fitting:
-        return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in fitting.items())
-    if not types:
-        return 'it has no topics'
-    shown = [f'{name} ({kind})' for name, kind in sorted(types.items())]
-    more = f' and {len(shown) - 8} more' if len(shown) > 8 else ''
-    return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(kinds)}'
 
 
 def _parts(message: Any, dimensions: int) -> np.ndarray:

@@ -37,11 +37,11 @@ from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
+from openpose_ros_pkg.ros.topics import PARTS, KeypointTopic, choose_topic
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoints import keypoint_bag
-from openpose_ros_tools.ros.keypoints.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, LongCsvWriter, landmark_columns, signal_rows
 
@@ -168,7 +168,7 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
     """Return the topic to read; wait for one that is to run."""
     if options.bags:
         where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
-        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic, options.part)
+        return choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic, options.part)
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)
@@ -177,8 +177,8 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
     before: Optional[KeypointTopic] = None
     while True:
         types = dict(rospy.get_published_topics())
-        if wanted in types or (not wanted and set(types.values()) & set(keypoint_bag.PARTS[options.part])):
-            topic = keypoint_bag.choose_topic(types, 'what is published', wanted, options.part)
+        if wanted in types or (not wanted and set(types.values()) & set(PARTS[options.part])):
+            topic = choose_topic(types, 'what is published', wanted, options.part)
             if topic == before:  # twice, as a node that starts announces its topics one after the other
                 sys.stderr.write(f'listening to {topic.name}; Ctrl-C ends it\n')
                 return topic

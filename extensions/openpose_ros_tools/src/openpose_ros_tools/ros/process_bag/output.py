@@ -1,11 +1,10 @@
 """The output of process_bag: a bag with the nodes' topics, a table, a JSON file of each frame."""
-import hashlib
 import json
 import os
 import re
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Union
 
 import genpy
 import numpy as np
@@ -21,6 +20,7 @@ from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_ke
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, Fields, landmark_fields, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.ros.topics import IN_IMAGE, IN_SPACE
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
@@ -28,7 +28,7 @@ from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD, made_of, rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, Input, Outputs
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
@@ -37,19 +37,8 @@ from skeleton_extract_3d.points.transform import LEVEL, TURNED, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, ShownMarkers, people_markers
 
-# Namespaces of people, in that of their camera.
-IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
 
-
-class Published(NamedTuple):
-    """People, hands and faces of a frame in the frame of reference in which they are published."""
-
-    people: People3D
-    landmarks: Landmarks  # in space, and as they are in the image
-    header: Header  # for what is in space
-
-
-class Upright(NamedTuple):
+class Ground(NamedTuple):
     """Where the floor is, for signals."""
 
     up: np.ndarray  # (3,) upwards in the frame of the people
@@ -57,7 +46,7 @@ class Upright(NamedTuple):
     level: bool = False  # the people are in the optical frame of a level camera; `up` is in the upright one
 
 
-ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
+ON_FLOOR = Ground(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
 """Of a frame of the room: z is upwards, and 0 on the floor."""
 
 
@@ -68,17 +57,18 @@ class PeopleWriter:
         bag: to write.
         namespace: of the topics.
         settings: of markers, and whether joints are written as frames.
-        table: None: none.
+        table: gets each array of people; None: none.
         markers: whether markers are written.
-        upright: to write signals; None: none are written.
+        ground: to write signals; None: none are written.
     """
 
-    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings, table: Optional['PeopleTable'],
-                 markers: bool, upright: Optional[Upright] = None) -> None:
+    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings,
+                 table: Optional[Callable[[genpy.Message], None]], markers: bool, ground: Optional[Ground] = None
+                 ) -> None:
         self._bag, self._namespace, self._table = bag, namespace, table
         self._publish_tf = settings.extractor.publish_tf
         self._markers, self._shown = settings.markers if markers else None, ShownMarkers()
-        self._upright, self._signals = upright, SignalReader()
+        self._ground, self._signals = ground, SignalReader()
 
     def write(self, people: People3D, header: Header, time: genpy.Time) -> None:
         """Write the people of a time, with the time of recording."""
@@ -87,9 +77,9 @@ class PeopleWriter:
         for person in array.persons:
             self._bag.write(f'{self._namespace}/detected_poses_keypoints_3d', person, time)
         if self._table is not None:
-            self._table.write(array)
-        if self._upright is not None:
-            self._write_signals(people, header, time, self._upright)
+            self._table(array)
+        if self._ground is not None:
+            self._write_signals(people, header, time, self._ground)
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), time)
         if self._markers is not None:
@@ -98,43 +88,38 @@ class PeopleWriter:
                 topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 
-    def _write_signals(self, people: People3D, header: Header, time: genpy.Time, upright: Upright) -> None:
-        if upright.level:
+    def _write_signals(self, people: People3D, header: Header, time: genpy.Time, ground: Ground) -> None:
+        if ground.level:
             self._bag.write('/tf', TFMessage([convert.upright_transform(header)]), time)
             people = transform_people(people, *LEVEL)
             header = Header(header.seq, header.stamp, header.frame_id + TURNED)
-        signals = self._signals.update(people, header.stamp.to_sec(), upright.up, upright.around)
+        signals = self._signals.update(people, header.stamp.to_sec(), ground.up, ground.around)
         array = signals_to_array(signals, header)
         self._bag.write(f'{self._namespace}/people_signals', array, time)
         for person in array.persons:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
 
 
-class PeopleTable:
-    """A table of people, see `KeypointCsvWriter`; use it as a context manager. An OSError names its file."""
+@contextmanager
+def people_table(path: Path, layout: str, dimensions: int) -> Iterator[Callable[[genpy.Message], None]]:
+    """Yield what writes the people of an array message into a table, see `KeypointCsvWriter`.
 
-    def __init__(self, path: Path, layout: str, dimensions: int) -> None:
-        self._path, self._stack = path, ExitStack()
+    Raises:
+        OSError: with the name of the file.
+    """
+    with naming(path):
+        handle = path.open('w', newline='')
+    writer = KeypointCsvWriter(handle, layout, dimensions)
+
+    def write(array: genpy.Message) -> None:
         with naming(path):
-            self._handle = self._stack.enter_context(path.open('w', newline=''))
-        self._writer = KeypointCsvWriter(self._handle, layout, dimensions)
+            writer.write(list(rows_of(array, dimensions)))
 
-    def __enter__(self) -> 'PeopleTable':
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        with naming(self._path):
-            self._stack.__exit__(*error)
-
-    def write(self, array: genpy.Message) -> None:
-        """Write the people of an array message."""
-        with naming(self._path):
-            self._writer.write(list(rows_of(array, self._writer.dimensions)))
-
-    def flush(self) -> None:
-        """Have the rows in the file."""
-        with naming(self._path):
-            self._handle.flush()
+    try:
+        yield write
+    finally:
+        with naming(path):
+            handle.close()
 
 
 class Results:
@@ -143,7 +128,8 @@ class Results:
     header.seq of what is written is the number of the frame, from 0.
 
     Args:
-        job: what to write, and where. JSON files are named after its bag.
+        camera: JSON files are named after its bag.
+        outputs: what to write, and where.
         settings: of markers, of the units of detected_poses_keypoints in 2D, and whether joints are written as frames.
         in_space: whether there are people in space.
 
@@ -152,16 +138,17 @@ class Results:
         OSError: a file can not be written.
     """
 
-    def __init__(self, job: BagJob, settings: BagSettings, in_space: bool) -> None:
-        self._namespace = (f'/{job.camera}' if job.camera else '') + (IN_SPACE if in_space else IN_IMAGE)
-        self._job, self._in_space = job, in_space
+    def __init__(self, camera: Input, outputs: Outputs, settings: BagSettings, in_space: bool) -> None:
+        self._namespace = f'/{camera.camera}'.rstrip('/') + f'/{IN_SPACE if in_space else IN_IMAGE}'
+        self._name, self._outputs, self._in_space = camera.bag.stem, outputs, in_space
         self._landmarks, self._scale = settings.landmarks, settings.keypoint_scale
         self._stack = ExitStack()
-        self._table = None if job.csv is None else self._stack.enter_context(
-            PeopleTable(job.csv, job.csv_layout, 3 if in_space else 2))
-        self._bag = self._stack.enter_context(new_bag(job.output, job.compression, job.mcap))
-        self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, job.markers,
-                                    _upright(settings) if job.signals else None)
+        self._bag = self._stack.enter_context(new_bag(outputs.bag, outputs.compression))
+        # the bag is the newest of all outputs, see `is_done`
+        self._table = None if outputs.csv is None else self._stack.enter_context(
+            people_table(outputs.csv, outputs.csv_layout, 3 if in_space else 2))
+        self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, outputs.markers,
+                                    _ground(settings) if outputs.signals else None)
 
     def __enter__(self) -> 'Results':
         return self
@@ -169,11 +156,9 @@ class Results:
     def __exit__(self, *error: Any) -> None:
         self._stack.__exit__(*error)
 
-    def record(self, made_from: Dict[str, Any], time: genpy.Time) -> None:
-        """Note in the bag what all is made from, when it is complete; see `record`."""
-        if self._table is not None:
-            self._table.flush()
-        record(self._bag, {**made_from, **digests([self._job], self._job.csv)}, time)
+    def record(self, noted: Dict[str, Any], time: genpy.Time) -> None:
+        """Note in the bag what all is made from, see `record_of`."""
+        record(self._bag, noted, time)
 
     def copy(self, message: StampedMessage) -> None:
         """Write a message of the input as it was."""
@@ -190,9 +175,13 @@ class Results:
         """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
         self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
 
-    def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, published: Published) -> None:
-        """Write the people in space, and their hands and faces, also those in the image."""
-        people, landmarks, header = published
+    def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, people: People3D, landmarks: Landmarks,
+                 header: Header) -> None:
+        """Write the people in space, and their hands and faces, also those in the image.
+
+        Args:
+            people, landmarks: in the frame of reference in which they are published, that of `header`.
+        """
         header.seq = number
         self._people.write(people, header, frame.time)
         self._write_image_landmarks(frame, number, landmarks.in_image)
@@ -217,7 +206,7 @@ class Results:
                 people, header, scale_keypoints(people.keypoints, size, scale)):
             self._write('detected_poses_keypoints', message, frame)
         if self._table is not None and not self._in_space:
-            self._table.write(array)
+            self._table(array)
 
     def _write_image_landmarks(self, frame: RecordedFrame, number: int, landmarks: Landmarks2D) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
@@ -227,8 +216,8 @@ class Results:
             self._write('detected_faces', convert_2d.faces_to_array(landmarks.faces, header), frame)
 
     def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray], fields: Fields) -> None:
-        if self._job.json is not None:
-            path = self._job.json / (numbered_name(self._job.source.stem, number) + JSON_SUFFIX)
+        if self._outputs.json is not None:
+            path = self._outputs.json / (numbered_name(self._name, number) + JSON_SUFFIX)
             with naming(path):
                 path.write_text(people_to_json(people, in_space, fields))
 
@@ -236,61 +225,62 @@ class Results:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
 
 
-def _upright(settings: BagSettings) -> Upright:
+def _ground(settings: BagSettings) -> Ground:
     """Return where the floor is in the frame in which people are published: below z of a frame that is named."""
     if settings.extractor.target_frame:
         return ON_FLOOR
     level = settings.upright.level
-    return Upright(ON_FLOOR.up if level else settings.upright.upwards, Surroundings(), level)
+    return Ground(ON_FLOOR.up if level else settings.upright.upwards, Surroundings(), level)
 
 
-def json_names(job: BagJob) -> Callable[[str], bool]:
-    """Return what tells whether a file's name is that of a JSON file of a job; a folder may have those of others."""
-    pattern = re.compile(re.escape(job.source.stem) + r'_\d+' + re.escape(JSON_SUFFIX))
+def json_names(camera: Input) -> Callable[[str], bool]:
+    """Return what tells whether a file's name is that of a JSON file of a camera; others may be beside it."""
+    pattern = re.compile(re.escape(camera.bag.stem) + r'_\d+' + re.escape(JSON_SUFFIX))
     return lambda name: bool(pattern.fullmatch(name))
 
 
-def digests(cameras: Sequence[BagJob], csv: Optional[Path]) -> Dict[str, str]:
-    """Return checksums of the table and of the JSON files, by which they are known later; of those that are there."""
-    found = {'csv': [csv] if csv is not None and os.path.lexists(str(csv)) else [],
-             'json': [path for camera in cameras if camera.json is not None
-                      for path in files_of(camera.json, json_names(camera))]}
-    # a link to nothing is a file of the user too
-    contents = {kind: b''.join(hashlib.sha256(file.read_bytes() if file.exists() else b'').digest() for file in files)
-                for kind, files in found.items() if files}
-    return {kind: hashlib.sha256(content).hexdigest() for kind, content in contents.items()}
+def record_of(job: BagJob) -> Dict[str, Any]:
+    """Return what is noted in the bag: what the outputs are made from, and which are made with it, now or before."""
+    made, before = job.made_from(), _noted(job.outputs.bag)
+    kinds = before.pop('outputs', [])
+    wanted = [kind for kind in ('csv', 'json') if getattr(job.outputs, kind) is not None]
+    return {**made, 'outputs': sorted({*wanted, *(kinds if before == made else ())})}
 
 
-def record(bag: rosbag.Bag, made: Dict[str, Any], time: genpy.Time) -> None:
-    """Note in a bag what it is made from, and `digests` of what is made with it; `finished_record` reads it."""
-    bag.write(RECORD, String(data=json.dumps(made, sort_keys=True)), time)
+def record(bag: rosbag.Bag, noted: Dict[str, Any], time: genpy.Time) -> None:
+    """Write `record_of` a job into its bag."""
+    bag.write(RECORD, String(data=json.dumps(noted, sort_keys=True)), time)
 
 
-def finished_record(job: Union[BagJob, RigJob]) -> Optional[Dict[str, Any]]:
-    """Return what a finished run of the same has noted in the output with `record`; None: it is none, or not there."""
+def _noted(path: Path) -> Dict[str, Any]:
     try:
-        noted = made_of(job.output)
+        return made_of(path)
     except BadInputError:
-        return None
-    return noted if all(noted.get(key) == value for key, value in job.made_from().items()) else None
+        return {}
 
 
-def is_done(job: Union[BagJob, RigJob]) -> bool:
+def is_done(job: BagJob) -> bool:
     """Return whether all outputs are there. Of some of them all are made again, which gives the same.
 
     Raises:
-        ParameterError: one is there that a finished run has not made of the same.
+        ParameterError: one is there that a finished run has not made of the same, or that was changed later.
     """
-    noted, there = finished_record(job), digests(job.cameras, job.csv)
-    places = {'csv': job.csv, 'json': job.json}
-    foreign = [job.output] if noted is None and os.path.lexists(str(job.output)) else []
-    foreign += [places[kind] for kind, digest in there.items() if (noted or {}).get(kind) != digest]
+    outputs = job.outputs
+    there: Dict[str, List[Path]] = {kind: [path] if os.path.lexists(str(path)) else [] for kind, path in (
+        ('bag', outputs.bag), ('csv', outputs.csv)) if path is not None}
+    if outputs.json is not None:
+        there['json'] = [file for camera in job.cameras for file in files_of(
+            outputs.json / camera.camera if len(job.cameras) > 1 else outputs.json, json_names(camera))]
+    noted = _noted(outputs.bag)
+    made = ['bag', *noted.pop('outputs', ())]
+    is_same = noted == job.made_from()
+    foreign = [str(getattr(outputs, kind)) for kind, files in there.items() if files and not (
+        is_same and kind in made and max(file.lstat().st_mtime_ns for file in files) <= outputs.bag.stat().st_mtime_ns)]
     if foreign:
-        names = ' and '.join(map(str, foreign))
-        raise ParameterError(f'{names} {"is" if len(foreign) == 1 else "are"} there already, and not as a finished run '
-                             'of this version makes it of this input with these parameters; give another name, or '
-                             '--overwrite')
-    return noted is not None and all(kind in there for kind, place in places.items() if place is not None)
+        raise ParameterError(f'{" and ".join(foreign)} {"is" if len(foreign) == 1 else "are"} there already, and not '
+                             'as a finished run of this version makes it of this input with these parameters; give '
+                             'another name, or --overwrite')
+    return all(there.values())
 
 
 def _with_hidden(people_2d: People2D, people: People3D) -> People2D:

@@ -13,9 +13,9 @@ done, and do not depend on --workers or threads: the same bag and parameters giv
 
 Several bags, or a folder of them, are spread over processes of this machine, or with --scheduler over the workers of a
 cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. The
-bag of a worker that dies is done by another one. In parts of one recording (rosbag record --split) people keep their
-ids, and latched messages hold in later parts. Bags that are done with the same parameters are skipped; anything else in
-the place of a result is only replaced with --overwrite.
+bag of a worker that dies is done again. In parts of one recording (rosbag record --split) people keep their ids, and
+latched messages hold in later parts. Bags that are done with the same parameters are skipped; anything else in the
+place of a result is only replaced with --overwrite.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
@@ -37,16 +37,17 @@ Exit status: 0 all done; 1 some of several bags failed, the others are done; 2 n
 parameter, the network or the bag is wrong; 130 interrupted, bags that were done are complete, others are not there.
 """
 import argparse
-import logging
 import os
 import sys
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
+from openpose_ros_fusion.rig import read_rig
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
-from openpose_ros_pkg.command_options import command_parser, plain_path, whole_number
+from openpose_ros_pkg.command_options import command_parser, named_value, plain_path, seconds, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -54,27 +55,29 @@ from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
-from openpose_ros_pkg.params.parameters import parameter_fields
+from openpose_ros_pkg.params.parameters import frame_name, parameter_fields
+from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.structured_text import file_values
-from openpose_ros_tools.outputs import delete_parts, new_run
-from openpose_ros_tools.parallel.cluster import run_on_cluster
-from openpose_ros_tools.parallel.processes import run_in_processes
+from openpose_ros_tools.outputs import delete_parts
+from openpose_ros_tools.parallel import run_tasks
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, parts_of_recordings
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, RigJob, build_settings
-from openpose_ros_tools.ros.process_bag.output import is_done
-from openpose_ros_tools.ros.process_bag.several_cameras import (
-    add_cameras,
-    camera_names,
-    check_cameras,
-    process_rig,
-    rig_job,
+from openpose_ros_tools.ros.process_bag.job import (
+    BagJob,
+    BagReport,
+    BagSettings,
+    Input,
+    Outputs,
+    RigInput,
+    Settings,
+    build_settings,
 )
+from openpose_ros_tools.ros.process_bag.output import is_done
+from openpose_ros_tools.ros.process_bag.several_cameras import process_rig, rig_input
 from openpose_ros_tools.ros.process_bag.work import process, process_parts
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
-
-_log = logging.getLogger(__name__)
+from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 
 # Nodes whose parameters a configuration file by node may hold, in rising order of weight.
 _DETECTORS = ('openpose_ros_service_node', 'openpose_ros_service_node_3d', 'skeleton_extract_3d_node')
@@ -95,12 +98,12 @@ def main(arguments: Optional[Sequence[str]] = None,
 
 
 def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
-    """Return the parameters in configuration files of the nodes that have a meaning here.
+    """Return the parameters in configuration files of the nodes that have a meaning here; later files count more.
 
     A file holds the parameters of a node, or those of several by node, as `config` of launch files has them.
 
     Raises:
-        ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
+        ParameterError: a file can not be read, or has a key that no node has.
     """
     known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings, old=True)}
     # Those of the nodes are for live images; a recording gives the same people on each machine.
@@ -113,11 +116,10 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
         sections = {key: content.pop(key) for key, value in [*content.items()] if isinstance(value, dict)}
         for node in _DETECTORS:
             content.update(sections.get(node, {}))
-        for key, value in content.items():
-            if key not in known:
-                raise ParameterError(f"--config {path}: unknown parameter '{key}'")
-            if key in used and values.setdefault(key, value) != value:
-                raise ParameterError(f"--config {path}: '{key}' is {value!r}, but {values[key]!r} in another file")
+        unknown = [key for key in content if key not in known]
+        if unknown:
+            raise ParameterError(f"--config {path}: unknown parameter '{unknown[0]}'")
+        values.update({key: value for key, value in content.items() if key in used})
     return values
 
 
@@ -129,73 +131,67 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
         find_preset(options.camera)
     if bool(options.points) + bool(options.depth) + options.only_2d > 1:
         raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
-    check_cameras(options)
-    jobs = _jobs_of(options, values, create)
+    several = not _camera_names(options) and (len(options.inputs) > 1 or (
+        options.inputs[0].is_dir() and not is_ros2(options.inputs[0])))
+    jobs = _jobs(options, Settings(values, create=create), several)
     _check_outputs(jobs)
-    by_workers = not camera_names(options) and (bool(options.scheduler) or _are_several(options.inputs))
     todo = [job for job in jobs if options.overwrite or not is_done(job)]
     if len(todo) < len(jobs):
         sys.stdout.write(f'{len(jobs) - len(todo)} of {len(jobs)} bags are done already, with these parameters; '
                          '--overwrite makes them again\n')
     if not todo:
         return DONE
-    if by_workers:
-        wanted = {_first_part(job) for job in todo}
-        return _run_several([job for job in jobs if _first_part(job) in wanted], options)
+    if several or options.scheduler:
+        recordings = {job.recording for job in todo}
+        return _run_several([job for job in jobs if job.recording in recordings], options)
     keep_large_blocks()
     return _run_one(todo[0])
 
 
-def _run_one(job: Union[BagJob, RigJob]) -> int:
+def _run_one(job: BagJob) -> int:
     with Progress(unit='frame') as progress:
         def show(done: int, total: int) -> None:
             progress.total = total
             progress.update(done - progress.n)
 
-        report = process_rig(job, show) if isinstance(job, RigJob) else process(job, show)
-    sys.stdout.write(f'{job.output}: {report.text()}\n')
+        report = process_rig(job.input, job, show) if isinstance(job.input, RigInput) else process(job, show)
+    sys.stdout.write(f'{job.outputs.bag}: {report.text()}\n')
     return DONE
 
 
-def _first_part(job: Union[BagJob, RigJob]) -> str:
-    return str((*job.cameras[0].earlier, job.sources[0])[0])
-
-
-def _run_several(jobs: Sequence[Union[BagJob, RigJob]], options: argparse.Namespace) -> int:
-    by_name: Dict[str, List[Union[BagJob, RigJob]]] = {}
+def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
+    by_name: Dict[str, List[BagJob]] = {}
     for job in jobs:
-        by_name.setdefault(_first_part(job), []).append(job)
+        by_name.setdefault(str(job.recording), []).append(job)
     failed = 0
     try:
-        with Progress(total=len(jobs), unit='bag') as progress:
-            ended = (run_on_cluster(process_in_worker, by_name, options.scheduler) if options.scheduler else
-                     run_in_processes(process_in_worker, by_name, options.workers))
-            with closing(ended):
-                for name, results in ended:
-                    parts = by_name[name]
-                    for job, result in zip(parts, results if isinstance(results, list) else [results] * len(parts)):
-                        progress.update()
-                        failed += not isinstance(result, BagReport)
-                        progress.write(_told(job, result), file=sys.stdout)
+        with Progress(total=len(jobs), unit='bag') as progress, closing(
+                run_tasks(process_in_worker, by_name, options.workers, options.scheduler)) as ended:
+            for name, results in ended:
+                parts = by_name[name]
+                for job, result in zip(parts, results if isinstance(results, list) else [results] * len(parts)):
+                    progress.update()
+                    failed += not isinstance(result, BagReport)
+                    progress.write(_outcome(job, result), file=sys.stdout)
     finally:
         for job in jobs:  # what workers that were ended have left
-            for path in job.outputs:
-                delete_parts(path, job.cameras[0].run)
+            for path in job.outputs.paths:
+                delete_parts(path)
     sys.stdout.write(f'{len(jobs) - failed} bags done, {failed} failed\n')
     return SOME_FAILED if failed else DONE
 
 
-def process_in_worker(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
+def process_in_worker(jobs: Sequence[BagJob]) -> List[Any]:
     """Do the parts of a recording in a worker."""
     keep_large_blocks()
     return process_parts(jobs)
 
 
-def _told(job: Union[BagJob, RigJob], result: Any) -> str:
+def _outcome(job: BagJob, result: Any) -> str:
     if isinstance(result, BagReport):
-        return f'{job.output}: {result.text()}'
+        return f'{job.outputs.bag}: {result.text()}'
     kind = '' if isinstance(result, (OpenposeRosError, OSError)) else f'{type(result).__name__}: '
-    return f'FAILED {job.sources[0]}: {kind}{result}'
+    return f'FAILED {job.cameras[0].bag}: {kind}{result}'
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -209,7 +205,7 @@ def _parser() -> argparse.ArgumentParser:
     group = parser.add_argument_group('results')
     group.add_argument('--csv', type=plain_path, metavar='FILE',
                        help='also as a table: people in space, or in the image where the bag has no points')
-    group.add_argument('--csv-layout', choices=LAYOUTS, default=BagJob.csv_layout,
+    group.add_argument('--csv-layout', choices=LAYOUTS, default=Outputs.csv_layout,
                        help='columns, as keypoints_to_csv has them (default: %(default)s: with status and sigma)')
     group.add_argument('--json', type=plain_path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
@@ -228,7 +224,19 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--depth', default='', metavar='TOPIC', help='depth images, raw or PNG, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
-    add_cameras(parser)
+    group = parser.add_argument_group('several cameras that see the same people')
+    group.add_argument('--cameras', nargs='+', default=[], metavar='NAME',
+                       help='namespaces of the cameras in the bag; of several bags, names of their cameras in the same '
+                            'order. Topics that are named are in the namespace of each camera')
+    group.add_argument('--rgb-cameras', nargs='+', default=[], metavar='NAME',
+                       help='further cameras, without depth, or whose points are ignored; their bags come last')
+    group.add_argument('--fixed-frame', type=frame_name, default='', metavar='FRAME',
+                       help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
+    group.add_argument('--rig', type=plain_path, metavar='FILE',
+                       help='where the cameras stand, and by which time their clocks differ (default: tf says where)')
+    group.add_argument('--clock-offset', action='append', default=[], metavar='NAME=S',
+                       type=named_value(seconds, 'left=0.07'),
+                       help='is added to the stamps of a camera [s], in place of that of --rig; may be repeated')
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
     group.add_argument('--config', action='append', default=[], type=plain_path, metavar='FILE',
@@ -242,39 +250,49 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _are_several(inputs: Sequence[Path]) -> bool:
-    return len(inputs) > 1 or (inputs[0].is_dir() and not is_ros2(inputs[0]))
+def _camera_names(options: argparse.Namespace) -> List[str]:
+    """Return the names of several cameras, those without depth last; [] where the command line names none."""
+    return [name.strip('/') for name in (*options.cameras, *options.rgb_cameras)]
 
 
-def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]
-             ) -> Sequence[Union[BagJob, RigJob]]:
+def _jobs(options: argparse.Namespace, settings: Settings, several: bool) -> List[BagJob]:
     """Return what is to be done.
 
     Raises:
-        ParameterError: a bag is not there, or a folder has none.
+        ParameterError: a bag is not there, a folder has none, or options contradict each other.
     """
-    several = not camera_names(options) and _are_several(options.inputs)
-    bags = _bags(options.inputs)
-    # workers share the cores of this machine; those of a cluster have as many threads as its owner started
+    bags, names = _bags(options.inputs), _camera_names(options)
     recordings = parts_of_recordings(bags) if several else []
-    threads = max((os.cpu_count() or 1) // min(options.workers, len(recordings)), 1) if several else 0
-    topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
-    result, run = [], new_run()
     earlier = {path: tuple(parts[:number]) for parts in recordings for number, path in enumerate(parts)}
-    for bag in bags:
-        output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
-            (options.output, _result_name(bag)), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
-        result.append(BagJob(bag, output, csv, json, values, topics, options.camera, options.only_2d,
-                             copied=tuple(options.copy),
-                             markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
-                             compression=options.compression, mcap=output.suffix == MCAP_SUFFIX,
-                             threads=1 if options.scheduler else threads, create=create,
-                             earlier=earlier.get(bag, ()), run=run))
-    return [rig_job(result, options)] if camera_names(options) else result
+    topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
+    inputs = [Input(bag, topics, options.camera, options.only_2d, earlier=earlier.get(bag, ())) for bag in bags]
+    output, csv, json = (path and path.expanduser().absolute()
+                         for path in (options.output, options.csv, options.json))
+    outputs = Outputs(output, csv, json, options.csv_layout, tuple(options.copy), options.markers, options.signals,
+                      options.compression)
+    if names:
+        for key in ('rotate_image', 'target_frame'):
+            if settings.values.get(key):
+                raise ParameterError(f"parameter '{key}' is for one camera, and contradicts --cameras, whose fused "
+                                     'people are in the --fixed-frame')
+        if options.scheduler:
+            raise ParameterError('--scheduler is for several recordings; --cameras makes one of them')
+        rig = rig_input(inputs, names, len(options.cameras), options.fixed_frame,
+                        options.rig and read_rig(options.rig), dict(options.clock_offset))
+        return [BagJob(rig, outputs, settings)]
+    for key in ('fixed_frame', 'rig', 'clock_offset'):
+        if getattr(options, key):
+            raise ParameterError(f"--{key.replace('_', '-')} belongs to --cameras")
+    if not several:
+        return [BagJob(inputs[0], outputs, settings)]
+    # workers share the cores of this machine; those of a cluster have as many threads as its owner started
+    threads = 1 if options.scheduler else max((os.cpu_count() or 1) // min(options.workers, len(recordings)), 1)
+    return [BagJob(each, replace(outputs, bag=output / _result_name(each.bag), csv=csv and csv / f'{each.bag.stem}.csv',
+                                 json=json and json / each.bag.stem), replace(settings, threads=threads))
+            for each in inputs]
 
 
 def _result_name(bag: Path) -> str:
-    """Return the name of the results of one of several bags."""
     return bag.name if bag.is_file() and bag.suffix in ('.bag', MCAP_SUFFIX) else bag.stem + MCAP_SUFFIX
 
 
@@ -295,24 +313,22 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     return list(bags)
 
 
-def _check_outputs(jobs: Sequence[Union[BagJob, RigJob]]) -> None:
+def _check_outputs(jobs: Sequence[BagJob]) -> None:
     """Raise ParameterError if a result would take the place of an input or another result, or can not be there."""
-    sources = {source.resolve() for job in jobs for source in job.sources}
-    first: Dict[Path, Union[BagJob, RigJob]] = {}
+    sources = {camera.bag.resolve() for job in jobs for camera in job.cameras}
+    first: Dict[Path, Path] = {}  # by result the recording
     for job in jobs:
-        for path in job.outputs:
-            other = first.setdefault(path.resolve(), job)
-            if other is not job:
-                raise ParameterError(f'{other.sources[0]} and {job.sources[0]} would both be written to {path}, as '
-                                     'results are named after their recording; give them in commands with folders of '
-                                     'their own')
+        for path in job.outputs.paths:
+            is_folder = path == job.outputs.json
             if path.resolve() in sources:
                 raise ParameterError(f'{path} is an input; name another file, or folder')
-        if len({path.resolve() for path in job.outputs}) < len(job.outputs):
-            raise ParameterError(f'{job.output} is named twice; name another file, or folder')
-        for path in job.outputs:
-            if path != job.json and path.is_dir():
+            if path.resolve() in first:
+                raise ParameterError(f'{first[path.resolve()]} and {job.cameras[0].bag} would both be written to '
+                                     f'{path}; name another file, or folders of their own, as results are named after '
+                                     'their recording')
+            first[path.resolve()] = job.cameras[0].bag
+            if path.is_dir() and not is_folder:
                 raise ParameterError(f'{path} is a folder; name a file')
-            for folder in ([path] if path == job.json else []) + list(path.parents):
+            for folder in [path] * is_folder + list(path.parents):
                 if folder.exists() and not folder.is_dir():
                     raise ParameterError(f'{folder} is a file; name a folder')

@@ -1,20 +1,19 @@
 """Points of another camera than that of the images: found by the calibrations of both and tf, and registered."""
 import logging
-from typing import Any, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
 import rosbag
 import tf2_py
-from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
-from openpose_ros_tools.ros.process_bag.job import CameraTopics
+from openpose_ros_pkg.ros.topics import CameraTopics
+from openpose_ros_tools.ros.bag_files import TF_TOPICS, StampedMessage, deserialized, stamped_messages
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.depth import registered
 from skeleton_extract_3d.points.plausibility import registration_fault
@@ -24,8 +23,6 @@ from skeleton_extract_3d.ros.convert import rotation_and_translation
 
 _log = logging.getLogger(__name__)
 
-TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
-"""Topics of transforms in bags."""
 # Transforms between the cameras of a device are looked for in this time of a recording.
 _TF_WITHIN = genpy.Duration(30)
 
@@ -40,12 +37,12 @@ class Registration:
     """
 
     def __init__(self, bags: Sequence[rosbag.Bag], topics: CameraTopics, rectified: bool) -> None:
-        self._rectified, self._told = rectified, False
+        self._rectified, self._is_reported = rectified, False
         self._points = topics.points or topics.depth
         self._frame_id, points_frame = (first_message(bags, topic).frame_id for topic in (topics.image, self._points))
         self._calibration = (calibration_from_message(deserialized(first_message(bags, topics.image_info), CameraInfo))
                              if topics.image_info else None)
-        self._pose = _pose(bags, (topics.image, self._points), self._frame_id, points_frame)
+        self._pose = _pose(bags, self._frame_id, points_frame)
         self._is_elsewhere = self._pose is not None and not is_same_place(*self._pose)
         self._has_two_calibrations = self._calibration is not None and topics.camera_info != topics.image_info
         if topics.depth and (self._pose is None or (self._is_elsewhere and not self._has_two_calibrations)):
@@ -65,11 +62,10 @@ class Registration:
         if self._pose is None or self._calibration is None:
             raise BadInputError(f'{fault}, and /tf_static does not tell where its camera is; record the depth that the '
                                 'driver aligns to the images, or take the images alone by --only-2d')
-        if not self._told:
-            self._told = True
-            _log.warning('%s; it is registered by both calibrations, %s between the cameras', fault,
-                         'without a distance' if not self._is_elsewhere else
-                         f'{1000 * np.linalg.norm(self._pose[1]):.0f} mm')
+        if not self._is_reported:
+            self._is_reported = True
+            _log.warning('%s; it is registered by both calibrations, %.0f mm between the cameras', fault,
+                         1000 * np.linalg.norm(self._pose[1]))
         camera = calibrated_camera(self._calibration, self._rectified)
         return registered(points, camera, self._pose), Header(header.seq, header.stamp, self._frame_id)
 
@@ -79,13 +75,8 @@ def first_message(bags: Sequence[rosbag.Bag], topic: str) -> StampedMessage:
     return next(message for bag in bags for message in stamped_messages(bag, [topic]))
 
 
-def _pose(bags: Sequence[rosbag.Bag], topics: Tuple[str, str], image: str, points: str) -> Optional[Transform]:
+def _pose(bags: Sequence[rosbag.Bag], image: str, points: str) -> Optional[Transform]:
     """Return the transform from the frame of the points to that of the image; None: not known."""
-    from_reference = [_from_reference(bags, topic) for topic in topics]
-    if None not in from_reference:
-        (turn, shift), (turn_of_points, shift_of_points) = from_reference
-        rotation = turn @ turn_of_points.T
-        return rotation, shift - rotation @ shift_of_points
     if image == points:
         return IDENTITY
     known = tf2_py.BufferCore()
@@ -98,16 +89,4 @@ def _pose(bags: Sequence[rosbag.Bag], topics: Tuple[str, str], image: str, point
                 return rotation_and_translation(known.lookup_transform_core(image, points, genpy.Time()))
             except tf2_py.TransformException:
                 continue
-    return None
-
-
-def _from_reference(bags: Sequence[rosbag.Bag], topic: str) -> Any:
-    """Return the transform to the camera of images from that where a device begins, as the RealSense Viewer writes it.
-
-    Source: librealsense, ros_writer.cpp, write_extrinsics: beside NAME/image/data in NAME/tf/0.
-    """
-    place = topic.replace('/image/data', '/tf/0')
-    for bag in bags:
-        if topic_types(bag).get(place) == 'geometry_msgs/Transform':
-            return rotation_and_translation(TransformStamped(transform=deserialized(first_message([bag], place))))
     return None

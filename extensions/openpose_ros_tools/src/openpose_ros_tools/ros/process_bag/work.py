@@ -2,9 +2,9 @@
 import itertools
 import logging
 from contextlib import ExitStack, closing
-from dataclasses import astuple, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
 import genpy
 import numpy as np
@@ -15,23 +15,14 @@ from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.ros.convert import turned_header
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
-from openpose_ros_tools.parallel.threads import prefetched
-from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_types
-from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
-from openpose_ros_tools.ros.process_bag.input import (
-    FrameReader,
-    OpenCamera,
-    RecordedFrame,
-    RecordedTransforms,
-    copied_topics,
-    find_topics,
-)
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, build_settings
-from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, json_names
-from openpose_ros_tools.ros.process_bag.preset import with_preset
+from openpose_ros_tools.parallel import prefetched
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
+from openpose_ros_tools.ros.process_bag.input import FrameReader, OpenCamera, RecordedFrame, open_camera
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, Input, Outputs, Settings, build_settings
+from openpose_ros_tools.ros.process_bag.output import Results, json_names, record_of
+from openpose_ros_tools.ros.process_bag.transforms import RecordedTransforms
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.ros.frames import FrameTransforms, points_from_message
 
 _log = logging.getLogger(__name__)
@@ -39,15 +30,14 @@ _log = logging.getLogger(__name__)
 # Number of frames that are read before they are needed.
 _AHEAD = 3
 _Event = Union[RecordedFrame, BadInputError, StampedMessage]
+OnFrame = Callable[[int, int], None]
+"""Gets the number of images that are done, and of all."""
 
 
 def process_parts(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
     """Make the results of the parts of a recording, in which people keep their ids; errors as `process`."""
-    if len(jobs) == 1:
-        return [process(jobs[0])]
-    first = with_preset(jobs[0])
     results: List[Union[BagReport, Exception]] = []
-    networks = Networks(first, build_settings(first.values))
+    networks = Networks(jobs[0].settings)
     for job in jobs:
         try:
             results.append(process(job, networks=networks))
@@ -56,12 +46,11 @@ def process_parts(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
     return results
 
 
-def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None,
-            networks: Optional['Networks'] = None) -> BagReport:
-    """Make the results of a bag; they appear all at once, at the end.
+def process(job: BagJob, on_frame: OnFrame = lambda done, total: None, networks: Optional['Networks'] = None
+            ) -> BagReport:
+    """Make the results of a camera; they appear all at once, at the end.
 
     Args:
-        on_frame: gets the number of images that are done, and of all.
         networks: of the parts of its recording; None: new ones.
 
     Raises:
@@ -69,107 +58,77 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         ParameterError, ModelError: a parameter or a network is wrong.
         OSError: a result can not be written.
     """
-    made = finished_record(job) or job.made_from()
-    job = with_preset(job)
-    settings = build_settings(job.values)
+    camera, noted = job.cameras[0], record_of(job)
+    prefer_depth = build_settings(job.settings.values).extractor.points_source == 'depth_image'
     with ExitStack() as stack:
-        view = open_camera(job, settings, stack)
-        networks = networks or Networks(job, settings)
-        parts = stack.enter_context(PartFiles(job.run))
-        json = None if job.json is None else parts.folder(job.json, json_names(job))
-        csv = None if job.csv is None else parts.file(job.csv)
+        view = open_camera(camera, stack, job.outputs.copied, prefer_depth)
+        networks = networks or Networks(job.settings)
+        parts = stack.enter_context(PartFiles())
         # the bag is the last one to be moved: where it is, all outputs are
-        unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
-        return process_camera(unfinished, view, made, networks, on_frame)
-
-
-def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCamera:
-    """Open the bag of a camera and find its topics; errors as `process`."""
-    bag = stack.enter_context(open_bag(job.source))
-    namespace = job.camera
-    if namespace and job.is_alone and not any(is_within(topic, namespace) for topic in topic_types(bag)):
-        namespace = ''
-    earlier = [stack.enter_context(open_bag(path)) for path in job.earlier]
-    finder = TopicFinder((*earlier, bag)[0], namespace)  # camera infos may be latched, so in the first part alone
-    if not finder.types and namespace:
-        raise BadInputError(f'{job.source} has no topics in the namespace /{namespace}; it has '
-                            f"{', '.join(sorted(topic_types(bag)))}")
-    topics = job.topics
-    if namespace:
-        topics = CameraTopics(*(topic and f"/{namespace}/{topic.strip('/')}" for topic in astuple(topics)))
-    found = find_topics(finder, topics, job.only_2d, settings.extractor.points_source == 'depth_image')
-    if job.camera and not found.in_space:
-        beside = topics.camera_info or finder.camera_info_of(found.image) or ''
-        found = replace(found, camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
-    for topic in (found.image, found.points or found.depth):
-        if topic and topic not in topic_types(bag):
-            raise BadInputError(f'{job.source} has no topic {topic}, which the part before it has')
-    return OpenCamera(bag, found, copied_topics(bag, job.copied), earlier)
+        json = job.outputs.json and parts.folder(job.outputs.json, json_names(camera))
+        csv = job.outputs.csv and parts.file(job.outputs.csv)
+        unfinished = replace(job.outputs, bag=parts.file(job.outputs.bag), csv=csv, json=json)
+        return process_camera(camera, unfinished, view, noted, networks, on_frame)
 
 
 class Networks:
     """What finds people, hands and faces in the images of any number of cameras, one after the other.
 
-    Args:
-        job: of one of the cameras.
-        settings: of all.
-
     Attributes:
-        settings: those.
+        settings: of all.
     """
 
-    def __init__(self, job: BagJob, settings: BagSettings) -> None:
-        self.settings = settings
-        params = settings.detector
+    def __init__(self, settings: Settings, publish_tf: Optional[bool] = None) -> None:
+        self.settings = build_settings(settings.values)
+        if publish_tf is not None:
+            self.settings = replace(self.settings, extractor=replace(self.settings.extractor, publish_tf=publish_tf))
+        params = self.settings.detector
         if params.backend.threads == 0:
-            params = replace(params, backend=replace(params.backend, threads=job.threads))
-        self._landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder,
-                                                   recipe_of(params.detector).whole_body)
+            params = replace(params, backend=replace(params.backend, threads=settings.threads))
+        self._landmarks = create_landmark_detector(self.settings.landmarks, params.backend,
+                                                   params.detector.model_folder, recipe_of(params.detector).whole_body)
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
-        self._detection = job.create(params)
+        self._detection = settings.create(params)
         self._chain: Optional[PeopleChain] = None
 
-    def chain(self, job: BagJob) -> PeopleChain:
+    def chain(self, camera: Input) -> PeopleChain:
         """Return the chain of a camera: without a history, or with that of the parts of its recording before."""
-        if self._chain is None or not job.earlier:
+        if self._chain is None or not camera.earlier:
             self._chain = PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
         return self._chain
 
 
-def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
-                   on_frame: Callable[[int, int], None]) -> BagReport:
-    """Write the results of a camera, in place; arguments and errors as `process`.
+def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, noted: Dict[str, Any], networks: Networks,
+                   on_frame: OnFrame) -> BagReport:
+    """Write the results of a camera, in place; errors as `process`.
 
     Args:
-        made: what the results are made from.
+        noted: in the bag, see `record_of`.
     """
-    settings, images, chain = networks.settings, view.images, networks.chain(job)
+    settings, images, chain = networks.settings, view.images, networks.chain(camera)
     with ExitStack() as stack:
         params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
+        if view.is_rectified and params.rectified == 'auto':
+            params = replace(params, rectified='true')
         most = settings.limits.max_image_megapixels
         points = partial(points_from_message, params=params, most=most)
         recording = FrameReader(view, settings.pairing, points, params.rectified == 'true', most)
-        results = stack.enter_context(Results(job, settings, view.topics.in_space))
-        frames = _Frames(chain, job.camera, _transforms(job, params, stack), results,
-                         BagReport(counts=recording.counts, topics=view.topics), params.rotate_image)
+        recorded = None  # tf is read only where it is wanted
+        if params.target_frame or params.tracking_frame:
+            recorded = RecordedTransforms(*(stack.enter_context(open_bag(path))
+                                            for path in (camera.bag, *camera.earlier)))
+        transforms = FrameTransforms(params, None if recorded is None else recorded.lookup)
+        results = stack.enter_context(Results(camera, outputs, settings, view.topics.in_space))
+        frames = _Frames(chain, camera.camera, transforms, recorded, results, recording.report, params.rotate_image)
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
             on_frame(min(done, images), images)
-        results.record(made, genpy.Time.from_sec(view.bag.get_start_time()))
+        results.record(noted, genpy.Time.from_sec(view.bag.get_start_time()))
         on_frame(images, images)
     if frames.report.frames == 0:
-        raise BadInputError(f'{job.source} gave no frame with a result: {frames.report.text()}')
+        raise BadInputError(f'{camera.bag} gave no frame with a result: {frames.report.text()}')
     return frames.report
-
-
-def _transforms(job: BagJob, params: ExtractorParams, stack: ExitStack
-                ) -> Tuple[FrameTransforms, Callable[[genpy.Time], None]]:
-    """Return the transforms in a bag, which is read only where some are wanted, and what reads them until a time."""
-    if not (params.target_frame or params.tracking_frame):
-        return FrameTransforms(params, None), lambda time: None
-    recorded = RecordedTransforms(*(stack.enter_context(open_bag(path)) for path in (job.source, *job.earlier)))
-    return FrameTransforms(params, recorded.lookup), recorded.read_until
 
 
 def _turned(frame: RecordedFrame, degrees: int) -> RecordedFrame:
@@ -178,77 +137,67 @@ def _turned(frame: RecordedFrame, degrees: int) -> RecordedFrame:
                    header=turned_header(frame.header, degrees))
 
 
+@dataclass
 class _Frames:
-    """Runs the chain over the frames of a camera and writes the results; see `process`.
+    """Runs the chain over the frames of a camera and writes the results; see `process`."""
 
-    Args:
-        camera: namespace of the camera.
-        transforms: of `_transforms`.
-        degrees: by which images are turned clockwise; the points are turned already.
-    """
-
-    def __init__(self, chain: PeopleChain, camera: str,
-                 transforms: Tuple[FrameTransforms, Callable[[genpy.Time], None]], results: Results, report: BagReport,
-                 degrees: int) -> None:
-        self._chain, self._camera, self._transforms, self._results = chain, camera, transforms, results
-        self._numbers, self._throttle, self._degrees = itertools.count(), Throttle(), degrees
-        self.report = report
+    chain: PeopleChain
+    camera: str  # its namespace
+    transforms: FrameTransforms
+    recorded: Optional[RecordedTransforms]
+    results: Results
+    report: BagReport
+    degrees: int  # by which images are turned clockwise; the points are turned already
 
     def run(self, events: Iterable[_Event]) -> Iterator[int]:
         """Process all frames; yield the number of images that are done, after each frame."""
+        numbers, throttle = itertools.count(), Throttle()
         for event in events:
             if isinstance(event, StampedMessage):
-                self._results.copy(event)
+                self.results.copy(event)
                 continue
-            number = next(self._numbers)
-            self._process(event, number)
-            yield number + 1 + self.report.counts.alone[0]
+            number = next(numbers)
+            try:
+                self._process(event, number, throttle)
+            except (BadInputError, NoTransformError) as error:
+                reason = 'no transform' if isinstance(error, NoTransformError) else 'they can not be used'
+                self.report.dropped[reason] += 1
+                if throttle.is_due(reason):
+                    _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
+            yield number + 1 + self.report.alone[0]
 
-    def _process(self, frame: Union[RecordedFrame, BadInputError], number: int) -> None:
-        """Write the results of a frame, or count why there are none."""
-        try:
-            if isinstance(frame, BadInputError):
-                raise frame
-            frame = _turned(frame, self._degrees)
-            result = self._chain.update(self._located(frame))
-            for doubt in result.doubts:
-                self.report.doubts[doubt.event] += 1
-                if self._throttle.is_due(doubt.event):
-                    _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
-            if frame.points is None:
-                self._results.write_2d(frame, number, result.people_2d, result.landmarks.in_image)
-            else:
-                self._write_3d(frame, number, result)
-        except BadInputError as error:
-            self._drop('they can not be used', error, number)
-        except NoTransformError as error:
-            self._drop('no transform', error, number)
+    def _process(self, frame: Union[RecordedFrame, BadInputError], number: int, throttle: Throttle) -> None:
+        if isinstance(frame, BadInputError):
+            raise frame
+        frame = _turned(frame, self.degrees)
+        result = self.chain.update(self._located(frame))
+        for doubt in result.doubts:
+            self.report.doubts[doubt.event] += 1
+            if throttle.is_due(doubt.event):
+                _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
+        if frame.points is None:
+            self.results.write_2d(frame, number, result.people_2d, result.landmarks.in_image)
         else:
-            self.report.frames += 1
-            self.report.people += len(result.people_2d if result.people_3d is None else result.people_3d)
+            self._write_3d(frame, number, result)
+        self.report.frames += 1
+        self.report.people += len(result.people_2d if result.people_3d is None else result.people_3d)
 
     def _located(self, recorded: RecordedFrame) -> Frame:
         """Return a frame for the chain, with the motion of the camera by tf; NoTransformError: there is none."""
-        (transforms, read_until), points = self._transforms, recorded.points_header
+        points = recorded.points_header
         header = recorded.header if points is None else points
-        frame = Frame((self._camera, header.frame_id), header.stamp.to_sec(), recorded.bgr, recorded.points,
+        frame = Frame((self.camera, header.frame_id), header.stamp.to_sec(), recorded.bgr, recorded.points,
                       image_stamp=recorded.header.stamp.to_sec())
         if points is None:
             return frame
-        read_until(recorded.time)
-        return replace(frame, tracking_from_points=transforms.tracking_from_points(points))
+        if self.recorded is not None:
+            self.recorded.read_until(recorded.time, points.stamp)
+        return replace(frame, tracking_from_points=self.transforms.tracking_from_points(points))
 
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
-        """Write the people of a frame in the image and in space."""
-        transforms, _ = self._transforms
-        self._results.write_estimate(frame, number, result.estimate)
-        self._results.write_tf(frame, transforms.of_camera(frame.points_header))
-        people, header = transforms.in_target_frame(result.people_3d, frame.points_header)
-        in_space, _ = transforms.in_target_frame(result.landmarks.in_space, frame.points_header)
+        self.results.write_estimate(frame, number, result.estimate)
+        self.results.write_tf(frame, self.transforms.of_camera(frame.points_header))
+        people, header = self.transforms.in_target_frame(result.people_3d, frame.points_header)
+        in_space, _ = self.transforms.in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)
-        self._results.write_3d(frame, number, result.estimate, Published(people, landmarks, header))
-
-    def _drop(self, reason: str, error: Exception, number: int) -> None:
-        self.report.dropped[reason] += 1
-        if self._throttle.is_due(reason):
-            _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
+        self.results.write_3d(frame, number, result.estimate, people, landmarks, header)
