@@ -181,6 +181,8 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
     expected, meta = type(field.default), field.metadata
     if expected is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
+    if expected is str and isinstance(value, list):  # numbers, as in YAML
+        value = ' '.join(map(str, value))
     if expected is str and isinstance(value, bool):
         words = [*(meta['choices'] or ()), *meta['words']]
         value = next((word for word in words if word in _YAML_WORDS[value]), value)
