@@ -24,6 +24,7 @@ from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 import psutil
+import rosbag
 import rosnode
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, Timing
@@ -33,6 +34,9 @@ from crowd import make_crowd
 from openpose_ros_tools.ros import images_to_bag
 from results.machine import Unit
 from session import ResultWatch, Session, wait_for
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.ros.convert import cloud_to_message
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
 NAMESPACE = '/kinect2/qhd'
@@ -49,11 +53,19 @@ POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud'
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
-    """Write a sequence folder into a bag for the driver; return the bag."""
+    """Write a sequence folder into a bag for the driver, with clouds if wanted; return the bag."""
     with contextlib.redirect_stdout(io.StringIO()):
-        status = images_to_bag.main([str(sequence), '-o', str(bag), '--overwrite', *(['--cloud'] if cloud else [])])
+        status = images_to_bag.main([str(sequence), '-o', str(bag), '--overwrite'])
     if status:
         raise OSError(f'{sequence} could not be written into {bag}')
+    if cloud:
+        with rosbag.Bag(str(bag)) as written:
+            headers = [depth.header for _, depth, _ in written.read_messages([f'{NAMESPACE}/image_depth_rect'])]
+        frames = RgbdSequence.read(sequence)
+        with rosbag.Bag(str(bag), 'a') as written:
+            for header, frame in zip(headers, frames):
+                points = cloud_from_depth(frame.depth * 0.001, frames.camera, frame.bgr)
+                written.write(f'{NAMESPACE}/points', cloud_to_message(points, header), header.stamp)
     return bag
 
 
