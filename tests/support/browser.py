@@ -37,10 +37,10 @@ class Browser:
         self._loop = asyncio.new_event_loop()
 
     def __enter__(self) -> 'Browser':
-        self._folder = tempfile.TemporaryDirectory(prefix='browser_')
+        self._folder = Path(tempfile.mkdtemp(prefix='browser_'))
         program = chromium()
         assert program is not None, 'chromium is not installed'
-        self._process = subprocess.Popen([program, *_FLAGS, f'--user-data-dir={self._folder.name}', 'about:blank'],
+        self._process = subprocess.Popen([program, *_FLAGS, f'--user-data-dir={self._folder}', 'about:blank'],
                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         asyncio.set_event_loop(self._loop)
         self._loop.run_until_complete(self._connect())
@@ -54,7 +54,7 @@ class Browser:
         self._socket.close()
         self._process.terminate()
         self._process.wait(20)
-        self._folder.cleanup()
+        shutil.rmtree(str(self._folder), ignore_errors=True)  # its processes may write a moment longer
         self._loop.close()
 
     def open(self, address: str) -> None:
@@ -106,7 +106,7 @@ class Browser:
         return self._loop.run_until_complete(asyncio.wait_for(self._call(method, params), 120))
 
     async def _connect(self) -> None:
-        port = Path(self._folder.name) / 'DevToolsActivePort'
+        port = self._folder / 'DevToolsActivePort'
         end = time.monotonic() + 60
         while not port.exists() or '\n' not in port.read_text():
             assert time.monotonic() < end and self._process.poll() is None, 'chromium did not start'
