@@ -117,14 +117,15 @@ def read_camera(bag: rosbag.Bag, topics: CameraTopics) -> RecordedCamera:
              for one in deserialized(message).transforms}
     frame_ids = {stream: next(stamped_messages(bag, [topic])).frame_id for stream, topic in _streams(topics).items()}
     camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
-    lens = calibration_from_message(deserialized(next(stamped_messages(bag, [topics.camera_info])))
-                                    ) if topics.camera_info else None
+    depth = topics.points or topics.depth
+    info = topic_finder(bag).camera_info_of(depth) if depth else None
+    lens = calibration_from_message(deserialized(next(stamped_messages(bag, [info])))) if info else None
     if lens is not None and lens.is_calibrated:
         width, height = lens.image_size
         flat = DepthImage(np.ones((height, width), np.float32), calibrated_camera(lens))
         fault = registration_fault(flat, camera.calibration)
         if fault:
-            raise BadInputError(f'{topics.depth}: {fault}, as the folder has it; --depth none leaves it out, and '
+            raise BadInputError(f'{depth}: {fault}, as the folder has it; --depth none leaves it out, and '
                                 'process_bag registers it')
     in_world = [pose for frame, pose in frames_above(camera.frame_id, links) if frame == WORLD_FRAME]
     if not in_world:
