@@ -306,7 +306,7 @@ def test_depth_of_another_camera_is_registered_or_refused(run, recording, tmp_pa
     other = unregistered(tmp_path / 'b.bag', frames, others, cloud)
     assert run(other) == (2 if 'does not tell' in words else 0)
     assert words in capsys.readouterr().err
-    assert main_of_images([str(other), '-o', str(tmp_path / 'images')]) == (0 if cloud else 2)  # clouds are left out
+    assert main_of_images([str(other), '-o', str(tmp_path / 'images')]) == 2
     if out.exists():
         assert run(recording, output=tmp_path / 'aligned.bag') == 0
         for one, other in zip(arrays(out), arrays(tmp_path / 'aligned.bag')):
