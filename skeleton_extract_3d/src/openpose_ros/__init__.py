@@ -6,6 +6,7 @@
     for frame in openpose_ros.sequence('folder'):     # with depth, in metres
         print(frame.table())
 """
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterator, Optional, Tuple, Union
@@ -16,7 +17,7 @@ from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.files import write_image
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.stream.video_source import VideoSource, read_image
-from skeleton_extract_3d.chain import Result
+from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import create_chain
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, People3D
@@ -34,7 +35,7 @@ _RATE = 25.0
 
 @dataclass(frozen=True, eq=False)
 class PeopleFrame:
-    """The people in an image and, with depth, in space, in the same order."""
+    """The people in an image and, with depth, in space, in the same order, also those who are hidden."""
 
     bgr: np.ndarray  # (H, W, 3) uint8
     time: float  # since the first frame [s]
@@ -76,7 +77,7 @@ def people(image: Union[str, Path, np.ndarray], **parameters: Any) -> PeopleFram
         ModelError: the weights of a network are missing.
     """
     bgr = image if isinstance(image, np.ndarray) else read_image(Path(image).expanduser())
-    return _found(bgr, 0.0, create_chain(parameters).update(Frame('image', 0.0, bgr)))
+    return _found(bgr, 0.0, _image_chain(tuple(sorted(parameters.items()))).update(Frame('image', 0.0, bgr)))
 
 
 def sequence(source: Union[str, Path], **parameters: Any) -> Iterator[PeopleFrame]:
@@ -107,9 +108,17 @@ def _images(source: Path) -> Iterator[Tuple[float, np.ndarray, Optional[DepthIma
         yield number / (video.rate or _RATE), bgr, None
 
 
+@functools.lru_cache(maxsize=1)
+def _image_chain(parameters: Tuple[Tuple[str, Any], ...]) -> PeopleChain:
+    """Return the chain for single images, whose networks are loaded once."""
+    return create_chain(dict(parameters))
+
+
 def _found(bgr: np.ndarray, time: float, result: Result) -> PeopleFrame:
-    in_image, in_space = result.people_2d, result.people_3d
-    if in_space is not None:  # those in the image alone have no id
-        rows = [int(np.flatnonzero(in_image.ids == number)[0]) for number in in_space.ids]
-        in_image = in_image.select(np.array(rows, np.int64))
-    return PeopleFrame(bgr, time, in_image, in_space)
+    estimate = result.estimate
+    if estimate is None:
+        return PeopleFrame(bgr, time, result.people_2d, None)
+    in_image, hidden = estimate.people_2d, estimate.people.ids[len(estimate.people_2d):]
+    nowhere = np.full((len(hidden), len(in_image.skeleton.joints), 3), (np.nan, np.nan, 0), np.float32)
+    hidden_in_image = People2D(in_image.skeleton, nowhere, np.zeros(len(hidden)), hidden)
+    return PeopleFrame(bgr, time, in_image.joined(hidden_in_image), estimate.people)

@@ -8,6 +8,8 @@ import pytest
 import openpose_ros
 from development import ROOT
 from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.chain import Result
+from skeleton_extract_3d.estimator import Estimate
 
 SEQUENCE = ROOT / 'skeleton_extract_3d/demo/cross'
 TRUTH = json.loads((SEQUENCE / 'gt.json').read_text())
@@ -46,6 +48,15 @@ def test_a_folder_with_depth():
     assert_near(table[table.joint == 'nose'][['x', 'y', 'z']].to_numpy(), true_noses(1, 'xyz'), 0.15)
     np.testing.assert_array_equal(second.in_image.ids, second.in_space.ids)
     assert second.draw().shape == second.bgr.shape
+
+
+def test_a_person_who_is_hidden_has_a_place_in_space_alone():
+    frame = next(openpose_ros.sequence(SEQUENCE, mode='fast'))
+    estimate = Estimate(frame.in_space, frame.in_image.select(np.array([0])))
+    hidden = openpose_ros._found(frame.bgr, 0.0, Result(None, estimate.people_2d, estimate))
+    np.testing.assert_array_equal(hidden.in_image.ids, frame.in_space.ids)
+    assert not hidden.in_image.present[1].any() and len(hidden.table()) == 2 * 18
+    assert hidden.draw().shape == frame.bgr.shape
 
 
 def test_a_folder_of_images():

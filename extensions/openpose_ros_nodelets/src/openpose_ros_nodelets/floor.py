@@ -4,8 +4,7 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, direction, parameter
 
 # Points are thinned to their mean in each cube of this size, so that near surfaces do not outvote far ones [m].
 _CELL = 0.06
@@ -72,13 +71,7 @@ class FloorParams(Parameters):
     @property
     def upwards(self) -> np.ndarray:
         """(3,) unit vector of `up`."""
-        try:
-            vector = np.array(self.up.split(), np.float64)
-        except ValueError:
-            vector = np.zeros(0)
-        if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
-            raise ParameterError(f"parameter 'up' = {self.up!r} is not allowed: three numbers, as '0 -1 0'", 'up')
-        return vector / np.linalg.norm(vector)
+        return direction(self.up, 'up')
 
 
 class Floor(NamedTuple):

@@ -4,9 +4,8 @@ from typing import Any, Dict, Type
 
 import numpy as np
 
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, direction, parameter
 from skeleton_extract_3d.points.transform import UPRIGHT
 
 
@@ -25,13 +24,7 @@ class UprightParams(Parameters):
     @property
     def upwards(self) -> np.ndarray:
         """(3,) unit vector of `up`."""
-        try:
-            vector = np.array([float(word) for word in self.up.split()])
-        except ValueError:
-            vector = np.zeros(0)
-        if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
-            raise ParameterError(f"parameter 'up' = {self.up!r} is not allowed: three numbers, as '0 -1 0'", 'up')
-        return np.asarray(vector / np.linalg.norm(vector))
+        return direction(self.up, 'up')
 
     @property
     def level(self) -> bool:

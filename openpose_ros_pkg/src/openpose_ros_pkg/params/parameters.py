@@ -26,6 +26,8 @@ import math
 import textwrap
 from typing import Any, ClassVar, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, cast
 
+import numpy as np
+
 from openpose_ros_pkg.errors import ParameterError
 
 _log = logging.getLogger(__name__)
@@ -53,6 +55,17 @@ _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 def frame_name(name: str) -> str:
     """Return the name of a frame without a leading slash, which tf allowed and tf2 refuses."""
     return name[1:] if name.startswith('/') else name
+
+
+def direction(text: str, name: str) -> np.ndarray:
+    """Return the unit vector (3,) of a parameter of three numbers, as '0 -1 0'; raise ParameterError for none."""
+    try:
+        vector = np.array(text.split(), np.float64)
+    except ValueError:
+        vector = np.zeros(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
+        raise ParameterError(f"parameter '{name}' = {text!r} is not allowed: three numbers, as '0 -1 0'", name)
+    return np.asarray(vector / np.linalg.norm(vector))
 
 
 def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float] = None,
