@@ -9,7 +9,7 @@ from roslaunch.config import load_config_default
 from roslaunch.xmlloader import XmlLoader
 
 from development import PACKAGES, ROOT
-from openpose_ros_pkg.params.launch_arguments import _REPLACED, checked_files, declared_arguments
+from openpose_ros_pkg.params.launch_arguments import _REPLACED, checked_files, declared_arguments, mistakes
 
 FILES = {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()}
 ARGUMENTS = {name: declared_arguments([path]) for name, path in FILES.items()}
@@ -125,7 +125,12 @@ def test_each_file_checks_its_arguments(name):
 
 def test_people_launch_has_few_arguments():
     assert len(ARGUMENTS['people.launch']) <= 18
-    assert not _REPLACED.keys() & ARGUMENTS['people.launch'].keys()
+
+
+@pytest.mark.parametrize('name', sorted(_REPLACED))
+def test_what_went_from_a_file_is_refused_with_what_took_its_place(name):
+    for gone, instead in _REPLACED[name].items():
+        assert mistakes({gone: 'x'}, ARGUMENTS[name], name) == [f"there is no argument '{gone}' any more: {instead}"]
 
 
 def test_right_arguments_are_taken_and_kept():

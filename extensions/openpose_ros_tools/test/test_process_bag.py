@@ -133,7 +133,8 @@ def test_places_where_no_result_can_be_are_refused_before_the_work(run, recordin
 
 def test_configurations_of_nodes_are_read(tmp_path):
     """Of later files, of the nodes that find people, and without what is for live images."""
-    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: accurate\nverbose: true\n')
+    (tmp_path / 'node.yaml').write_text('precision: auto\ntarget_rate: 30.0\nmode: accurate\nverbose: true\n'
+                                        'write_keypoint: a\n')
     (tmp_path / 'all.yaml').write_text('people_signals_node: {summary: true}\n'
                                        'skeleton_extract_3d_node: {mode: fast}\n')
     assert read_config([tmp_path / 'node.yaml', tmp_path / 'all.yaml']) == {'mode': 'fast', 'verbose': True}

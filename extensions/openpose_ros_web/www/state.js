@@ -80,7 +80,7 @@ function personOf(person, skeleton, signals) {
 }
 
 // Flat whole millimetres as points [m].
-export function pointsOf(flat) {
+function pointsOf(flat) {
   return Array.from({length: flat.length / 3}, (_, row) => metres(flat.slice(3 * row, 3 * row + 3)))
 }
 

@@ -213,7 +213,7 @@ def test_heads_of_most_people_tell_how_the_camera_is_turned(angles, turn):
     mounting = Mounting()
     faults = [mounting.fault(people_turned(*angles)) for _ in range(TRACKING.turned_images)]
     assert not any(faults[:-1])
-    assert faults[-1].endswith(f'rotate_image:={turn}' if turn else '')
+    assert faults[-1].endswith(f'rotate_image: {turn}' if turn else '')
     assert bool(faults[-1]) == bool(turn)
 
 

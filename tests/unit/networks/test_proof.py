@@ -244,6 +244,15 @@ def test_a_network_that_finds_other_people_is_refused_with_both_figures_and_not_
     assert models.installed_by_name() == ()
 
 
+def test_weights_are_kept_where_no_runtime_computes_them(served, monkeypatch):
+    served(rtmo_file(BODIES))
+    monkeypatch.setattr('openpose_ros_pkg.networks.backends._RUNTIMES', {})
+    assert weights.main(['get', 'rtmo_s']) == 1
+    assert models.installed_by_name() == (MODELS['rtmo_s'],)
+    models.weights_path(MODELS['rtmo_s']).write_bytes(b'damaged')
+    assert models.installed_by_name() == ()
+
+
 def test_before_the_first_build_the_weights_are_there_and_not_proved(served, capsys, monkeypatch):
     served(rtmo_file(BODIES))
     monkeypatch.setitem(sys.modules, 'openpose_ros_pkg.networks.backends', None)

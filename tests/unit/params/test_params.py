@@ -7,7 +7,16 @@ import pytest
 import yaml
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params.parameters import Parameters, build, flat_values, parameter, text_parameter, to_yaml
+from openpose_ros_pkg.params.flags import read_flags
+from openpose_ros_pkg.params.parameters import (
+    Parameters,
+    accepted_names,
+    build,
+    flat_values,
+    parameter,
+    text_parameter,
+    to_yaml,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,7 +110,9 @@ def test_yaml_holds_every_default_and_what_it_means():
 
 @dataclasses.dataclass(frozen=True)
 class Gates(Parameters):
-    """One that goes, and one that stays."""
+    """One that goes, one that stays, and one that is gone."""
+
+    retired = ('gone',)
 
     track_gate: float = parameter(0.5, 'Gate.', unit='m', minimum=0.0)
     stays: int = parameter(1, 'Stays.')
@@ -110,7 +121,7 @@ class Gates(Parameters):
 @pytest.mark.parametrize('values, gate, told', [
     ({}, 0.5, ''), ({'track_gate': 0.5}, 0.5, ''),
     ({'track_gate': 0.7}, 0.7, "parameter 'track_gate' = 0.7 is old: in the next release it is always 0.5"),
-    ({'limb_samples': 9}, 0.5, "parameter 'limb_samples' = 9 is old, and without effect here")])
+    ({'gone': 9}, 0.5, "parameter 'gone' = 9 is gone, and without effect")])
 def test_old_parameters_work_and_say_that_they_go(values, gate, told, caplog):
     with caplog.at_level(logging.WARNING):
         assert build(Gates, values) == build(Gates, values) == Gates(track_gate=gate)
@@ -120,6 +131,9 @@ def test_old_parameters_work_and_say_that_they_go(values, gate, told, caplog):
 def test_old_parameters_are_checked_but_in_no_list():
     with pytest.raises(ParameterError, match=r"'track_gate' = -1\.0 is not allowed"):
         build(Gates, {'track_gate': -1.0})
-    with pytest.raises(ParameterError, match=r'allowed: stays$'):
-        build(Gates, {'gate': 1})
+    for unknown in ('gate', 'limb_samples'):  # which is old, but of another node
+        with pytest.raises(ParameterError, match=r'allowed: stays$'):
+            build(Gates, {unknown: 1})
+    assert accepted_names(Gates) == {'track_gate', 'stays', 'gone'}
+    assert read_flags(Gates, ['--gone=3', '--stays', '2'])[0] == {'gone': '3', 'stays': 2}
     assert 'track_gate' not in to_yaml(Gates)

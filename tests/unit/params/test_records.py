@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.params.records import read_record, to_record
+from openpose_ros_pkg.params.records import to_record
 
 
 class Place(NamedTuple):
@@ -34,14 +34,12 @@ def room(text):
     return to_record(yaml.safe_load(text), Room, 'room a.yaml')
 
 
-def test_fields_have_their_types_or_defaults(tmp_path):
+def test_fields_have_their_types_or_defaults():
     assert room('number: 3') == Room(3)
     made = room('{number: 3, height: 2, lit: true, kind: cell, size: [4, 5], tags: [a, b], places: [{name: door}]}')
     assert made == Room(3, 2.0, True, 'cell', (4, 5), ('a', 'b'), made.places) and type(made.height) is float
     np.testing.assert_array_equal(made.places[0].position, (0, 0, 0))
-    file = tmp_path / 'rooms.yaml'
-    file.write_text('{cellar: {number: 1}}')
-    assert read_record(file, Dict[str, Room], 'rooms') == {'cellar': Room(1)}
+    assert to_record({'cellar': {'number': 1}}, Dict[str, Room], 'rooms') == {'cellar': Room(1)}
     assert to_record({}, Room, 'it', number=7) == Room(7)
 
 

@@ -40,7 +40,7 @@ class VisionSettings:
 class HriParams(Parameters):
     """What is published of people, and how they are named."""
 
-    retired = ('signals',)
+    retired = ('id_prefix', 'image_width', 'image_height', 'signals', 'roi_margin', 'forget')
 
     cameras: str = parameter(
         '', 'Namespaces of chains whose people are not fused, separated by spaces: a body of left is named left_p5. '
@@ -65,7 +65,7 @@ class HriSettings:
 class SeparationParams(Parameters):
     """Separation of people from links of the robot."""
 
-    retired = ('rate', 'feet')
+    retired = ('rate', 'feet', 'data_timeout', 'tf_timeout', 'guard_margin')
 
     robot_links: str = parameter(
         '', 'Links of the robot, one at least, separated by spaces: FRAME:RADIUS is a ball round the origin of a frame '
@@ -101,6 +101,8 @@ class SeparationSettings:
 class MoveitParams(Parameters):
     """How people become objects of the planning scene."""
 
+    retired = ('tf_timeout', 'prefix', 'robot_padding', 'max_rate')
+
     planning_frame: str = parameter(
         '', "Publish people in this frame, which MoveIt has to know, such as world; empty: in the people's own, where "
             'that is a link of the robot.')
@@ -124,7 +126,7 @@ class MoveitSettings:
 class ObstacleParams(Parameters):
     """How people become obstacles on the floor."""
 
-    retired = ('step', 'height')
+    retired = ('tf_timeout', 'step', 'spacing', 'height', 'footprint_range', 'max_rate')
 
     planning_frame: str = parameter(
         'odom', 'Frame of the obstacles of teb_local_planner, with z upwards: the global_frame of its costmap, as it '

@@ -11,6 +11,8 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 class FusionParams(Parameters):
     """Whose people are fused, and in which frame."""
 
+    retired = ('people_topic', 'keypoints_topic', 'camera_info_topic', 'tf_timeout', 'correct_clocks')
+
     cameras: str = parameter('camera1 camera2', 'Cameras with depth: the namespaces of their chains, separated by '
                                                 'spaces.')
     rgb_cameras: str = parameter('', 'Cameras without depth: the namespaces of their chains, separated by spaces.')

@@ -4,7 +4,7 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.params.parameters import Parameters, direction, parameter
+from openpose_ros_pkg.params.parameters import Parameters, direction, direction_parameter, parameter
 
 # Points are thinned to their mean in each cube of this size, so that near surfaces do not outvote far ones [m].
 _CELL = 0.06
@@ -46,8 +46,9 @@ class FloorParams(Parameters):
 
     rate: float = parameter(5.0, 'The floor is sought this often, by the stamps of the clouds.', unit='Hz',
                             minimum=0.1, maximum=1000.0)
-    up: str = parameter('0 -1 0', "Direction upwards in the frame of the cloud: three numbers. The default is the "
-                                  "image's up: of a camera that is tilted or rolled by less than the tolerance.")
+    up: str = direction_parameter(
+        '0 -1 0', "Direction upwards in the frame of the cloud: three numbers. The default is the image's up: of a "
+                  'camera that is tilted or rolled by less than the tolerance.')
     tolerance: float = parameter(40.0, "Greatest angle of the floor's normal from `up`.", unit='degrees',
                                  minimum=1.0, maximum=89.0)
     gravity_frame: str = parameter('', 'Frame of tf whose z axis is up, such as base_link or odom: used instead of '
@@ -63,10 +64,6 @@ class FloorParams(Parameters):
                "camera, x along the camera's view, y left, z up (REP 103). While the floor is hidden, it stays where "
                'it was seen last. The node is then not lazy.')
     floor_frame: str = parameter('world', 'Name of that frame.')
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.upwards  # noqa: B018 -- refuses what is no direction
 
     @property
     def upwards(self) -> np.ndarray:

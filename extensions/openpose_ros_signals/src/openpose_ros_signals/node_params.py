@@ -5,7 +5,7 @@ from typing import Any, Dict, Type
 import numpy as np
 
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, direction, parameter
+from openpose_ros_pkg.params.parameters import Parameters, direction, direction_parameter, parameter
 from skeleton_extract_3d.points.transform import UPRIGHT
 
 
@@ -13,13 +13,9 @@ from skeleton_extract_3d.points.transform import UPRIGHT
 class UprightParams(Parameters):
     """Where up is."""
 
-    up: str = parameter(
+    up: str = direction_parameter(
         '0 -1 0', 'Upwards in the frame of the people, where no fixed frame and no plane of the floor says it: three '
                   'numbers.')
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.upwards  # noqa: B018 -- refuses what is no direction
 
     @property
     def upwards(self) -> np.ndarray:
@@ -35,6 +31,8 @@ class UprightParams(Parameters):
 @dataclass(frozen=True)
 class SignalsParams(Parameters):
     """In which frame signals are read, and what people may point at."""
+
+    retired = ('tf_timeout', 'text_scale', 'facing_length', 'pointing_length', 'signal_lifetime')
 
     fixed_frame: str = parameter(
         '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '

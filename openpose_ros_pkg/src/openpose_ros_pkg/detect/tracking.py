@@ -253,7 +253,8 @@ class Mounting:
         if side == 0 or count[side] < least:
             return ''
         how = 'their hips above their necks' if side == 2 else 'their heads to one side'
-        return f'{count[side]} of {len(told)} people have {how}: if they stand, set rotate_image:={360 - 90 * side}'
+        return (f'{count[side]} of {len(told)} people have {how}: if they stand, set the parameter rotate_image: '
+                f'{360 - 90 * side}')
 
 
 class PerCamera(Generic[Value]):

@@ -169,8 +169,6 @@ def _rtmpose(name: str, points: int = 17) -> Model:
 _YOLOX_TINY = Model(
     name='yolox_tiny', skeleton=COCO_18, files=(), licence='', source=UserFiles(''),
     input=replace(YOLOX_INPUT, fixed_size=(416, 416)), outputs=('dets', 'labels'), decoder=Decoder.BOXES, stride=32)
-# AP of mobilenet_thin as published: ildoonet/tf-pose-estimation, README, COCO val2014.
-MOBILENET_AP = 0.281
 # The best by published AP first.
 BY_NAME = (
     _by_name(_rtmpose('rtmpose_m'), WeightsFile(

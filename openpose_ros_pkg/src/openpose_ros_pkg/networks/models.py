@@ -1,5 +1,6 @@
 """Find pose networks by name, and their weights."""
 import hashlib
+import logging
 from pathlib import Path
 from typing import List, Optional, Tuple
 
@@ -9,6 +10,8 @@ from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, BY_NAME, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
+
+_log = logging.getLogger(__name__)
 
 # Names and aliases of the registry, with '_' for '-', which mean the same.
 _REGISTERED = {name.replace('-', '_'): ALIASES.get(name, name) for name in (*MODELS, *ALIASES)}
@@ -47,7 +50,16 @@ def described_models(model_folder: str = '') -> List[Path]:
 
 def installed_by_name(model_folder: str = '') -> Tuple[Model, ...]:
     """Return the networks that are fetched by name and installed, the best by published AP first."""
-    return tuple(model for model in BY_NAME if find_weights(model, model_folder) is not None)
+    installed = []
+    for model in BY_NAME:
+        try:
+            weights_path(model, model_folder)
+            installed.append(model)
+        except MissingWeightsError:
+            pass
+        except ModelError as error:
+            _log.warning('%s is not used: %s', model.name, error)
+    return tuple(installed)
 
 
 def published() -> str:

@@ -1,4 +1,5 @@
 """What the program openpose_models does: list, get and check the weights of the networks."""
+import shutil
 import sys
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence
@@ -64,25 +65,28 @@ def _for_each(names: Sequence[str], work: Callable[[str], object]) -> int:
 
 
 def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
-    """Put the weights of a model in their folder; what is fetched by name is deleted where it does not prove itself."""
+    """Put the weights of a model in their folder; new ones of a network by name that is refused are not kept."""
+    is_new = find_weights(model, model_folder) is None
     path = get(model, model_folder, APACHE.read_text(), brought)
     if isinstance(model.source, WebArchive):
-        try:
-            _prove(model, path)
-        except ModelError:
-            path.unlink()
-            raise
+        _prove(model, path, is_new)
 
 
-def _prove(model: Model, path: Path) -> None:
-    """Let a network by name prove itself, print the result, and raise ModelError if it is refused."""
+def _prove(model: Model, path: Path, is_new: bool = False) -> None:
+    """Let a network by name prove itself and print the result; ModelError: it is refused, and deleted if it is new."""
     try:
         from openpose_ros_pkg.networks.backends import BackendParams, create_backend
         from openpose_ros_pkg.networks.proof import prove
     except ImportError as error:  # compiled modules, before the first build
         say(f'{model.name}: not proved ({error}); after the build: openpose_models check {model.name}')
         return
-    say(f'{model.name}: proved: {prove(create_backend(model, path, BackendParams()), model)}')
+    backend = create_backend(model, path, BackendParams())
+    try:
+        say(f'{model.name}: proved: {prove(backend, model)}')
+    except ModelError:
+        if is_new:
+            shutil.rmtree(str(path.parent))
+        raise
 
 
 def _find(name: str, model_folder: str) -> Model:

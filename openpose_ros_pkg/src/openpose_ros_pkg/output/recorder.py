@@ -40,6 +40,8 @@ _Frame = Tuple[Union[str, int], np.ndarray, People2D, Optional[Landmarks2D]]
 class SaveParams(Parameters):
     """What is saved of every frame. The names are OpenPose's."""
 
+    retired = ('write_keypoint', 'write_keypoint_format')
+
     write_json: str = parameter(
         '', "Folder for the keypoints in OpenPose's JSON layout, one file per frame; empty: none.")
     write_images: str = parameter('', 'Folder for the annotated images, one file per frame; empty: none.')

@@ -4,7 +4,7 @@ import difflib
 from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple, Type
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params.parameters import describe, parameter_fields
+from openpose_ros_pkg.params.parameters import accepted_names, describe, parameter_fields
 
 # Flags and parameters of the original's nodes.
 _OF_THE_ORIGINAL = ('logging_level', 'camera_topic', 'net_input_width', 'net_input_height', 'net_output_width',
@@ -41,6 +41,8 @@ def read_flags(kind: Type[Any], arguments: Sequence[str]) -> Tuple[Dict[str, Any
             values[name] = _converted(fields[name], text if equals else _following(argument, rest))
         elif name[:2] == 'no' and name[2:] in fields and isinstance(fields[name[2:]].default, bool) and not equals:
             values[name[2:]] = False
+        elif name in accepted_names(kind):
+            values[name] = text if equals else _following(argument, rest)
         elif name in _OF_THE_ORIGINAL:
             if not equals and name != 'disable_blending':
                 _following(argument, rest)

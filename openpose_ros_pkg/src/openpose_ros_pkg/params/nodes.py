@@ -2,7 +2,6 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipes import EnsembleParams, LiveDetectorSettings
@@ -138,7 +137,7 @@ class ClientSettings:
 
 # What dynamic_reconfigure may change in the running service node.
 LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(field.name for field in parameter_fields(
-    DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, LandmarkParams, DrawParams,
+    DecodeParams, EnsembleParams, TrackingParams, LandmarkParams, DrawParams,
     AnnotatedImageParams)))
 
 # The parameters of each file in config/; a node loads the file of its name.

@@ -24,7 +24,21 @@ import json
 import logging
 import math
 import textwrap
-from typing import Any, ClassVar, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, cast
+from typing import (
+    Any,
+    ClassVar,
+    Dict,
+    FrozenSet,
+    Iterator,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    TypeVar,
+    cast,
+)
 
 import numpy as np
 
@@ -34,20 +48,14 @@ _log = logging.getLogger(__name__)
 
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
-# Names that work for one release more, with a warning, and are in no file of config/, help or dynamic_reconfigure. A
-# node that does not read one ignores it, with a warning. When they go, their defaults become constants.
+# Parameters that work for one release more, with a warning, and are in no file of config/, help or dynamic_reconfigure.
+# Then their defaults become constants.
 OLD_PARAMETERS = frozenset((
-    'birth_joints', 'camera_info_topic', 'cloud_points', 'cloud_rate', 'correct_clocks', 'dash_length',
-    'data_timeout', 'direct_joint_score', 'direct_person_score', 'facing_length', 'footprint_range', 'forget',
-    'guard_margin', 'hand_scale', 'head_arrow', 'heatmap_upsample', 'hidden_min_score', 'hint',
-    'id_prefix', 'image_height', 'image_track_gate', 'image_width', 'joint_inferred_colour',
-    'keypoints_topic', 'label_scale', 'least_face_size', 'least_hand_size', 'limb_min_support',
-    'limb_sample_threshold', 'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'max_rate',
-    'measured_min_score', 'net_output_height', 'net_output_width', 'output_height', 'output_width', 'patience',
-    'people_topic', 'person_min_joints', 'pointing_length', 'prefix', 'robot_padding', 'roi_margin', 'rviz_config',
-    'sigma_colour', 'sigma_spheres', 'signal_lifetime', 'skeleton_inferred_colour', 'spacing',
-    'start_delay', 'text_scale', 'tf_timeout', 'track_gate', 'trail_scale', 'walking_acceleration', 'walking_speed',
-    'write_keypoint', 'write_keypoint_format'))
+    'birth_joints', 'cloud_points', 'cloud_rate', 'direct_joint_score', 'direct_person_score', 'heatmap_upsample',
+    'hidden_min_score', 'hint', 'image_track_gate', 'least_face_size', 'least_hand_size', 'limb_min_support',
+    'limb_sample_threshold', 'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'measured_min_score', 'patience',
+    'person_min_joints', 'rviz_config', 'start_delay', 'tf_timeout', 'track_gate', 'walking_acceleration',
+    'walking_speed'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
@@ -79,6 +87,11 @@ def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float
 def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
     """Declare a parameter that takes any text, and words with a special meaning."""
     return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'words': tuple(words)})
+
+
+def direction_parameter(default: str, doc: str) -> Any:
+    """Declare a parameter of three numbers, see `direction`."""
+    return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'is_direction': True})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,6 +128,13 @@ def parameter_fields(*kinds: Type[Any], old: bool = False) -> List['dataclasses.
             if old or field.name not in OLD_PARAMETERS]
 
 
+def accepted_names(*kinds: Type[Any]) -> FrozenSet[str]:
+    """Return the names that `build` takes: of parameters, old ones too, and of those that are gone."""
+    classes = [cls for kind in kinds for cls in parameter_classes(kind)]
+    return frozenset(itertools.chain.from_iterable(
+        (*cls.retired, *(field.name for field in dataclasses.fields(cls))) for cls in classes))
+
+
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     """Make a parameter class or a record from a flat mapping; missing keys have their defaults.
 
@@ -122,22 +142,18 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
         ParameterError: a key is unknown, or a value is not allowed.
     """
     defaults = {field.name: field.default for field in parameter_fields(kind, old=True)}
-    for key in sorted(OLD_PARAMETERS & set(values)):
-        if key not in defaults:
-            _warn_once(f"parameter '{key}' = {values[key]!r} is old, and without effect here")
-        elif values[key] != defaults[key]:
-            _warn_once(f"parameter '{key}' = {values[key]!r} is old: in the next release it is always "
-                       f'{defaults[key]!r}')
-    known = [field.name for field in parameter_fields(kind)]
-    retired = {key for cls in parameter_classes(kind) for key in cls.retired} - set(known)
-    for key in sorted((retired - OLD_PARAMETERS) & set(values)):
-        _log.warning("parameter '%s' = %r is gone, and without effect", key, values[key])
-    for key in sorted(set(values) - set(defaults) - OLD_PARAMETERS - retired):
-        near = difflib.get_close_matches(key, known, n=1)
-        hint = f" (did you mean '{near[0]}'?)" if near else ''
-        raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
-                             key)
-    return _build_known(kind, values)
+    for key, value in sorted(values.items()):
+        if key in OLD_PARAMETERS & set(defaults) and value != defaults[key]:
+            _warn_once(f"parameter '{key}' = {value!r} is old: in the next release it is always {defaults[key]!r}")
+        elif key not in accepted_names(kind):
+            known = [field.name for field in parameter_fields(kind)]
+            near = difflib.get_close_matches(key, known, n=1)
+            hint = f" (did you mean '{near[0]}'?)" if near else ''
+            raise ParameterError(f"unknown parameter '{key}' = {value!r}{hint}; allowed: {', '.join(sorted(known))}",
+                                 key)
+        elif key not in defaults:
+            _warn_once(f"parameter '{key}' = {value!r} is gone, and without effect")
+    return build_known(kind, values)
 
 
 @functools.lru_cache(maxsize=None)
@@ -145,12 +161,12 @@ def _warn_once(text: str) -> None:
     _log.warning('%s', text)
 
 
-def _build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
-    """Do `build`, keys of other parameters left out."""
+def build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
+    """Do `build` without warnings, keys of other parameters left out."""
     fields = dataclasses.fields(kind)  # type: ignore[arg-type]
     if issubclass(kind, Parameters):
         return kind(**{field.name: values[field.name] for field in fields if field.name in values})
-    return kind(**{field.name: _build_known(cast(Type[Any], field.type), values) for field in fields})
+    return kind(**{field.name: build_known(cast(Type[Any], field.type), values) for field in fields})
 
 
 def flat_values(settings: Any) -> Dict[str, Any]:
@@ -207,4 +223,6 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
                  and (meta['maximum'] is None or value <= meta['maximum']))
     if not right:
         raise ParameterError(f"parameter '{field.name}' = {value!r} is not allowed: {describe(field)}", field.name)
+    if meta.get('is_direction'):
+        direction(value, field.name)
     return frame_name(value) if expected is str and field.name.endswith(('frame', 'frame_id')) else value

@@ -1,4 +1,4 @@
-"""The one reader of YAML and JSON files into records: dataclasses and NamedTuples, by their annotations.
+"""The one reader of values of YAML and JSON files into records: dataclasses and NamedTuples, by their annotations.
 
 A field is a str, bool, int, float, `Literal` (choices), `Optional`, `Tuple` (a list), `Dict[str, ...]` (a mapping), a
 record, or an array of finite numbers. What else a record demands, its `__post_init__` raises as ValueError.
@@ -6,20 +6,13 @@ record, or an array of finite numbers. What else a record demands, its `__post_i
 import dataclasses
 import difflib
 import math
-from pathlib import Path
 from typing import Any, Callable, Dict, Literal, Type, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.structured_text import file_values
 
 Record = TypeVar('Record')
-
-
-def read_record(path: Path, kind: Type[Record], what: str, error: Callable[[str], Exception] = BadInputError) -> Record:
-    """Return the record, or a type as `Dict[str, RECORD]`, in a file; errors begin with `what`, as 'rig FILE'."""
-    return to_record(file_values(path, what, error), kind, what, error)
 
 
 def to_record(values: Any, kind: Type[Record], where: str, error: Callable[[str], Exception] = BadInputError,

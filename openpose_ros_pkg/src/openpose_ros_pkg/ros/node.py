@@ -17,7 +17,7 @@ from rospy.impl import registration, tcpros_base
 from openpose_ros_pkg.allocator import give_back_free_memory, keep_large_blocks
 from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRosError, ParameterError, StoppedError
 from openpose_ros_pkg.params.flags import read_flags
-from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
+from openpose_ros_pkg.params.parameters import Settings, build, build_known, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.master.calls import is_running
 
@@ -150,7 +150,7 @@ def _read_arguments(name: str, kind: Type[Settings]) -> Tuple[Dict[str, Any], Li
     """Do `read_flags`, or end the program with 1; values that are not allowed never get to the parameter server."""
     try:
         flags, others = read_flags(kind, rospy.myargv()[1:])
-        build(kind, flags)
+        build_known(kind, flags)
     except ParameterError as error:
         sys.exit(f'{name}: {error}')
     return flags, others

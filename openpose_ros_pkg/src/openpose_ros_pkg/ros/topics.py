@@ -1,4 +1,4 @@
-"""The finder of topics of a camera, and with people, in a bag or at a master: by their names, types and content."""
+"""The finders of topics: of a camera in a bag, by names, types and content; with people, in a bag or at a master."""
 import logging
 import re
 from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -51,7 +51,7 @@ class CameraTopics(NamedTuple):
     points: str = ''  # of clouds
     depth: str = ''  # of depth images aligned to the image, raw or compressed, in place of clouds
     camera_info: str = ''  # of the depth images, and of a camera without depth that is fused with others
-    image_info: str = ''  # calibration of the images, beside which points are; found, never named
+    image_info: str = ''  # calibration of the images, beside which points are
 
     @property
     def in_space(self) -> bool:
@@ -118,7 +118,7 @@ class TopicFinder:
 
     Args:
         types: type of each topic.
-        first: gets the first message of a topic; None where it is not known: then names tell what images are.
+        first: gets the first message of a topic.
         where: these topics are, for errors.
         namespace: topics outside of it are not there.
 
@@ -212,10 +212,10 @@ class TopicFinder:
 
     def organized_clouds(self) -> List[str]:
         """Return the topics of clouds that have the rows of an image."""
-        return [topic for topic in self.candidates['points'] if getattr(self._first(topic), 'height', 0) != 1]
+        return [topic for topic in self.candidates['points'] if self._first(topic).height != 1]
 
-    def named(self, stream: str, topic: str, *other_kinds: str) -> str:
-        """Return a topic that the user has named; its type is one of the stream's, or of `other_kinds`.
+    def named(self, stream: str, topic: str) -> str:
+        """Return a topic that the user has named; its type is one of the stream's.
 
         Raises:
             BadInputError: it is not there, or has another type.
@@ -223,9 +223,9 @@ class TopicFinder:
         _, option, kinds, _ = _STREAMS[stream]
         if topic not in self.types:
             raise BadInputError(f'{option} {topic}: {self._where} has no such topic; it has {self.listed()}')
-        if self.types[topic] not in (*kinds, *other_kinds):
+        if self.types[topic] not in kinds:
             raise BadInputError(f'{option} {topic} is of type {self.types[topic]}, expected '
-                                + ' or '.join((*kinds, *other_kinds)))
+                                + ' or '.join(kinds))
         return topic
 
     def choose(self, stream: str, candidates: Sequence[str]) -> Optional[str]:
@@ -278,8 +278,8 @@ class TopicFinder:
                 raw_topic(topic) != topic and self.types.get(raw_topic(topic)) == IMAGE):
             return None
         first, is_named_depth = self._first(topic), bool(_DEPTH_NAME.search(topic))
-        encoding = '' if first is None else first.encoding if kind == IMAGE else first.format.partition(';')[0].strip()
-        if first is None or kind == IMAGE:  # infrared cameras have mono16 as well
+        encoding = first.encoding if kind == IMAGE else first.format.partition(';')[0].strip()
+        if kind == IMAGE:  # infrared cameras have mono16 as well
             is_depth = is_named_depth if encoding in ('', 'mono16') else encoding in DEPTH_ENCODINGS
         else:
             is_depth = topic.endswith('/compressedDepth') or (

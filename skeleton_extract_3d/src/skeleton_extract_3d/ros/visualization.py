@@ -26,7 +26,7 @@ from skeleton_extract_3d.show.markers import (
 )
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
-# A person has up to four markers on each topic, without spheres of sigma.
+# A person has up to four markers on each topic.
 _MARKERS_QUEUE = 4 * PERSONS_QUEUE
 
 

@@ -43,7 +43,7 @@ class Memory:
                        feet=self.feet.rotated(change[0]), tracking_from_points=pose)
 
     def with_existence(self, others: Tracks) -> 'Memory':
-        """Return the memory with the existence that other values of its tracks have; those that ended stay for `at`."""
+        """Return the memory with the existence that other values of its tracks have."""
         tracks, rows = self.tracks, {number: row for row, number in enumerate(others.ids.tolist())}
         there = np.array([number in rows for number in tracks.ids.tolist()], bool)
         row = np.array([rows[number] for number in tracks.ids[there].tolist()], np.int64)

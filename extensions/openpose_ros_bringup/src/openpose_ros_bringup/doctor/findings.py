@@ -48,6 +48,8 @@ def launch_line(camera: Camera, **changes: str) -> str:
     values = {key: value for key, value in values.items()
               if not (other_points and key in ('points', 'depth', 'camera_info'))}
     values.update(changes)
+    if 'camera_info' in changes and camera.points is not None and camera.points.role == 'depth':
+        values.setdefault('depth', camera.points.topic)  # which it is of
     info, depth, before = values.pop('camera_info', ''), values.get('depth', ''), ''
     if depth and info not in ('', camera_info_of(depth)):
         image = values.pop('image', camera.image.topic)

@@ -47,15 +47,6 @@ def encoding_of(image: np.ndarray, source: str) -> str:
     return encoding
 
 
-def to_bgr8(image: np.ndarray) -> np.ndarray:
-    """Return (H, W, 3) uint8 BGR, as colours of a cloud."""
-    if image.dtype == np.uint16:
-        image = (image >> 8).astype(np.uint8)
-    if image.ndim == 2:
-        return cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    return image[..., :3]
-
-
 def encode_image(image: np.ndarray, suffix: str, source: str) -> bytes:
     """Return the content of an image file without loss, '.png', or '.tiff' of float32; BadInputError: none can be."""
     try:

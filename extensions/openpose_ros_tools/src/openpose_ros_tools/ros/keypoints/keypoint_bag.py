@@ -46,7 +46,6 @@ from openpose_ros_tools.tables.signal_timeline import SignalFrame, computed_sign
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
 _SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
-_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
 
 RECORD = '/openpose_ros/process_bag'
 """Topic of what process_bag has made a bag of, so that it is not made again."""

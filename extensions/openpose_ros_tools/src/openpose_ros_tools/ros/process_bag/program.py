@@ -55,7 +55,7 @@ from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
-from openpose_ros_pkg.params.parameters import frame_name, parameter_fields
+from openpose_ros_pkg.params.parameters import accepted_names, frame_name, parameter_fields
 from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.structured_text import file_values
 from openpose_ros_tools.outputs import delete_parts
@@ -105,7 +105,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     Raises:
         ParameterError: a file can not be read, or has a key that no node has.
     """
-    known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings, old=True)}
+    known = accepted_names(ServiceSettings, ExtractorSettings, BagSettings)
     # Those of the nodes are for live images; a recording gives the same people on each machine.
     used = {field.name for field in parameter_fields(BagSettings, old=True)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}

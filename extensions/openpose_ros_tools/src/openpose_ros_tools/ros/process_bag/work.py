@@ -10,7 +10,7 @@ import genpy
 import numpy as np
 
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
-from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError, OpenposeRosError
+from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.ros.convert import turned_header
 from openpose_ros_pkg.throttle import Throttle
@@ -41,7 +41,7 @@ def process_parts(jobs: Sequence[BagJob]) -> List[Union[BagReport, Exception]]:
     for job in jobs:
         try:
             results.append(process(job, networks=networks))
-        except (OpenposeRosError, OSError) as error:  # of this part alone
+        except Exception as error:  # of this part alone: those before are done
             results.append(error)
     return results
 
