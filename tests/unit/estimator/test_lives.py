@@ -158,6 +158,15 @@ def test_a_body_in_free_view_in_which_no_look_finds_a_person_is_given_up():
     assert len(life.sees(at(0.1), found=[], seconds=0.6)) == 0
 
 
+def test_the_track_of_a_place_that_is_seen_empty_ends_long_before_its_time():
+    """It is asked for no more looks; `track_timeout` is 2 s."""
+    life = Life()
+    life.sees(at(0.1), seconds=1)
+    life.sees(seconds=1)
+    tracker = life.estimator._tracker
+    assert len(tracker.memory.tracks) == 0 and tracker.memory.gone.ids.tolist() == [1]
+
+
 def test_a_person_who_leaves_the_image_is_not_reported_outside():
     life = Life()
     for i in range(20):
