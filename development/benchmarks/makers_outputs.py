@@ -1,17 +1,14 @@
 """Let the makers' own code decode tensors of networks, and keep what it makes of them for the tests of our decoders.
 
 The tensors are those of tests/support/makers_tensors.py, by seed. It wrote tests/unit/decode/makers_outputs.npz once,
-in an environment of its own, of Python 3.11, and with a checkout of DETRPose (github.com/SebastianJanampa/DETRPose,
-commit a6ca202d):
+in an environment of its own, of Python 3.11:
 
     makers/bin/pip install 'setuptools<80' torch==2.14.1 torchvision==0.29.1 'numpy<2' mmengine scipy json_tricks \
-        munkres pycocotools rfdetr==1.11.2 'opencv-python-headless<4.12'
+        munkres pycocotools 'opencv-python-headless<4.12'
     makers/bin/pip install --no-deps --no-build-isolation mmcv-lite==2.1.0 mmpose==1.3.2 mmdet==3.3.0 xtcocotools \
         rtmlib==0.0.16
-    makers/bin/python development/benchmarks/makers_outputs.py DETRPOSE
+    makers/bin/python development/benchmarks/makers_outputs.py
 """
-import argparse
-import importlib.util
 import sys
 import types
 from importlib.machinery import ModuleSpec
@@ -80,40 +77,6 @@ def input_of_simcc() -> Arrays:
     return {'image': image, 'simcc_input': data['inputs'].numpy()}
 
 
-def detr_pose(checkout: Path) -> Arrays:
-    """DETRPose's PostProcess as its exported files have it, for sizes of images and for shares of them."""
-    path = checkout / 'src/models/detrpose/postprocesses.py'
-    spec: Any = importlib.util.spec_from_file_location('postprocesses', path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    decode = module.PostProcess(num_select=makers_tensors.DETR_QUERIES, num_body_points=17).deploy()
-    logits, joints = map(torch.from_numpy, makers_tensors.detr_pose())
-    arrays = {}
-    for name, size in (*((str(size[0]), size) for size in makers_tensors.IMAGES), ('shares', (1, 1))):
-        results = decode({'pred_logits': logits, 'pred_keypoints': joints}, torch.tensor([size]))
-        arrays.update({f'detr_{name}_{part}': array.numpy()[0]
-                       for part, array in zip(('scores', 'labels', 'joints'), results)})
-    return arrays
-
-
-def rf_detr() -> Arrays:
-    """rfdetr 1.11.2, PostProcess of the keypoint preview, and its covariances in pixels of images."""
-    from rfdetr.models.postprocess import PostProcess
-    from rfdetr.utilities.keypoints import precision_cholesky_to_pixel_covariance
-    boxes, logits, points = map(torch.from_numpy, makers_tensors.rf_detr())
-    arrays = {}
-    decode = PostProcess(num_select=makers_tensors.RF_QUERIES, num_keypoints_per_class=[17])
-    for width, height in makers_tensors.IMAGES:
-        result, = decode({'pred_logits': logits, 'pred_boxes': boxes, 'pred_keypoints': points},
-                         torch.tensor([[height, width]]))
-        person = result['labels'] == 0
-        sizes = np.tile([float(height), float(width)], (int(person.sum()), 1))
-        arrays.update({'rf_scores': result['scores'][person].numpy(), f'rf_{width}_joints': result['keypoints'][
-            person].numpy(), f'rf_{width}_covariances': precision_cholesky_to_pixel_covariance(
-                result['keypoint_precision_cholesky'][person].numpy(), sizes)})
-    return arrays
-
-
 def yolox() -> Arrays:
     """rtmlib 0.0.16, YOLOX.postprocess of both forms of files: boxes of people."""
     from rtmlib.tools.object_detection.yolox import YOLOX
@@ -127,10 +90,7 @@ def yolox() -> Arrays:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
-    parser.add_argument('detrpose', type=Path, help='folder of a checkout of DETRPose')
-    checkout = parser.parse_args().detrpose
-    arrays = {**simcc(), **input_of_simcc(), **detr_pose(checkout), **rf_detr(), **yolox()}
+    arrays = {**simcc(), **input_of_simcc(), **yolox()}
     np.savez_compressed(str(TARGET), **{name: array.astype(np.float32) if array.dtype == np.float64 else array
                                         for name, array in arrays.items()})
     print(f'{TARGET}: {TARGET.stat().st_size} bytes')

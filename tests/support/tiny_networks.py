@@ -98,13 +98,12 @@ def average_kernel(weights):
     return np.repeat(np.asarray(weights, np.float32)[:, :, None] / 64, 64, axis=2).reshape(-1, 3, 8, 8)
 
 
-def onnx_people(outputs, size=('height', 'width'), batch=1, sizes='', first='Cast'):
+def onnx_people(outputs, size=('height', 'width'), batch=1, first='Cast'):
     """A network that finds the same people in every picture: outputs (1, ...), times the picture's mean value.
 
     Args:
         size: height and width of the input; texts for free ones.
         batch: number of images, or a text; the outputs then have it as well.
-        sizes: name of a second input, (N, 2) int64, by which it multiplies the last output.
         first: kind of the operation on the image: Cast, Slice of each second row, Conv of means of 8 x 8 pixels, or
             DepthToSpace, which leaves it as it is.
     """
@@ -114,17 +113,10 @@ def onnx_people(outputs, size=('height', 'width'), batch=1, sizes='', first='Cas
     options = {'Cast': {'to': FLOAT}, 'Conv': {'kernel_shape': [8, 8]}, 'DepthToSpace': {'blocksize': 1}}.get(first, {})
     nodes = [onnx_node(first, ['image', *constants], ['real'], **options),
              onnx_node('ReduceMean', ['real'], ['mean'], keepdims=0)]
-    inputs = [onnx_value('image', FLOAT, (batch, 3, *size))]
-    if sizes:
-        inputs.append(onnx_value(sizes, INT64, (batch, 2)))
-        nodes.append(onnx_node('Cast', [sizes], ['real_sizes'], to=FLOAT))
     for name, array in outputs.items():
         constants[f'{name}_constant'] = array
-        scaled = sizes and name == list(outputs)[-1]
-        nodes.append(onnx_node('Mul', [f'{name}_constant', 'mean'], [f'{name}_alone' if scaled else name]))
-        if scaled:
-            nodes.append(onnx_node('Mul', [f'{name}_alone', 'real_sizes'], [name]))
-    return onnx_model(nodes, constants, inputs,
+        nodes.append(onnx_node('Mul', [f'{name}_constant', 'mean'], [name]))
+    return onnx_model(nodes, constants, [onnx_value('image', FLOAT, (batch, 3, *size))],
                       [onnx_value(name, FLOAT, (batch, *array.shape[1:])) for name, array in outputs.items()])
 
 

@@ -249,10 +249,8 @@ def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int,
     # half a pixel beyond the centre of the outermost pixel is still that pixel
     keypoints = poses.keypoints.copy()
     keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
-    # no place in the image is further off than its size
-    sigmas_in = None if poses.sigmas is None else np.minimum(poses.sigmas, max(image_size))
     return People2D(acceptance.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1),
-                    points=poses.points, sigmas=sigmas_in), kept
+                    points=poses.points), kept
 
 
 def surest(scores: np.ndarray, same: np.ndarray) -> np.ndarray:

@@ -62,14 +62,11 @@ class Poses(NamedTuple):
     scores: np.ndarray  # (P,) float32 [0..1]
     # (P, 133, 3) float32: all points of COCO-WholeBody, x, y [px], score; NaN, NaN, 0 of people without; None: of none
     points: Optional[np.ndarray] = None
-    # (P, K, 2) float32: standard deviations of x and y as the network tells them [px], NaN where missing; None: none
-    sigmas: Optional[np.ndarray] = None
 
     def joined(self, others: 'Poses') -> 'Poses':
         """Return these people and then others."""
         return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]),
-                     joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))),
-                     _joined_sigmas(self, others))
+                     joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))))
 
 
 def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarray]:
@@ -77,14 +74,6 @@ def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarr
     if all(points is None for points, _ in parts):
         return None
     return np.concatenate([no_points(people) if points is None else points for points, people in parts])
-
-
-def _joined_sigmas(*groups: Any) -> Optional[np.ndarray]:
-    """Return the standard deviations of groups of people, NaN of a group without."""
-    if all(group.sigmas is None for group in groups):
-        return None
-    return np.concatenate([np.full((*group.keypoints.shape[:2], 2), np.nan, np.float32) if group.sigmas is None
-                           else group.sigmas for group in groups])
 
 
 def no_points(people: int) -> np.ndarray:
@@ -128,8 +117,6 @@ class People2D:
     # (P, 133, 3) float32: all points of COCO-WholeBody where a network for whole bodies saw the person, NaN, NaN, 0
     # elsewhere; None: there is no such network
     points: Optional[np.ndarray] = None
-    # (P, K, 2) float32: standard deviations of x and y as the network tells them [px], NaN elsewhere; None: of none
-    sigmas: Optional[np.ndarray] = None
     # (P,) float64, the probability that each person is there [0..1]; None: 1
     existence: np.ndarray = None  # type: ignore[assignment]
 
@@ -143,8 +130,7 @@ class People2D:
         if self.looked is None:
             object.__setattr__(self, 'looked', np.ones(people, bool))
         for name, dtype, shape in (('scores', np.float32, people), ('ids', np.int64, people), ('looked', bool, people),
-                                   ('points', np.float32, (*people, WHOLE_BODY_POINTS, 3)),
-                                   ('sigmas', np.float32, (*people, joints, 2))):
+                                   ('points', np.float32, (*people, WHOLE_BODY_POINTS, 3))):
             if getattr(self, name) is not None:
                 value: np.ndarray = np.asarray(getattr(self, name), dtype)
                 if value.shape != shape:
@@ -153,8 +139,6 @@ class People2D:
         object.__setattr__(self, 'existence', checked_existence(self.existence, len(keypoints)))
         if not np.array_equal(np.isfinite(keypoints[..., :2]).all(axis=2), keypoints[..., 2] > 0):
             raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
-        if self.sigmas is not None and ((self.sigmas < 0) | np.isinf(self.sigmas)).any():
-            raise ValueError('sigmas: expected finite standard deviations from 0 on, or NaN')
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People2D':
@@ -167,15 +151,14 @@ class People2D:
     def select(self, indices: np.ndarray) -> 'People2D':
         """Return some of the people, in the order of their indices (N,)."""
         chosen: Any = {name: None if getattr(self, name) is None else getattr(self, name)[indices]
-                       for name in ('keypoints', 'scores', 'ids', 'looked', 'points', 'sigmas', 'existence')}
+                       for name in ('keypoints', 'scores', 'ids', 'looked', 'points', 'existence')}
         return replace(self, **chosen)
 
     def joined(self, others: 'People2D') -> 'People2D':
         """Return these people and then others, with the same joints."""
         joined = {name: np.concatenate([getattr(self, name), getattr(others, name)])
                   for name in ('keypoints', 'scores', 'ids', 'looked', 'existence')}
-        return replace(self, **joined, sigmas=_joined_sigmas(self, others),
-                       points=joined_points((self.points, len(self)), (others.points, len(others))))
+        return replace(self, **joined, points=joined_points((self.points, len(self)), (others.points, len(others))))
 
     @property
     def xy(self) -> np.ndarray:

@@ -74,38 +74,6 @@ def yolo_end_to_end(*people):
     return (output,)
 
 
-def detr_outputs(*people):
-    """Scores (N,), classes (N,) and joints (N, 17, 2) as shares of the input; joints are as sure as their person."""
-    joints = np.array([person[0] for person in people], np.float32).reshape(-1, 17, 2) / SIZE
-    return np.array([person[2] for person in people], np.float32), np.ones(len(people), np.float32), joints
-
-
-def detr_raw(*people):
-    """Logits (N, 2) and joints (N, 34)."""
-    scores, _, joints = detr_outputs(*people)
-    return np.stack([np.full(len(scores), -20.0), logit(scores)], axis=1), joints.reshape(-1, 34)
-
-
-def rf_detr_outputs(*people):
-    """Boxes (N, 4), logits (N, 91) and points (N, 17, 8) with standard deviations of 0.2 and 0.3 px.
-
-    The score of a person is multiplied by the trace of the covariance to the power of -0.2, and then
-    score / (1 + score).
-    """
-    joints = np.array([person[0] for person in people]).reshape(-1, 17, 2) / SIZE
-    found = np.array([np.broadcast_to(person[1], 17) for person in people]).reshape(-1, 17)
-    scores, sides = np.array([person[2] for person in people]), np.array([0.2, 0.3]) / SIZE
-    logits = np.full((len(people), 91), -20.0)
-    logits[:, 0] = logit(scores / (1 - scores) * (sides ** 2).sum() ** 0.2)
-    points = np.zeros((len(people), 17, 8))
-    points[..., :2], points[..., 2], points[..., [4, 6]] = joints, logit(found), -np.log(sides)
-    return np.zeros((len(people), 4)), logits, points
-
-
-def logit(probability):
-    return np.log(probability / (1 - probability))
-
-
 def simcc_outputs(*people):
     """(17, 2 W) and (17, 2 H) of the first one, or of none: a Gaussian at the nearest bin."""
     pixels, confidence, _ = people[0] if people else (np.zeros((17, 2)), 0, 0)
@@ -122,13 +90,8 @@ def decoder(outputs, model):
 
 
 DECODERS = {'MoveNet': decoder(movenet_rows, MOVENET_MULTIPOSE), 'RTMO': decoder(rtmo_outputs, RTMO),
-            'YOLO raw': decoder(yolo_raw, YOLO), 'YOLO end to end': decoder(yolo_end_to_end, YOLO),
-            'RF-DETR': decoder(rf_detr_outputs, replace(RTMO, decoder='rf_detr'))}
+            'YOLO raw': decoder(yolo_raw, YOLO), 'YOLO end to end': decoder(yolo_end_to_end, YOLO)}
 ALL = pytest.mark.parametrize('decode', DECODERS.values(), ids=DECODERS)
-# Joints without scores of their own.
-DETR = {'DETRPose': decoder(detr_outputs, replace(RTMO, decoder='detr_pose')),
-        'DETRPose raw': decoder(detr_raw, replace(RTMO, decoder='detr_pose'))}
-ALL_DETR = pytest.mark.parametrize('decode', DETR.values(), ids=DETR)
 SIMCC = decoder(simcc_outputs, replace(RTMO, decoder='simcc'))
 
 
@@ -183,8 +146,7 @@ def test_joint_below_its_threshold_is_missing_and_without_joints_there_is_no_per
     assert len(decode((STANDING, np.full(17, 0.2), 0.9), params=params)[0]) == 0
 
 
-@pytest.mark.parametrize('decode, threshold', list(zip(
-    (*DECODERS.values(), *DETR.values()), (0.15, 0.7, 0.25, 0.25, 0.5, 0.5, 0.5))), ids=(*DECODERS, *DETR))
+@pytest.mark.parametrize('decode, threshold', list(zip(DECODERS.values(), (0.15, 0.7, 0.25, 0.25))), ids=DECODERS)
 def test_person_score_is_that_of_the_network_unless_demanded(decode, threshold):
     people = [(STANDING, np.full(17, 0.9), threshold - 0.01), (moved(120, 0), np.full(17, 0.9), threshold + 0.01)]
     assert decode(*people)[1] == pytest.approx([threshold + 0.01])
@@ -206,40 +168,11 @@ def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     assert len(DECODERS['RTMO'](*apart)[1]) == 2
 
 
-@ALL_DETR
-def test_joints_of_detr_pose_are_as_sure_as_their_person(decode):
-    assert decode()[0].shape == (0, 18, 3)
-    keypoints, scores, *_ = decode((STANDING, None, 0.8), (moved(120, 20), None, 0.9), (moved(60, 20), None, 0.4))
-    np.testing.assert_allclose(scores, [0.9, 0.8], atol=1e-6)
-    for joint, pixel in zip(COCO_17.joints, moved(120, 20)):
-        np.testing.assert_allclose(place(keypoints[0], joint), [*pixel, 0.9], atol=1e-4)
-    shown = decode((moved(200, 20), None, 0.9), valid=(250, 192)).keypoints[0]
-    assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'right_wrist')[0] == pytest.approx(230)
-
-
-def test_rf_detr_tells_the_standard_deviation_of_each_joint():
-    poses = DECODERS['RF-DETR']((STANDING, np.r_[np.full(15, 0.9), 0.01, 0.9], 0.8))
-    there = poses.keypoints[0, :, 2] > 0
-    assert there.sum() == 17 and there[COCO_18.index['neck']]
-    np.testing.assert_allclose(poses.sigmas[0, there], np.tile([0.2, 0.3], (17, 1)), rtol=1e-4)
-    assert np.isnan(poses.sigmas[0, ~there]).all()
-
-
-def test_the_background_of_old_files_of_rf_detr_is_no_person():
-    boxes, logits, points = rf_detr_outputs((STANDING, np.full(17, 0.9), 0.8), (moved(90, 0), np.full(17, 0.9), 0.9))
-    logits = np.roll(logits, 1, axis=1)
-    logits[1] = np.roll(logits[1], -1)  # of the background
-    points = np.concatenate([np.full_like(points, 0.5), points], axis=1)
-    poses = decode_direct((boxes, logits, points), replace(RTMO, decoder='rf_detr'), DirectDecodeParams(), WHOLE)
-    np.testing.assert_allclose(poses.scores, [0.8], atol=1e-4)
-    np.testing.assert_allclose(place(poses.keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
-
-
 def test_simcc_finds_the_one_person_of_a_crop_to_half_a_pixel():
     assert len(SIMCC()[0]) == 0
     confidence = np.linspace(0.3, 0.9, 17)
     pixels = STANDING + 0.3
-    keypoints, scores, points, _ = SIMCC((pixels, confidence, None))
+    keypoints, scores, points = SIMCC((pixels, confidence, None))
     assert points is None and scores[0] == pytest.approx(confidence.mean())
     for joint, pixel, score in zip(COCO_17.joints, pixels, confidence):
         np.testing.assert_allclose(place(keypoints[0], joint), [*(np.rint(2 * pixel) / 2), score], atol=1e-4)

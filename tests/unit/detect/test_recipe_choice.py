@@ -19,7 +19,7 @@ from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, Detec
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MODELS
-from openpose_ros_pkg.networks.model_types import DETR_POSE_INPUT, SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
+from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, YOLO_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together
@@ -115,7 +115,7 @@ def test_a_network_for_crops_that_fails_ends_it_where_the_user_names_it(installe
 
 
 def test_an_image_that_fills_the_input_has_one_size(installed, monkeypatch):
-    stretched = network('stretched', Decoder.DETR_POSE, DETR_POSE_INPUT, (640, 640))
+    stretched = network('stretched', Decoder.YOLO_POSE, replace(YOLO_INPUT, stretched=True), (640, 640))
     monkeypatch.setattr(recipe_choice, 'find_model', lambda name, folder='': stretched)
     for values in ({'num_scales': 2}, {'mode': 'accurate'}):
         first, = recipe_of(DetectorParams(pose_model='stretched', **values)).passes

@@ -72,12 +72,11 @@ def test_one_network_alone(name, model):
 
 @pytest.mark.parametrize('name, boxes', [
     ('BODY_25', [(328, 184), (656, 368), (984, 552)]),
-    ('yolo.yaml', [(480, 480), (640, 640), (960, 960)]), ('detr.yaml', [(480, 480), (640, 640), (960, 960)])])
+    ('yolo.yaml', [(480, 480), (640, 640), (960, 960)])])
 def test_one_network_alone_gets_openposes_input_or_that_of_yolos_training_or_one_larger_or_smaller(
         tmp_path, monkeypatch, name, boxes):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'yolo.yaml').write_text('{decoder: yolo_pose, files: [a.onnx]}')
-    (tmp_path / 'detr.yaml').write_text('{decoder: detr_pose, files: [a.onnx], outputs: [logits, joints]}')
     assert [recipe_of(DetectorParams(mode=mode, pose_model=name)).passes[0].box for mode in MODES] == boxes
 
 

@@ -16,7 +16,7 @@ import tiny_networks
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS
-from openpose_ros_pkg.networks.model_types import DETR_POSE_INPUT, SIMCC_INPUT, InputRecipe, WeightsFile
+from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, InputRecipe, WeightsFile
 
 LIGHTWEIGHT = MODELS['lightweight_openpose']
 RUNTIMES = ('openvino', 'onnxruntime', 'opencv_dnn')
@@ -133,57 +133,6 @@ def test_outputs_come_in_the_order_of_the_model_not_of_the_file(runtime, tmp_pat
     assert len(outputs) == 2
     assert_fields(outputs[0], expected_fields(IMAGES, LIGHTWEIGHT.input, joints))
     assert_fields(outputs[1], expected_fields(IMAGES, LIGHTWEIGHT.input, limbs))
-
-
-def people_of(outputs, runtime):
-    """The same of DETRPose, whose post-processor has another input and an operation with several outputs."""
-    if runtime == 'opencv_dnn':
-        pytest.skip('OpenCV does not read such files')
-    return own(MODELS['rtmo_m'], decoder='detr_pose', input=DETR_POSE_INPUT, outputs=outputs)
-
-
-def test_sizes_by_which_a_network_multiplies_places_are_one(runtime, tmp_path):
-    joints = np.random.default_rng(3).uniform(0, 1, (1, 9, 17, 2)).astype(np.float32)
-    outputs = {'scores': np.full((1, 9), 0.5, np.float32), 'labels': np.ones((1, 9), np.float32), 'keypoints': joints}
-    model = people_of(tuple(outputs), runtime)
-    path = onnx_file(tmp_path, tiny_networks.onnx_people(outputs, batch='N', sizes='orig_target_sizes'))
-    scores, _, found = load(model, path, runtime).infer(np.full((1, 64, 96, 3), 255, np.uint8))
-    np.testing.assert_allclose(scores, outputs['scores'], rtol=1e-6)
-    np.testing.assert_allclose(found, joints, rtol=1e-6)
-
-
-@pytest.mark.parametrize('shape', [('N', 3), ('N',), ('N', 3, 8, 8)])
-def test_a_further_input_that_is_no_size_is_refused_by_its_name(runtime, tmp_path, shape):
-    nodes = [tiny_networks.onnx_node('ReduceMean', ['image'], ['mean'], keepdims=0),
-             tiny_networks.onnx_node('ReduceMean', ['more'], ['second'], keepdims=0),
-             tiny_networks.onnx_node('Mul', ['mean', 'second'], ['both']),
-             tiny_networks.onnx_node('Mul', ['joints', 'both'], ['keypoints'])]
-    value = tiny_networks.onnx_value
-    path = onnx_file(tmp_path, tiny_networks.onnx_model(
-        nodes, {'joints': np.ones((1, 5, 17, 2), np.float32)},
-        [value('image', tiny_networks.FLOAT, (1, 3, 'height', 'width')), value('more', tiny_networks.FLOAT, shape)],
-        [value('keypoints', tiny_networks.FLOAT, (1, 5, 17, 2))]))
-    with pytest.raises(ModelError, match='its input more'):
-        load(people_of(('keypoints',), runtime), path, runtime).infer(IMAGES[:1])
-
-
-def test_an_operation_may_be_called_as_one_of_its_outputs(runtime, tmp_path):
-    """OpenVINO calls TopK as that of its outputs which the network gives, the values; the other are places."""
-    values = np.random.default_rng(4).uniform(0.1, 1, (1, 9)).astype(np.float32)
-    nodes = [tiny_networks.onnx_node('ReduceMean', ['image'], ['mean'], keepdims=0),
-             tiny_networks.onnx_node('Mul', ['values', 'mean'], ['all']),
-             tiny_networks.onnx_node('TopK', ['all', 'count'], ['scores', 'places']),
-             tiny_networks.onnx_node('Cast', ['places'], ['labels'], to=tiny_networks.FLOAT),
-             tiny_networks.onnx_node('Mul', ['joints', 'mean'], ['keypoints'])]
-    shapes = {'scores': (1, 5), 'labels': (1, 5), 'keypoints': (1, 5, 17, 2)}
-    path = onnx_file(tmp_path, tiny_networks.onnx_model(
-        nodes, {'values': values, 'count': np.array([5]), 'joints': np.ones((1, 5, 17, 2), np.float32)},
-        [tiny_networks.onnx_value('image', tiny_networks.FLOAT, (1, 3, 'height', 'width'))],
-        [tiny_networks.onnx_value(name, tiny_networks.FLOAT, shape) for name, shape in shapes.items()]))
-    model = people_of(('scores', 'labels', 'keypoints'), runtime)
-    scores, labels, _ = load(model, path, runtime).infer(np.full((1, 64, 96, 3), 255, np.uint8))
-    np.testing.assert_allclose(scores, -np.sort(-values)[:, :5], rtol=1e-6)
-    np.testing.assert_array_equal(labels, np.argsort(-values)[:, :5])
 
 
 def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, tmp_path):

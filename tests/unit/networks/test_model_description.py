@@ -9,8 +9,6 @@ import yaml
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_types import (
-    DETR_POSE_INPUT,
-    RF_DETR_INPUT,
     SIMCC_INPUT,
     YOLOX_INPUT,
     InputRecipe,
@@ -77,9 +75,7 @@ def test_a_joint_set_of_ones_own(tmp_path):
 
 
 @pytest.mark.parametrize('decoder, outputs, stated, size', [
-    ('simcc', ['x', 'y'], SIMCC_INPUT, [192, 256]), ('detr_pose', ['logits', 'keypoints'], DETR_POSE_INPUT, None),
-    ('rf_detr', ['dets', 'labels', 'keypoints'], RF_DETR_INPUT, [576, 576]),
-    ('yolox', ['dets', 'labels'], YOLOX_INPUT, None)])
+    ('simcc', ['x', 'y'], SIMCC_INPUT, [192, 256]), ('yolox', ['dets', 'labels'], YOLOX_INPUT, None)])
 def test_inputs_of_known_makers_need_not_be_described(tmp_path, decoder, outputs, stated, size):
     model = described(tmp_path, skeleton=None, decoder=decoder, outputs=outputs,
                       input={'fixed_size': size} if size else None)

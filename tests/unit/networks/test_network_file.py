@@ -10,10 +10,9 @@ from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-from openpose_ros_pkg.networks.model_types import SIMCC_INPUT
 from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 READERS = [name for name in ('openvino', 'onnxruntime') if importlib.util.find_spec(name)]
 pytestmark = pytest.mark.skipif(not READERS, reason='neither openvino nor onnxruntime is installed')
@@ -39,7 +38,7 @@ def end_to_end(rows=30):
 
 def network_file(folder, size=('height', 'width'), **form):
     """A network that finds the same people in every white image; form: outputs, and of `tiny_networks.onnx_people`."""
-    options = {key: form.pop(key) for key in ('batch', 'sizes', 'first') if key in form}
+    options = {key: form.pop(key) for key in ('batch', 'first') if key in form}
     path = folder / 'mine.onnx'
     path.write_bytes(tiny_networks.onnx_people(form, size, **options))
     return path
@@ -133,20 +132,6 @@ def test_a_file_that_onnxruntime_can_not_compute_is_an_error(tmp_path, monkeypat
         onnxruntime.graph_shapes(path)
 
 
-@pytest.mark.parametrize('kind, dtype', [(tiny_networks.FLOAT, np.float32), (tiny_networks.INT32, np.int32),
-                                         (tiny_networks.FLOAT16, np.float16), (tiny_networks.INT64, np.int64)])
-def test_inputs_of_all_kinds_of_numbers_are_tried(kind, dtype):
-    ort = pytest.importorskip('onnxruntime')
-    from openpose_ros_pkg.networks.backends.onnxruntime import _one
-    content = tiny_networks.onnx_model([tiny_networks.onnx_node('Identity', ['sizes'], ['same'])], {},
-                                       [tiny_networks.onnx_value('sizes', kind, ('N', 2))],
-                                       [tiny_networks.onnx_value('same', kind, ('N', 2))])
-    session = ort.InferenceSession(content, providers=['CPUExecutionProvider'])
-    one = _one(session.get_inputs()[0])
-    assert one.dtype == dtype and one.shape == (1, 2)
-    np.testing.assert_array_equal(session.run(None, {'sizes': one})[0], np.ones((1, 2)))
-
-
 def test_the_bins_of_rtmw_are_ten_times_as_high(tmp_path, reader):
     for first, scale in (('DepthToSpace', 0.1), ('Cast', 1.0)):
         model = find_model(str(network_file(tmp_path, size=(256, 192), first=first, **bins(133))))
@@ -165,26 +150,6 @@ def test_the_bins_of_a_simcc_network_tell_their_axes_where_its_names_do_not(tmp_
             find_model(str(network_file(tmp_path, size=size, **outputs)))
     square = bins(17, 256, 256)
     assert find_model(str(network_file(tmp_path, size=(256, 256), **square))).outputs == ('simcc_x', 'simcc_y')
-
-
-@pytest.mark.parametrize('size, fixed', [((640, 640), (640, 640)), (('height', 'width'), None)])
-@pytest.mark.parametrize('sizes, outputs', [
-    ('orig_target_sizes', {'scores': zeros(1, 60), 'labels': zeros(1, 60), 'keypoints': zeros(1, 60, 17, 2)}),
-    ('', {'pred_logits': zeros(1, 60, 2), 'pred_keypoints': zeros(1, 60, 17, 2)}),
-    ('', {'pred_logits': zeros(1, 60, 2), 'pred_keypoints': zeros(1, 60, 34)})],
-    ids=['with its post-processor', 'without', 'not deployed'])
-def test_detr_pose_is_told_with_and_without_its_post_processor(tmp_path, reader, size, fixed, sizes, outputs):
-    model = find_model(str(network_file(tmp_path, size=size, sizes=sizes, **outputs)))
-    assert (model.decoder, model.outputs, model.skeleton) == ('detr_pose', tuple(outputs), COCO_18)
-    assert (model.input.fixed_size, model.input.stretched, model.input.channels) == (fixed, True, 'RGB')
-
-
-@pytest.mark.parametrize('side, points', [(576, 17), (432, 17), (576, 34)])
-def test_rf_detr_is_told_by_its_covariances(tmp_path, reader, side, points):
-    outputs = {'dets': zeros(1, 100, 4), 'labels': zeros(1, 100, 91), 'keypoints': zeros(1, 100, points, 8)}
-    model = find_model(str(network_file(tmp_path, size=(side, side), **outputs)))
-    assert (model.decoder, model.outputs) == ('rf_detr', ('dets', 'labels', 'keypoints'))
-    assert model.input.fixed_size == (side, side) and side % model.input.multiple_of == 0
 
 
 @pytest.mark.parametrize('outputs', [{'dets': zeros(1, 100, 5), 'labels': zeros(1, 100)},
@@ -248,33 +213,3 @@ def test_its_people_lie_where_the_network_saw_them(tmp_path, people):
     expected = (STANDING + np.array([20, 0])) * mean - 0.5 - np.array([14, 0])
     for joint, place in zip(('nose', 'left_eye', 'right_eye'), expected):
         np.testing.assert_allclose(found.xy[0, COCO_18.index[joint]], place, atol=0.05)
-
-
-WHITE = np.mean((255 - np.array(SIMCC_INPUT.mean)) * SIMCC_INPUT.scale)  # mean value of a white image
-
-
-@pytest.mark.parametrize('form', ['exported', 'raw', 'RF-DETR'])
-def test_people_of_queries_lie_where_they_are_whatever_the_aspect(tmp_path, reader, form):
-    """An image of 100 x 128 fills an input of 128 x 128: a pixel of it is 1.28 of the input's wide."""
-    shares = ((STANDING * (1, 1.2) + 0.01) / (100, 128)).reshape(1, 1, 17, 2).repeat(3, axis=1).astype(np.float32)
-    scores = np.array([[0.1, 0.9, 0.2]], np.float32)
-    logits = np.stack([np.full_like(scores, -9), np.log(scores / (1 - scores))], axis=2)
-    sizes = 'orig_target_sizes' if form == 'exported' else ''
-    outputs = {'scores': scores, 'labels': np.ones_like(scores), 'keypoints': shares}
-    if form == 'raw':
-        outputs = {'pred_logits': logits, 'pred_keypoints': shares}
-    if form == 'RF-DETR':
-        points = np.zeros((1, 3, 17, 8), np.float32)
-        points[..., :2], points[..., 2], points[..., [4, 6]] = shares, 5.0, np.log(128)  # a pixel of the input
-        outputs = {'dets': zeros(1, 3, 4), 'labels': logits[..., ::-1].copy(), 'keypoints': points}
-        outputs = {name: (array / WHITE).astype(np.float32) for name, array in outputs.items()}
-    path = network_file(tmp_path, size=(128, 128), sizes=sizes, **outputs)
-    detector = create_detector(build(DetectorSettings, {
-        'pose_model': str(path), 'look_closer': 0, 'compiled_cache': 'off', 'backend': reader}))
-    found = people_in(np.full((128, 100, 3), 255, np.uint8), detector)
-    score = 0.9 if form != 'RF-DETR' else 0.9 / (0.9 + (2 / 128 ** 2) ** 0.2)
-    np.testing.assert_allclose(found.scores, [score], atol=1e-3)
-    for joint, place in zip(COCO_17.joints, STANDING * (1, 1.2) + 0.01):
-        np.testing.assert_allclose(found.xy[0, COCO_18.index[joint]], place, atol=0.01)
-    if form == 'RF-DETR':
-        np.testing.assert_allclose(found.sigmas[0], np.tile([1 / 1.28, 1], (18, 1)), rtol=1e-3)

@@ -10,7 +10,6 @@ import numpy as np
 
 from openpose_ros_pkg.decode.one_stage import decode_movenet, decode_rtmo, decode_single_person, decode_yolo
 from openpose_ros_pkg.decode.points import Decoded, only_seen
-from openpose_ros_pkg.decode.queries import decode_detr_pose, decode_rf_detr
 from openpose_ros_pkg.decode.simcc import decode_simcc
 from openpose_ros_pkg.ensemble import sigmas as joint_sigmas
 from openpose_ros_pkg.ensemble import similarity, surest
@@ -31,7 +30,7 @@ class DirectDecodeParams(Parameters):
               'to keep only joints that are clearly visible.', minimum=0.0, maximum=1.0)
     direct_person_score: float = parameter(
         0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet, 0.7 for RTMO, 0.25 for '
-             'YOLO-pose, 0.3 for SimCC (RTMPose) and YOLOX, 0.5 for DETRPose and RF-DETR.',
+             'YOLO-pose, 0.3 for SimCC (RTMPose) and YOLOX.',
         minimum=0.0, maximum=1.0)
 
 
@@ -54,10 +53,6 @@ class DirectConstants:
     simcc_person: float = constant(
         0.3, "Mean score of COCO's joints that a person of a SimCC network needs.",
         source='mmpose 1.3.2, demo/topdown_demo_with_mmdet.py, kpt-thr')
-    detr_pose_person: float = constant(
-        0.5, 'Score that a person of DETRPose needs.', source='DETRPose, tools/inference/onnx_inf.py, thrh')
-    rf_detr_person: float = constant(
-        0.5, 'Score that a person of RF-DETR Keypoint needs.', source='rfdetr 1.11.2, detr.py, predict, threshold')
     yolo_person: float = constant(
         0.25, 'Score that a person of YOLO-pose needs.', source="docs.ultralytics.com, Predict, conf")
     yolo_overlap: float = constant(
@@ -69,13 +64,11 @@ DIRECT = DirectConstants()
 
 
 class _Kind(NamedTuple):
-    """A decoder, the names of its constants, and what its places are."""
+    """A decoder, and the names of its constants."""
 
     decode: Callable[..., Decoded]
     person: str  # least score
     overlap: str = ''  # greatest overlap of boxes, of decoders that compare them
-    # whether places are shares of the image's size in its pixels, not of the input's
-    of_image: bool = False
 
 
 _KINDS: Dict[str, _Kind] = {
@@ -83,9 +76,7 @@ _KINDS: Dict[str, _Kind] = {
     Decoder.MOVENET_SINGLEPOSE: _Kind(decode_single_person, 'movenet_person'),
     Decoder.RTMO: _Kind(decode_rtmo, 'rtmo_person', 'rtmo_overlap'),
     Decoder.YOLO_POSE: _Kind(decode_yolo, 'yolo_person', 'yolo_overlap'),
-    Decoder.SIMCC: _Kind(decode_simcc, 'simcc_person'),
-    Decoder.DETR_POSE: _Kind(decode_detr_pose, 'detr_pose_person', of_image=True),
-    Decoder.RF_DETR: _Kind(decode_rf_detr, 'rf_detr_person', of_image=True)}
+    Decoder.SIMCC: _Kind(decode_simcc, 'simcc_person')}
 
 
 def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, seen: ImageToNet,
@@ -108,19 +99,12 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     decoded = kind.decode(outputs, params.direct_person_score or getattr(constants, kind.person), seen.net_size,
                           *overlap)
     source, target = POINT_SETS[model.points], model.skeleton
-    # Pixel i of the image is (i + 0.5) scale - 0.5 in the input; its share of the image is i scale there.
-    moved = np.array([*((seen.scale - 1) / 2 if kind.of_image else (0, 0)), 0])
-    points = only_seen(decoded.points + moved, (*seen.offset, *seen.scaled_size), params.direct_joint_score)
+    points = only_seen(decoded.points, (*seen.offset, *seen.scaled_size), params.direct_joint_score)
     # before people are compared: the place of a joint out of sight is chance
     people = keypoints_in(points, source, target)
-    sigmas = None
-    if decoded.sigmas is not None:
-        told = np.concatenate([decoded.sigmas, points[..., 2:]], axis=2)
-        sigmas = np.where(people[..., 2:] > 0, keypoints_in(told, source, target)[..., :2], np.nan)
     kept = np.flatnonzero((people[..., 2] > 0).any(axis=1) & np.isfinite(decoded.scores))
     if len(kept) > 1:
         alike = similarity(people[kept][:, None], people[kept], joint_sigmas(target)) > constants.same_person
         kept = kept[surest(decoded.scores[kept], alike)]
     return Poses(people[kept].astype(np.float32), decoded.scores[kept].astype(np.float32),
-                 points[kept].astype(np.float32) if model.points == WHOLE_BODY_POINTS else None,
-                 None if sigmas is None else sigmas[kept].astype(np.float32))
+                 points[kept].astype(np.float32) if model.points == WHOLE_BODY_POINTS else None)

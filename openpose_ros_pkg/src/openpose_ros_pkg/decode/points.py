@@ -1,5 +1,5 @@
 """People as a network gives them, and which of their points are in its image and sure enough."""
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -9,7 +9,6 @@ class Decoded(NamedTuple):
 
     points: np.ndarray  # (P, K, 3) float64: x, y [px of the input, an integer is a pixel's centre], score
     scores: np.ndarray  # (P,) float64
-    sigmas: Optional[np.ndarray] = None  # (P, K, 2) float64 [px]; see `people.Poses`
 
 
 def only_seen(points: np.ndarray, valid: Tuple[int, int, int, int], least: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import Poses, keypoints_in, values_in
+from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -149,8 +149,7 @@ def decode_crop(crop: ComputedView, model: Model, setup: Setup) -> Poses:
 
 def in_joints(poses: Poses, source: SkeletonModel, target: SkeletonModel) -> Poses:
     """Return poses of one joint set in another; see `keypoints_in`."""
-    told = None if poses.sigmas is None else values_in(poses.sigmas, source, target, np.nan)
-    return poses._replace(keypoints=keypoints_in(poses.keypoints, source, target), sigmas=told)
+    return poses._replace(keypoints=keypoints_in(poses.keypoints, source, target))
 
 
 def quarter_turns(people: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:

@@ -32,7 +32,7 @@ from openpose_ros_pkg.params.constants import constant
 
 _log = logging.getLogger(__name__)
 
-# Longer side of the input of YOLO-pose, YOLOX and DETRPose by mode [px], where their files leave it free.
+# Longer side of the input of YOLO-pose and YOLOX by mode [px], where their files leave it free.
 _SIDES = {'fast': 480, 'balanced': 640, 'accurate': 960, BEST: 640}
 # With crop refinement, a single network counts twice for the scores of joints, and as much as Thunder for places.
 _SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
@@ -175,7 +175,7 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
     """
     first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), thin(0.5))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
-    if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES, Decoder.DETR_POSE):
+    if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
     named = () if crop is None else (crop.model,)
     if model.decoder == Decoder.BOXES:

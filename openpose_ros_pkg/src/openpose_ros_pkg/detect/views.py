@@ -79,9 +79,8 @@ class View:
 
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
         """Turn people in pixels of the network's input into people in pixels of the image."""
-        keypoints = self._in_image(poses.keypoints, skeleton)
-        return Poses(keypoints, poses.scores, None if poses.points is None else self._in_image(
-            poses.points, WHOLE_BODY_133), self._sigmas_in_image(poses, keypoints, skeleton))
+        return Poses(self._in_image(poses.keypoints, skeleton), poses.scores,
+                     None if poses.points is None else self._in_image(poses.points, WHOLE_BODY_133))
 
     def _in_image(self, keypoints: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:
         """Return keypoints, (P, K, 3), of the network's input in pixels of the image; missing beyond it."""
@@ -99,14 +98,6 @@ class View:
             there = (np.abs(keypoints[..., :2] + 0.5 - np.divide(self.within, 2)) <= np.divide(self.within, 2))
             keypoints[~there.all(axis=-1)] = (np.nan, np.nan, 0)
         return keypoints
-
-    def _sigmas_in_image(self, poses: Poses, keypoints: np.ndarray, skeleton: SkeletonModel) -> Optional[np.ndarray]:
-        """Return the standard deviations of poses of the network's input, for their keypoints in the image."""
-        if poses.sigmas is None:
-            return None
-        sigmas = (poses.sigmas[..., ::-1] if self.turns % 2 else poses.sigmas) / self.plan.scale
-        sigmas = sigmas[:, list(skeleton.swap)] if self.mirror else sigmas
-        return np.where(keypoints[..., 2:] > 0, sigmas, np.nan).astype(np.float32)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@ from typing import Any, Dict, Literal, NamedTuple, Optional, Tuple
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
 from openpose_ros_pkg.networks.model_types import (
-    DETR_POSE_INPUT,
-    RF_DETR_INPUT,
     SIMCC_INPUT,
     YOLO_INPUT,
     YOLOX_INPUT,
@@ -33,13 +31,9 @@ from openpose_ros_pkg.structured_text import file_values
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {Decoder.PAF: (1, 2), Decoder.MOVENET_MULTIPOSE: (1,), Decoder.MOVENET_SINGLEPOSE: (1,), Decoder.RTMO: (2,),
-            Decoder.YOLO_POSE: (0, 1), Decoder.SIMCC: (2,), Decoder.DETR_POSE: (2, 3), Decoder.RF_DETR: (3,),
-            Decoder.BOXES: (1, 2)}
+            Decoder.YOLO_POSE: (0, 1), Decoder.SIMCC: (2,), Decoder.BOXES: (1, 2)}
 # Inputs of networks that look alike whatever their maker.
-_INPUTS = {Decoder.YOLO_POSE: YOLO_INPUT, Decoder.SIMCC: SIMCC_INPUT, Decoder.DETR_POSE: DETR_POSE_INPUT,
-           Decoder.RF_DETR: RF_DETR_INPUT, Decoder.BOXES: YOLOX_INPUT}
-# Which need a size of their own: what they give has places for its pixels, or was trained for it alone.
-_SIZED = (Decoder.SIMCC, Decoder.RF_DETR)
+_INPUTS = {Decoder.YOLO_POSE: YOLO_INPUT, Decoder.SIMCC: SIMCC_INPUT, Decoder.BOXES: YOLOX_INPUT}
 
 
 class _Input(NamedTuple):
@@ -77,8 +71,7 @@ class _Description:
     """The keys of a file; `skeleton` and `input` are read apart."""
 
     files: Tuple[WeightsFile, ...]
-    decoder: Literal['paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose', 'simcc', 'detr_pose',
-                     'rf_detr', 'yolox']
+    decoder: Literal['paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose', 'simcc', 'yolox']
     outputs: Tuple[str, ...] = ()
     licence: str = 'not stated'
     source: str = ''
@@ -152,7 +145,7 @@ def _input(values: Any, decoder: str, stride: int, where: str) -> InputRecipe:
     recipe = replace(_INPUTS.get(decoder, InputRecipe()), **{'multiple_of': stride, **given})
     if recipe.multiple_of % stride or any(side % stride for side in recipe.fixed_size or ()):
         raise ValueError(f'input: multiple_of and fixed_size, expected multiples of stride, which is {stride}')
-    if decoder in _SIZED and not recipe.fixed_size:
+    if decoder == Decoder.SIMCC and not recipe.fixed_size:  # what they give has places for the pixels of the input
         raise ValueError(f'input: fixed_size is missing, expected width and height for decoder {decoder}')
     return recipe
 

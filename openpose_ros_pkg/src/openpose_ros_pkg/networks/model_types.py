@@ -1,5 +1,5 @@
 """Records of the model registry: the origin of a network's weights, and how it is used."""
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional, Tuple, Union
 
@@ -15,8 +15,6 @@ class Decoder:
     RTMO = 'rtmo'
     YOLO_POSE = 'yolo_pose'
     SIMCC = 'simcc'  # one person on a crop
-    DETR_POSE = 'detr_pose'
-    RF_DETR = 'rf_detr'
     BOXES = 'yolox'  # boxes of people, without joints
 
 
@@ -104,16 +102,13 @@ class InputRecipe:
 RTMO_INPUT = InputRecipe(channels='BGR', layout='NCHW', multiple_of=32, padding=114, fixed_size=(640, 640))
 YOLO_INPUT = InputRecipe(channels='RGB', layout='NCHW', scale=1 / 255, multiple_of=32, padding=114, centred=True)
 # ImageNet's mean and standard deviation. SimCC: data_preprocessor of mmpose 1.3.2's rtmpose configurations; its crops
-# are padded with 0. RF-DETR: rfdetr 1.11.2, datasets/transforms.py, Normalize; all images become squares.
+# are padded with 0.
 SIMCC_INPUT = InputRecipe(channels='RGB', mean=(123.675, 116.28, 103.53), scale=(1 / 58.395, 1 / 57.12, 1 / 57.375),
                           multiple_of=32, padding=0)
 # Factor on the bins of RTMW, which mmpose 1.3.2 trains with softmax(bins), and RTMPose with softmax(10 bins): `beta`
 # and `label_beta` of their configurations. Clear points had 5 to 6 with RTMW and about 1 with RTMPose (mmpose issues
 # 2939 and 3122).
 RTMW_SCALE = 0.1
-# DETRPose: tools/inference/onnx_inf.py and configs/detrpose/include/dataset.py, which stretch all images to 640 x 640.
-DETR_POSE_INPUT = InputRecipe(channels='RGB', scale=1 / 255, multiple_of=32, padding=0, stretched=True)
-RF_DETR_INPUT = replace(SIMCC_INPUT, stretched=True)
 # YOLOX: rtmlib 0.0.16, rtmlib/tools/object_detection/yolox.py, preprocess.
 YOLOX_INPUT = InputRecipe(channels='BGR', multiple_of=32, padding=114)
 

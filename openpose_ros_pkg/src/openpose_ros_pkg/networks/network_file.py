@@ -9,8 +9,6 @@ from typing import Callable, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 from openpose_ros_pkg.decode.boxes import cells
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import (
-    DETR_POSE_INPUT,
-    RF_DETR_INPUT,
     RTMO_INPUT,
     RTMW_SCALE,
     SIMCC_INPUT,
@@ -122,30 +120,6 @@ def _simcc(graph: Graph) -> Optional[Kind]:
     return Kind(Decoder.SIMCC, SIMCC_INPUT, fitting[0], points.pop() or 0, RTMW_SCALE if graph.shuffles else 1.0)
 
 
-def _detr_pose(graph: Graph) -> Optional[Kind]:
-    """DETRPose: scores, labels and keypoints (1, N, 17, 2), with sizes (1, 2) as a second input.
-
-    Without its post-processor: pred_logits (1, N, classes) and pred_keypoints (1, N, 17, 2) or (1, N, 34).
-    """
-    shapes = graph.outputs
-    for names, sizes, joints in ((('scores', 'labels', 'keypoints'), [(2,)], ((17, 2),)),
-                                 (('pred_logits', 'pred_keypoints'), [], ((17, 2), (34,)))):
-        if set(shapes) == set(names) and [shape[-1:] for shape in graph.inputs[1:]] == sizes and (
-                len(shapes[names[0]]) == (2 if sizes else 3) and shapes[names[-1]][2:] in joints):
-            return Kind(Decoder.DETR_POSE, DETR_POSE_INPUT, names)
-    return None
-
-
-def _rf_detr(graph: Graph) -> Optional[Kind]:
-    """RF-DETR Keypoint: dets (1, N, 4), labels (1, N, classes) and keypoints (1, N, 17, 8), or (1, N, 34, 8)."""
-    shapes = graph.outputs
-    if len(graph.inputs) != 1 or set(shapes) != {'dets', 'labels', 'keypoints'} or len(shapes['labels']) != 3:
-        return None
-    if shapes['dets'][2:] != (4,) or shapes['keypoints'][2:] not in ((17, 8), (34, 8)):
-        return None
-    return Kind(Decoder.RF_DETR, RF_DETR_INPUT, ('dets', 'labels', 'keypoints'))
-
-
 def _yolox(graph: Graph) -> Optional[Kind]:
     """YOLOX for boxes: dets (1, N, 5) and labels (1, N) by mmdeploy; or (1, N, 6) or (1, N, 85) with N cells.
 
@@ -166,9 +140,9 @@ def _yolox(graph: Graph) -> Optional[Kind]:
 
 _EXPECTED = (
     'of YOLO-pose with one class and 17 joints (1, 56, N) or (1, N, 57); of RTMO dets and keypoints; of RTMPose with K '
-    '= 17, 26 or 133 points simcc_x (1, K, 2 W) and simcc_y (1, K, 2 H); of DETRPose scores, labels and keypoints; of '
-    'RF-DETR dets, labels and keypoints; of YOLOX dets and labels')
-_RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _detr_pose, _rf_detr, _yolox)
+    '= 17, 26 or 133 points simcc_x (1, K, 2 W) and simcc_y (1, K, 2 H); of YOLOX dets '
+    'and labels')
+_RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _yolox)
 
 
 def _read(path: Path) -> Graph:

@@ -207,7 +207,7 @@ class Recorder:
             return scale_keypoints(keypoints, size, self._scale)
 
         joint_set = self._joint_set or people.skeleton
-        saved = replace(people, skeleton=joint_set, sigmas=None,
+        saved = replace(people, skeleton=joint_set,
                         keypoints=keypoints_in(scaled(people.keypoints), people.skeleton, joint_set))
         return people_to_json(saved, more=None if landmarks is None else landmark_fields(Landmarks2D(
             replace(landmarks.hands, keypoints=scaled(landmarks.hands.keypoints)),

@@ -3,7 +3,7 @@ from typing import Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.people import People2D, keypoints_in, values_in
+from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ENDS, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
@@ -37,16 +37,8 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     radius = np.minimum(np.maximum(windows.half_side * focal / adult_depth, least), most)
     samples = surfaces.window_depths(points, uv, radius, windows)
     evidence = method.compiled.root_evidence(samples, scores, None)
-    told = values_in(pixel_sigmas(people, image_size, points), people.skeleton, COCO_18, np.nan)
-    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence, told,
+    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence,
                           np.zeros(known.shape), np.zeros(known.shape, bool), focal)
-
-
-def pixel_sigmas(people: People2D, image_size: Tuple[int, int], points: PointGrid) -> np.ndarray:
-    """Return the standard deviations of the joints of the network, see `ObservedPeople.pixel_sigma`, (P, K)."""
-    if people.sigmas is None:
-        return np.full(people.confidence.shape, np.nan)
-    return np.sqrt((people.sigmas.astype(np.float64) ** 2).mean(axis=2)) * points.width / image_size[0]
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

@@ -25,8 +25,6 @@ class ObservedPeople:
         samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
         trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone.
-        pixel_sigma: (P, 18) float64 standard deviation of the keypoints per axis as the network tells it [px of the
-            points' grid], NaN where it does not.
         error: (P, 18) float64 standard deviation of the keypoints across the view, beyond that of a network's [m].
         unseen: (P, 18) bool, joints that are not measured, whatever surface is there.
         focal: focal length [px], mean of both axes.
@@ -42,7 +40,6 @@ class ObservedPeople:
     samples: np.ndarray
     adult_depth: np.ndarray
     trunk_evidence: np.ndarray
-    pixel_sigma: np.ndarray
     error: np.ndarray
     unseen: np.ndarray
     focal: float

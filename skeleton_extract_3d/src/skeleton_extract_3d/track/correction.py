@@ -69,10 +69,6 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     """Return the positions of joints in the frame, moved towards the lengths of bones if `bones`, and covariances."""
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
     across = constants.across + constants.across_by_score * (1 - np.minimum(observed.scores, 1.0)) ** 2
-    told = np.isfinite(observed.pixel_sigma)
-    if told.any():
-        # the usual error stays the least: it holds what no network can know
-        across = np.fmax(across, observed.pixel_sigma * lifted.xyz[..., 2] / observed.focal)
     across = np.hypot(across + np.where(lifted.measured, 0.0, method.inference.keypoint_error), observed.error)
     along = np.where(lifted.measured, constants.along, np.maximum(lifted.sigma, constants.along))
     covariance = along_rays(observed.rays, across, np.maximum(along, people.size_error(method.body.stature_spread)))

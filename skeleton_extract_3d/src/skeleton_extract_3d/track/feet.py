@@ -17,7 +17,6 @@ from skeleton_extract_3d.body.extra_joints import Joint
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
-from skeleton_extract_3d.lift.observation import pixel_sigmas
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median, window_depths
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -157,8 +156,6 @@ def _keypoints(observed: ObservedPeople, ankle: np.ndarray, there: np.ndarray, v
     samples = (samples + np.tile(constants.under_skin, 2)[:, None]) * length[..., None]
     correction = method.track.correction
     across = correction.across + correction.across_by_score * (1 - np.minimum(scores, 1.0)) ** 2
-    told = pixel_sigmas(observed.people_2d, observed.image_size, points)[:, columns]
-    across[:len(observed)] = np.fmax(across[:len(observed)], told * depth[:len(observed), None] / focal)
     rays = (rays / length[..., None]).reshape(*shape, 3)
     to_ankle = ankle[..., None, :] - (ankle[..., None, :] * rays).sum(axis=3, keepdims=True) * rays
     known = known.reshape(shape) & there[..., None] & (np.linalg.norm(to_ankle, axis=3) < constants.reach)

@@ -76,20 +76,18 @@ def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, 
     allowed &= ~(surfaces.lower_median(np.where(tracks.has[:, None], behind, np.nan)) > method.trunk.reach)
     nearest = np.where(allowed, across, np.inf).argmin(axis=0)
     keypoints, known, kept = people.keypoints.copy(), observed.known.copy(), np.ones(len(row), bool)
-    sigmas, points = (None if values is None else values.copy() for values in (people.sigmas, people.points))
+    points = None if people.points is None else people.points.copy()
     for part, track, possible in zip(new, nearest, allowed.any(axis=0)):
         owner = row == track
         if possible and owner.any() and (known[owner] & known[part]).sum() < method.track.one_body.least_joints:
             there = keypoints[owner, :, 2:] > 0
-            if sigmas is not None:
-                sigmas[owner] = np.where(there, sigmas[owner], sigmas[part])
             if points is not None:
                 points[owner] = np.where(points[owner, :, 2:] > 0, points[owner], points[part])
             whole = np.where(there, keypoints[owner], keypoints[part])
             keypoints[owner], known[owner], kept[part] = whole, known[owner] | known[part], False
     if kept.all():
         return people, row
-    return replace(people, keypoints=keypoints, sigmas=sigmas, points=points).select(np.flatnonzero(kept)), row[kept]
+    return replace(people, keypoints=keypoints, points=points).select(np.flatnonzero(kept)), row[kept]
 
 
 def _distances_across(tracks: Tracks, observed: ObservedPeople) -> np.ndarray:

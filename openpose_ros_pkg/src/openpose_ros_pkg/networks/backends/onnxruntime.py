@@ -11,6 +11,7 @@ from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.model_types import Model, Shape
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
+_KINDS = {'tensor(float)': 'float32', 'tensor(float16)': 'float16', 'tensor(uint8)': 'uint8'}  # of images
 
 
 class OnnxruntimeBackend(Backend):
@@ -42,20 +43,13 @@ class OnnxruntimeBackend(Backend):
         if wanted not in self._session.get_providers():
             raise _no_device(device, f'the network would run on {self._session.get_providers()[0]}; are the libraries '
                                      'of the GPU installed in the versions that it needs?')
-        first, *others = self._session.get_inputs()
-        self._input = first.name
-        for other in others:
-            if len(other.shape) != 2 or other.shape[1] != 2:
-                raise ModelError(f'onnxruntime can not load {weights} as {model.name}: its input {other.name} '
-                                 f'{other.shape} is no image and no sizes (N, 2)')
-        self._others = {other.name: _one(other) for other in others}  # sizes, by which it multiplies places, are 1
+        self._input = self._session.get_inputs()[0].name
         self._outputs = _output_names(self._session, weights, model)
         self.description = f'onnxruntime {ort.__version__} (device {device}, precision {precision})'
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""
-        given = {self._input: network_input(images, self._model.input), **self._others}
-        outputs = self._session.run(self._outputs, given)
+        outputs = self._session.run(self._outputs, {self._input: network_input(images, self._model.input)})
         return tuple(own_output(output, self._model, self._model.output_layout) for output in outputs)
 
 
@@ -90,18 +84,13 @@ def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
                        for ports in (session.get_inputs(), session.get_outputs()))
     if any(None in shape[1:] for shape in outputs) and not any(None in shape[1:] for shape in inputs):
         # The file does not tell all that is known.
-        given = {port.name: _one(port) for port in session.get_inputs()}
+        image = session.get_inputs()[0]
         try:
-            outputs = [output.shape for output in session.run(None, given)]
+            given = np.ones((1, *image.shape[1:]), _KINDS.get(image.type, 'float32'))
+            outputs = [output.shape for output in session.run(None, {image.name: given})]
         except Exception as error:
             raise ModelError(f'onnxruntime can not compute {path}: {error}') from error
     return inputs, {port.name: shape for port, shape in zip(session.get_outputs(), outputs)}
-
-
-def _one(port: Any) -> np.ndarray:
-    """Return ones for an input whose shape is known but for the first axis, as one image."""
-    kind = {'tensor(float)': 'float32', 'tensor(double)': 'float64'}.get(port.type, port.type[len('tensor('):-1])
-    return np.ones((1, *port.shape[1:]), kind)
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:

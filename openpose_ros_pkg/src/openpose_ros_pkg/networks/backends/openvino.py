@@ -18,11 +18,6 @@ from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model, Shape
 
-try:
-    from openvino import op
-except ImportError:  # before 2025
-    from openvino.runtime import op
-
 _log = logging.getLogger(__name__)
 
 # A network is compiled per input size; the last used ones stay in memory up to this sum, and two at least: one image
@@ -165,7 +160,7 @@ class OpenvinoBackend:
         """The graph, which takes uint8 (N, H, W, 3) BGR and gives what `Backend.infer` says."""
         try:
             graph = self._core.read_model(str(self._weights))
-            return _with_recipe(_with_outputs(_with_image_alone(graph), self._model), self._model)
+            return _with_recipe(_with_outputs(graph, self._model), self._model)
         except (RuntimeError, ValueError) as error:
             raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
 
@@ -199,18 +194,6 @@ def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape], FrozenSet[s
 def _shapes(ports: Sequence[Any]) -> List[Shape]:
     return [tuple(None if size.is_dynamic else size.get_length() for size in port.get_partial_shape())
             for port in ports]
-
-
-def _with_image_alone(graph: ov.Model) -> ov.Model:
-    """Return the graph without inputs beside the image: sizes, (N, 2), by which it multiplies places, are 1."""
-    for parameter in graph.get_parameters()[1:]:
-        shape = parameter.get_partial_shape()
-        if shape.rank.is_dynamic or len(shape) != 2 or shape[1] != 2:
-            raise ValueError(f'its input {parameter.get_friendly_name()} {shape} is no image and no sizes (N, 2)')
-        sizes = op.Constant(np.ones((1, 2), parameter.get_element_type().to_dtype()))
-        parameter.output(0).replace(sizes.output(0))
-        graph.remove_parameter(parameter)
-    return graph
 
 
 def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:

@@ -195,12 +195,6 @@ _STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
         len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57))),
     Decoder.SIMCC: ('(1, points, bins) along x and along y, as many per pixel', lambda model, size, x, y: (
         len(x) == len(y) == 3 and x[:2] == y[:2] == (1, model.points) and x[2] * size[0] == y[2] * size[1] > 0)),
-    Decoder.DETR_POSE: ('(1, N), (1, N), (1, N, 17, 2), or (1, N, C), (1, N, 17, 2)', lambda _, size, scores, *more: (
-        len(scores) == (3 if len(more) == 1 else 2) and scores[0] == 1 and more[-1][:2] == scores[:2]
-        and more[-1][2:] in ((17, 2), (34,)))),
-    Decoder.RF_DETR: ('(1, N, 4), (1, N, C) and (1, N, 17, 8)', lambda _, size, boxes, classes, joints: (
-        len(classes) == 3 and boxes == (1, classes[1], 4) and joints[:2] == boxes[:2]
-        and joints[2:] in ((17, 8), (34, 8)) and classes[2] >= joints[2] // 17)),
     Decoder.BOXES: ('(1, N, 5) and (1, N), or (1, cells, 6 or more)', lambda _, size, boxes, *classes: (
         len(boxes) == 3 and boxes[0] == 1 and (boxes[2] == 5 and classes == (boxes[:2],) if classes else
                                                boxes[2] >= 6 and boxes[1] == cells(size[::-1]))))}
