@@ -73,18 +73,6 @@ def assert_near(people, frame, limit=3.0):
     assert both.sum() > 10 and np.abs(people.keypoints[..., :2] - frame.people.xy)[both].max() < limit
 
 
-def test_an_image_without_people(chain):
-    result = seen(chain, 'left', people=People2D.empty(COCO_18))
-    assert len(result.people_2d) == len(result.people_3d) == len(result.landmarks.in_image.hands) == 0
-
-
-def test_it_gives_what_an_estimator_gives(chain):
-    alone = PeopleEstimator(SETTINGS)
-    for stamp in (1.0, 1.1):
-        expected = alone.update(FRAME.people, Frame('', stamp, FRAME.bgr, POINTS))
-        np.testing.assert_array_equal(seen(chain, 'left', stamp).people_3d.xyz, expected.people.xyz)
-
-
 def test_without_points_people_are_found_in_the_image_alone(chain):
     result = seen(chain, 'left', points=None)
     np.testing.assert_array_equal(result.people_2d.keypoints, FRAME.people.keypoints)

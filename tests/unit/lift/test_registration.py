@@ -4,8 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skeleton_extract_3d.body.body import HEAD
-from skeleton_extract_3d.lift.depth_inference import CHAINS
+from skeleton_extract_3d.body.body import CHAINS, HEAD
 from skeleton_extract_3d.lift.registration import (
     ExpectedBody,
     SeenBodies,
@@ -135,12 +134,6 @@ def test_people_side_by_side_are_not_drawn_to_each_other():
         body = found_in(after, surface_of(before, row), places_in(before), row)
         visible = visible_in(before)[row] & visible_in(after)[row]
         assert np.sqrt((errors(body.places, places_in(after)[row], visible) ** 2).mean()) < 0.025
-
-
-def test_bodies_out_of_view_have_no_grid():
-    points = DepthImage(frame_of().depth, CAMERA)
-    behind, aside = np.full((13, 3), -2.0), np.full((13, 3), [9.0, 0.0, 2.0])
-    assert grids_of(points, CAMERA, np.stack([behind, aside])) == [None, None]
 
 
 def test_a_grid_holds_the_points_of_its_pixels():

@@ -39,11 +39,6 @@ def pairs_of(found):
     return sorted((colour.index(one), depth.index(other)) for other, one in found.colour_of.items())
 
 
-def test_an_empty_folder_is_refused(tmp_path):
-    with pytest.raises(BadInputError, match=r'no images in rgb.* holds: nothing'):
-        read_rgbd_folder(tmp_path, TEN)
-
-
 def test_numbers_are_sorted_by_value_and_gaps_take_time(tmp_path):
     touch(tmp_path, *(f'color/image{i}.png' for i in (9, 10, 11, 13)),
           *(f'depth/d_{i:04d}.png' for i in (9, 10, 11, 13)), 'depth/.0001.png')

@@ -3,8 +3,7 @@ import numpy as np
 import pytest
 
 from estimating import new_estimator, update
-from openpose_ros_pkg.ensemble import Acceptance, accepted_people
-from openpose_ros_pkg.people import People2D, Poses, keypoints_in
+from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from synthetic_scene import Person, Room, pinhole, render, standing
 
@@ -29,11 +28,6 @@ def told(**of_joints):
     for name, value in of_joints.items():
         sigmas[0, COCO_18.index[name]] = value
     return sigmas
-
-
-def test_unknown_standard_deviations_change_nothing():
-    np.testing.assert_array_equal(estimate(told()).sigma, estimate().sigma)
-    np.testing.assert_array_equal(estimate(told()).xyz, estimate().xyz)
 
 
 def test_a_wrist_is_as_uncertain_as_its_pixel():
@@ -70,25 +64,6 @@ def test_pixels_of_a_larger_image_are_smaller():
     assert result.people.sigma[0, WRIST] == pytest.approx(estimate(told(left_wrist=20.0)).sigma[0, WRIST], rel=0.02)
 
 
-def test_they_stay_with_their_people():
-    one = People2D(COCO_18, SCENE.people.keypoints, [1.0], [7], sigmas=told(left_wrist=3.0))
-    plain = People2D(COCO_18, SCENE.people.keypoints, [1.0], [8])
-    both = plain.joined(one)
-    assert plain.joined(plain).sigmas is None and np.isnan(both.sigmas[0]).all() and both.sigmas[1, WRIST, 0] == 3
-    np.testing.assert_array_equal(both.select(np.array([1])).sigmas, one.sigmas)
-
-
-@pytest.mark.parametrize('sigmas', [np.zeros((2, 18, 2)), told(left_wrist=-1.0), told(left_wrist=np.inf)])
-def test_wrong_shapes_and_values_are_refused(sigmas):
-    with pytest.raises(ValueError, match='sigmas: expected'):
-        People2D(COCO_18, SCENE.people.keypoints, [1.0], [7], sigmas=sigmas)
-
-
-def test_no_place_in_the_image_is_further_off_than_its_size():
-    poses = Poses(SCENE.people.keypoints, np.ones(1, np.float32), None, told(left_wrist=np.inf))
-    assert accepted_people(poses, Acceptance(COCO_18, 0.1, 0.1, 3, False), SCENE.size)[0].sigmas[0, WRIST, 0] == 480
-
-
 def test_halves_of_a_person_keep_what_is_told_of_their_joints():
     upper = np.isin(np.arange(18), [COCO_18.index[name] for name in (
         'nose', 'neck', 'left_shoulder', 'right_shoulder', 'left_elbow', 'right_elbow', 'left_wrist', 'right_wrist')])
@@ -105,13 +80,3 @@ def test_halves_of_a_person_keep_what_is_told_of_their_joints():
     assert len(result) == 1
     np.testing.assert_array_equal(result.sigmas[0, :, 0], np.where(upper, 2, 5))
     assert (result.points[0, 91:112] == 7).all()
-
-
-@pytest.mark.parametrize('voted', [False, True])
-def test_those_of_one_network_alone_are_those_of_the_people(voted):
-    poses = Poses(SCENE.people.keypoints, np.ones(1, np.float32), None, told(left_wrist=3.0))
-    people, _ = accepted_people(poses, Acceptance(COCO_18, 0.1, 0.1, 3, voted), SCENE.size)
-    if voted:  # a place that several networks agreed on is none of them
-        assert people.sigmas is None
-    else:
-        np.testing.assert_array_equal(people.sigmas, poses.sigmas.astype(np.float32))

@@ -31,6 +31,8 @@ HEAD = joint_indices('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 ROOTS = joint_indices('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 MIDDLES = joint_indices('left_elbow', 'right_elbow', 'left_knee', 'right_knee')
 ENDS = joint_indices('left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')
+# Twelve of the thirteen places of a person whose depths are inferred together; the last one is the middle of the ears.
+CHAINS = np.concatenate([ROOTS, MIDDLES, ENDS])
 # The same joint of the other side.
 SWAP = np.array(COCO_18.swap)
 # +1 on the left, -1 on the right side of the body.

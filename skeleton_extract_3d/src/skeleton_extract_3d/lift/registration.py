@@ -2,15 +2,14 @@
 
 The points on the body in the last frame in which a network saw it are moved onto the points of this one, by
 Gauss-Newton steps from where the track expects it; see docs/method.md#registration-between-crops and registration.cpp.
-A body is thirteen places of `depth_inference`: corners of the trunk, elbows and knees, wrists and ankles, head.
+A body is thirteen places of `lift.robust`: corners of the trunk, elbows and knees, wrists and ankles, head.
 """
 from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import HEAD, JOINTS, NECK, SHOULDERS
+from skeleton_extract_3d.body.body import CHAINS, HEAD, JOINTS, NECK, SHOULDERS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform

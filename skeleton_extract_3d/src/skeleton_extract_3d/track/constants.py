@@ -18,37 +18,6 @@ def _rest_sigmas() -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class JointFilterConstants:
-    """How measurements correct a filter."""
-
-    trusted_deviations: float = constant(
-        4.0, 'A measurement further off gets a covariance that puts it there: jumps are followed within frames, but '
-             'one wild measurement does not throw the joint.', unit='standard deviations')
-
-
-@dataclass(frozen=True)
-class InnovationConstants:
-    """Errors of estimates by their innovations."""
-
-    memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
-                             source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
-    repeated: float = constant(
-        0.25, 'Errors repeat in full where the mean square of innovations is this share, or less, of what independent '
-              'errors make.', source='as `memory`')
-
-
-@dataclass(frozen=True)
-class BirthConstants:
-    """State of a new track."""
-
-    sigma: float = constant(
-        0.15, "Standard deviation per axis of the joints and of the trunk's middle; later on of the middle of a trunk "
-              'of which few corners are measured.', unit='m')
-    speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
-                            unit='m/s')
-
-
-@dataclass(frozen=True)
 class IdentityConstants:
     """Costs of data association."""
 
@@ -98,7 +67,7 @@ class ExpectationConstants:
 
 @dataclass(frozen=True)
 class CorrectionConstants:
-    """Errors of the joints of a frame."""
+    """Errors of the joints of a frame, and of estimates by their innovations."""
 
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
@@ -109,6 +78,14 @@ class CorrectionConstants:
     measured_reach: float = constant(
         0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
     down_share: float = constant(0.2, "Weight of a frame in the trunk's direction downwards.", unit='share')
+    trusted_deviations: float = constant(
+        4.0, 'A measurement further off gets a covariance that puts it there: jumps are followed within frames, but '
+             'one wild measurement does not throw the joint.', unit='standard deviations')
+    memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
+                             source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
+    repeated: float = constant(
+        0.25, 'Errors repeat in full where the mean square of innovations is this share, or less, of what independent '
+              'errors make.', source='as `memory`')
 
 
 @dataclass(frozen=True)
@@ -199,9 +176,11 @@ class StandingConstants:
 class TrackConstants:
     """All of them."""
 
-    joint_filter: JointFilterConstants = JointFilterConstants()
-    innovation: InnovationConstants = InnovationConstants()
-    birth: BirthConstants = BirthConstants()
+    birth_sigma: float = constant(
+        0.15, "Standard deviation per axis of the joints and of the trunk's middle of a new track; later on of the "
+              'middle of a trunk of which few corners are measured.', unit='m')
+    birth_speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
+                                  unit='m/s')
     identity: IdentityConstants = IdentityConstants()
     appearance: AppearanceConstants = AppearanceConstants()
     expectation: ExpectationConstants = ExpectationConstants()
