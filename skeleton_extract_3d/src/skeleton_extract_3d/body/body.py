@@ -185,7 +185,15 @@ class BodyConstants:
     @cached_property
     def covering_parts(self) -> np.ndarray:
         """(18, 16) bool, which parts may cover which joint of the same body: none of its own limb."""
-        return _covering(self.parts)
+        covers = np.ones((len(JOINTS), len(self.parts)), bool)
+        limbs = {side + end: chain for side in ('left_', 'right_') for chain, end in
+                 (((side + 'shoulder', side + 'elbow'), 'wrist'), ((side + 'elbow', side + 'wrist'), 'shoulder'),
+                  ((side + 'hip', side + 'knee'), 'ankle'), ((side + 'knee', side + 'ankle'), 'hip'))}
+        for joint, name in enumerate(JOINTS):
+            for part, (start, end, _) in enumerate(self.parts):
+                if name in (start, end) or limbs.get(name) == (start, end):
+                    covers[joint, part] = False
+        return covers
 
 
 def _by_joint(values: ByJoint) -> np.ndarray:
@@ -197,19 +205,6 @@ def _by_joint(values: ByJoint) -> np.ndarray:
 def _joints_of(segments: BetweenJoints) -> np.ndarray:
     """Return both ends of segments, (N, 2)."""
     return np.array([joint_indices(start, end) for start, end, _ in segments])
-
-
-def _covering(parts: BetweenJoints) -> np.ndarray:
-    """Return which parts may cover which joint of the same body, (18, parts)."""
-    covers = np.ones((len(JOINTS), len(parts)), bool)
-    limbs = {side + end: chain for side in ('left_', 'right_') for chain, end in
-             (((side + 'shoulder', side + 'elbow'), 'wrist'), ((side + 'elbow', side + 'wrist'), 'shoulder'),
-              ((side + 'hip', side + 'knee'), 'ankle'), ((side + 'knee', side + 'ankle'), 'hip'))}
-    for joint, name in enumerate(JOINTS):
-        for part, (start, end, _) in enumerate(parts):
-            if name in (start, end) or limbs.get(name) == (start, end):
-                covers[joint, part] = False
-    return covers
 
 
 BODY = BodyConstants()

@@ -6,15 +6,11 @@ import numpy as np
 from openpose_ros_pkg.params.constants import constant
 from skeleton_extract_3d.body.body import ENDS, HEAD, HIPS, JOINTS, MIDDLES, NECK, SHOULDERS
 
-
-def _rest_sigmas() -> np.ndarray:
-    """Return the errors of joints at rest of which nothing is known but the parent, (18,) [m]."""
-    sigmas = np.zeros(len(JOINTS))
-    sigmas[NECK] = sigmas[SHOULDERS] = sigmas[HEAD] = 0.10
-    sigmas[HIPS] = 0.14
-    sigmas[MIDDLES] = 0.15, 0.15, 0.16, 0.16
-    sigmas[ENDS] = 0.26, 0.26, 0.24, 0.24
-    return sigmas
+# Errors of joints at rest of which nothing is known but the parent, (18,) [m].
+_REST_SIGMAS = np.zeros(len(JOINTS))
+_REST_SIGMAS[NECK] = _REST_SIGMAS[SHOULDERS] = _REST_SIGMAS[HEAD] = 0.10
+_REST_SIGMAS[HIPS], _REST_SIGMAS[MIDDLES], _REST_SIGMAS[ENDS] = (
+    0.14, (0.15, 0.15, 0.16, 0.16), (0.26, 0.26, 0.24, 0.24))
 
 
 @dataclass(frozen=True)
@@ -96,7 +92,7 @@ class CompletionConstants:
         0.04, "Error of a joint that loses its keypoint, beyond its parent's, and of those of hidden people.", unit='m')
     sigma_growth: float = constant(0.35, 'Growth of this error, and of that of hidden people.', unit='m/s')
     rest_sigmas: np.ndarray = constant(
-        _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
+        _REST_SIGMAS, 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
     rest_time: float = constant(
         0.7, 'Limbs without a keypoint hang straight down within about this time.', unit='s')
     speed: float = constant(0.5, 'Standard deviation per axis of the velocity of what is not seen.', unit='m/s')

@@ -44,7 +44,9 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     used = trusted & tracks.has
     joints = tracks.joints.corrected(xyz, covariance, used, method)
     joints = come_along(joints, tracks, used, stamp, method.track.identity.gap)
-    joints = _begun(joints, trusted & ~tracks.has, xyz, covariance, method.track.birth_speed)
+    first = trusted & ~tracks.has
+    if first.any():
+        joints = joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, method.track.birth_speed))
     shares, errors = joint_errors(tracks, joints, (xyz, covariance), used, stamp, method.track)
     has = tracks.has | trusted
     sure = 2 * lifted.measured[:, _CORNERS].sum(axis=1) > len(_CORNERS)
@@ -81,14 +83,6 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
         xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes, method),
                               measures.length_spreads(tracks.sizes, method), trusted, method)
     return xyz, covariance
-
-
-def _begun(joints: JointFilter, first: np.ndarray, xyz: np.ndarray, covariance: np.ndarray, speed: float
-           ) -> JointFilter:
-    """Return the filters, new ones for the joints (N, 18) that are placed for the first time."""
-    if not first.any():
-        return joints
-    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, speed))
 
 
 def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray, np.ndarray], used: np.ndarray,

@@ -11,10 +11,10 @@ from skeleton_extract_3d.body.body import CHAINS, HEAD, JOINTS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift.registration import (
-    ExpectedBody,
     SeenBodies,
     Surface,
     grids_of,
+    moved_joints,
     neighbours,
     places_of,
     radii_of,
@@ -100,8 +100,8 @@ def _found(image: Tuple[SkeletonModel, Tuple[int, int]], expected: Tracks, chose
         surface, pose = memory.surfaces[int(expected.ids[track])], memory.tracking_from_points
         change = None if pose is None or surface.pose is None else frame_change(surface.pose, pose)
         spread = np.concatenate([covariance[track, CHAINS], covariance[track, HEAD].mean(axis=0, keepdims=True)])
-        body = grid and register(surface, ExpectedBody(grid, places[track], spread, others[track]), change, method)
-        found.append(body and _keypoints(image, body.joints(position[track], places[track]),
+        body = grid and register(surface, grid, (places[track], spread), others[track], change, method)
+        found.append(body and _keypoints(image, moved_joints(position[track], places[track], *body),
                                          np.where(expected.has[track], surface.scores, 0.0), view, method))
     return found
 
