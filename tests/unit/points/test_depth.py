@@ -159,14 +159,3 @@ def test_a_cloud_from_depth_has_the_layout_of_a_kinect_driver(name, rays):
     assert np.isnan(cloud['z']).sum() == 2
     point = [[cloud[axis][5, 7] for axis in 'xyz']]
     np.testing.assert_allclose(small.project(point), [[7, 5]], atol=0.01)
-
-
-def test_a_coloured_cloud_takes_images_of_any_resolution_of_the_view():
-    bgr = np.zeros((108, 192, 3), np.uint8)
-    bgr[10:12, 14:16] = 1, 2, 3
-    image = DepthImage(np.full((54, 96), 2000, np.uint16), camera())
-    cloud = image.coloured_cloud(bgr)
-    assert cloud['rgb'][5, 7] == 0x030201 and np.count_nonzero(cloud['rgb']) == 1
-    np.testing.assert_allclose(image.camera.project([[cloud[axis][5, 7] for axis in 'xyz']]), [[7, 5]], atol=1e-4)
-    with pytest.raises(BadInputError, match='image is 192 x 100 but depth image is 96 x 54'):
-        image.coloured_cloud(bgr[:100])

@@ -107,13 +107,6 @@ def test_hidden_toes_and_heels_are_inferred_from_ankle_and_shin_with_a_larger_si
     assert np.median(off[inferred] - ankle[inferred]) < 0.06
 
 
-def test_the_foot_before_its_heel_hides_it_and_tells_where_it_is():
-    labels, status, off, *_, ankle, _ = errors('23_group')
-    heels = np.tile([False, False, True], len(labels) // 3)
-    own = heels & (labels == BY_SELF) & (ankle < 0.1)
-    assert own.sum() > 50 and (status[own] == INFERRED).mean() > 0.4 and np.median(off[own]) < 0.05
-
-
 def test_a_foot_keeps_its_person_and_its_length():
     lengths, ids = [], []
     for (*_, known, uv, _, _), result in zip(truth('23_group')[2], estimated('23_group')):
@@ -132,21 +125,6 @@ def test_feet_that_are_lost_stay_on_their_ankles():
     later = np.arange(len(status)) >= 6 * 25
     assert (status[later] == INFERRED).all()
     assert np.median(off[later]) < 0.12 and (sigma[later] > 0.05).mean() > 0.9
-
-
-def test_a_keypoint_beside_the_foot_is_not_of_the_foot():
-    camera, _, frames = truth('10_lie')
-    stamp, depth, *_ = frames[0]
-    given = people_2d('10_lie', 0, np.random.default_rng(0))
-    toe = int(np.flatnonzero(given.present[0, ROWS])[0])
-    keypoints = given.keypoints.copy()
-    keypoints[0, ROWS[toe], 0] += 0.9 * camera.focal_in((camera.width, camera.height)) / 3
-    size = (camera.width, camera.height)
-    both = [new_estimator().update(People2D(BODY_25, one, [1.0], [-1]),
-                                   Frame('', stamp, None, DepthImage(depth, camera), size=size)).people
-            for one in (given.keypoints, keypoints)]
-    assert both[1].status[0, ROWS[toe]] == INFERRED
-    assert np.linalg.norm(both[0].xyz[0, ROWS[toe]] - both[1].xyz[0, ROWS[toe]]) < 0.15
 
 
 @pytest.mark.filterwarnings('error')
