@@ -4,7 +4,6 @@ import subprocess
 import sys
 import time
 import unittest
-from collections import Counter
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
@@ -12,13 +11,12 @@ import rosgraph
 import rospy
 import rostest
 import tf2_ros
-from harness import OUTPUT, VISIBLE, Camera, Output, ShippedSequence, TruePerson, joints_of, of_joints, position
+from harness import OUTPUT, VISIBLE, Camera, Output, ShippedSequence, TruePerson, joints_of, of_joints
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.skeletons import COCO_18
-from session import PATIENCE, Recorder, await_true
+from session import PATIENCE, await_true
 from skeleton_extract_3d.people import MEASURED, MISSING
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import camera_to_message, depth_to_message, transform_from_matrix
@@ -42,7 +40,6 @@ MEDIAN_ERROR, WRONG = 0.06, 0.15
 LEAST_FOUND = 0.9
 # Share of the hidden joints that are said to be measured where they are not.
 MOST_LIES = 0.1
-MARKERS = {'joints', 'joints_inferred', 'skeleton', 'skeleton_inferred'} | ({'label'} if not OF_2D_SERVICE else set())
 
 
 class Match(NamedTuple):
@@ -69,7 +66,6 @@ class ChainTest(unittest.TestCase):
         cls.sequence, cls.output = ShippedSequence(), Output()
         cls.played: Dict[rospy.Time, Tuple[int, int]] = {}
         """Round and number of each frame, by stamp."""
-        cls.markers = [Recorder(f'{OUTPUT}/visualization_{name}', Marker) for name in ('markers', 'skeleton')]
         topic = f'/{OUTPUT}/detected_poses_keypoints_3d'
         # the columns as a user's script sees them
         cls.echo = subprocess.Popen(['rostopic', 'echo', '-p', '-n', str(ECHOED), topic], stdout=subprocess.PIPE,
@@ -173,23 +169,6 @@ class ChainTest(unittest.TestCase):
         self.assertEqual({len(ids) for ids in ids_of.values()}, {1}, ids_of)
         each = {(of_round, *ids) for (of_round, _), ids in ids_of.items()}
         self.assertEqual(len(each), len(ids_of), 'two people have two ids')
-
-    def test_markers_are_the_joints(self):
-        people = {(array.header.stamp, person.person_ID): person for array in self.output.arrays
-                  for person in array.persons}
-        shown: Counter = Counter()
-        for marker in (marker for recorder in self.markers for marker in recorder.messages.copy()):
-            person = people.get((marker.header.stamp, marker.id))
-            if marker.action != Marker.ADD or person is None:
-                continue
-            shown[marker.ns] += 1
-            self.assertEqual(marker.header.frame_id, person.header.frame_id)
-            if marker.ns == 'joints':
-                parts = [getattr(person, joint) for joint in COCO_18.joints]
-                np.testing.assert_allclose([position(point) for point in marker.points],
-                                           [position(part) for part in parts if part.status == MEASURED], atol=1e-6)
-        self.assertEqual(set(shown), MARKERS)
-        self.assertGreater(shown['joints'], len(self.played) // 2)
 
     def test_rostopic_echo_has_the_columns_of_the_original(self):
         header, *rows = (line.split(',') for line in self.echo.communicate(timeout=PATIENCE)[0].splitlines())

@@ -94,13 +94,6 @@ class ExtractorTest(unittest.TestCase):
 
         await_true(lambda: one_by_one() == [40, 41], 'a message for each person')
 
-    def test_a_cloud_without_a_valid_point_has_no_person_in_space(self):
-        stamp, before = now(), self.diagnostics.count(NODE, 'no depth')
-        self.camera.send(image(9, stamp), cloud(np.full((HEIGHT, WIDTH, 3), np.nan), stamp))
-        self.assertEqual(self.output.frame(stamp).persons, [])
-        self.diagnostics.await_event(NODE, 'no depth', before + 1, ['0 %'])
-        self.good_frame_works()
-
     def listen(self, topic: str, kind: type) -> Recorder:
         """Return the recorder of an output while this test runs."""
         recorder = Recorder(f'{OUTPUT}/{topic}', kind)

@@ -6,13 +6,12 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from dynamic_reconfigure.client import Client
 from harness import OUTPUT, Camera, Output, ShippedSequence, now, of_joints
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
 
 from demand import enable
-from session import PATIENCE, Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
 
 # Frames of the shipped sequence that both forms are sent, before any of them loses sight of a person.
@@ -60,15 +59,6 @@ class OneProcessTest(unittest.TestCase):
         self.assertEqual(tuple(stages), STAGES)
         self.assertAlmostEqual(sum(stages[name].mean for name in AGE_STAGES) / stages['age'].mean, 1.0, delta=0.02)
         self.assertGreater(stages['detection'].p50, 0)
-
-    def test_parameters_of_both_halves_change_while_it_runs(self):
-        client = Client('one/people', timeout=PATIENCE)
-        before = client.get_configuration(timeout=PATIENCE)
-        self.addCleanup(client.update_configuration, {name: before[name] for name in ('person_min_score', 'tracking')})
-        changed = client.update_configuration({'person_min_score': 1.0, 'tracking': False})
-        self.assertEqual((changed['person_min_score'], changed['tracking']), (1.0, False))
-        # no person is that sure, and no person is remembered
-        self.assertEqual(self.send(3)[0].persons, [])
 
     def test_one_switch_rests_both_halves(self):
         call = rospy.ServiceProxy('one/detect_poses_3d', GetPersons)

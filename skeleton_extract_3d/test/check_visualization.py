@@ -7,7 +7,7 @@ import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from harness import OUTPUT, now, position
+from harness import OUTPUT, now
 from openpose_ros_msgs.msg import FaceDetection_3dArray, HandDetection_3dArray, PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
@@ -38,10 +38,6 @@ def landmarks(number: int) -> Points3D:
     """Return the points of a hand or a face, 2 cm from each to the next."""
     xyz = np.add((0.0, 0.0, 2.0), np.arange(number)[:, np.newaxis] * (0.02, 0, 0))[np.newaxis]
     return Points3D(xyz, np.full((1, number), 0.9), np.full((1, number), MEASURED), np.full((1, number), 0.01))
-
-
-def places(marker: Marker) -> np.ndarray:
-    return np.array([position(point) for point in marker.points])
 
 
 def header() -> Header:
@@ -77,20 +73,6 @@ class VisualizationTest(unittest.TestCase):
             return found if len(found) >= (number or 2 * len(ids)) else []
         return await_true(of_frame, f'the markers of {ids}')
 
-    def test_joints_and_limbs(self):
-        found = {(marker.ns, marker.id): marker for marker in self.show(4, 9) if marker.action == Marker.ADD}
-        self.assertEqual(set(found), {('joints', 4), ('skeleton', 4), ('joints', 9), ('skeleton', 9)})
-        for (ns, _), marker in found.items():
-            self.assertEqual(marker.type, Marker.SPHERE_LIST if ns == 'joints' else Marker.LINE_LIST)
-            self.assertEqual(marker.header.frame_id, 'somewhere')
-        joints = np.array([JOINTS[joint] for joint in sorted(JOINTS, key=COCO_18.joints.index)])
-        np.testing.assert_allclose(places(found['joints', 4]), joints, atol=1e-6)
-        np.testing.assert_allclose(places(found['joints', 9]) - (1, 0, 0), joints, atol=1e-6)
-        limbs = [JOINTS[joint] for joint in ('neck', 'right_shoulder', 'neck', 'nose')]
-        np.testing.assert_allclose(places(found['skeleton', 4]), limbs, atol=1e-6)
-        self.assertEqual([{marker.ns for marker in recorder.messages if marker.action == Marker.ADD and marker.id == 4}
-                          for recorder in self.markers], [{'joints'}, {'skeleton'}])
-
     def test_parameters_change_while_the_node_runs(self):
         client = Client(NODE, timeout=PATIENCE)
         try:
@@ -104,13 +86,6 @@ class VisualizationTest(unittest.TestCase):
             client.update_configuration({'joint_scale': 0.05, 'label': False, 'joint_colour': '1 0 0 1'})
         found = self.show(9, number=3)
         self.assertEqual([marker.ns for marker in found if marker.action == Marker.DELETE], ['label'])
-
-    def test_only_the_markers_of_people_who_left_are_deleted(self):
-        self.show(4, 9)
-        for stay, left in (([9], 4), ([], 9)):
-            found = self.show(*stay, number=2 + 2 * len(stay))
-            gone = {(marker.ns, marker.id) for marker in found if marker.action == Marker.DELETE}
-            self.assertEqual(gone, {('joints', left), ('skeleton', left)})
 
     def test_hands_and_faces_are_shown_and_deleted(self):
         hand = Hands3D(landmarks(21), np.ones(1), np.array([4]), np.array([True]))

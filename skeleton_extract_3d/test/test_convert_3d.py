@@ -7,10 +7,9 @@ from openpose_ros_msgs.msg import (
     BodypartDetection_3d,
     HandDetection_3d,
     HandDetection_3dArray,
-    PersonDetection_3d,
 )
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import PointCloud2, PointField, RegionOfInterest
+from sensor_msgs.msg import PointField, RegionOfInterest
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
@@ -46,21 +45,6 @@ def sent(message):
     buffer = BytesIO()
     message.serialize(buffer)
     return type(message)().deserialize(buffer.getvalue())
-
-
-def test_points_are_read_by_the_fields_of_the_message():
-    """All layouts are in tests/unit/points/test_cloud.py; all bytes beside the coordinates are 0xff."""
-    layout = np.dtype({'names': ('ring', 'x', 'y', 'z'), 'formats': ('i4', '>f8', '>f8', '>f8'),
-                       'offsets': (36, 24, 9, 1), 'itemsize': 40})
-    row_step = W * 40 + 5
-    data = np.full(H * row_step, 0xff, np.uint8)
-    for i, axis in enumerate('xyz'):
-        np.ndarray((H, W), layout, data, 0, (row_step, 40))[axis] = points_of_pixels()[..., i]
-    fields = [PointField(name, layout.fields[name][1], PointField.INT32 if name == 'ring' else PointField.FLOAT64, 1)
-              for name in layout.names]
-    message = PointCloud2(header=HEADER, height=H, width=W, fields=fields, is_bigendian=True, point_step=40,
-                          row_step=row_step, data=data.tobytes())
-    np.testing.assert_array_equal(all_points(convert.cloud_from_message(sent(message))), points_of_pixels())
 
 
 def test_a_cloud_comes_back_from_its_message():
@@ -182,17 +166,6 @@ def test_each_position_is_a_frame_of_its_own():
     rotation, elbow = convert.rotation_and_translation(sent(transforms['person_4/right_elbow']))
     forearm = people.xyz[0, COCO_18.index['right_wrist']] - elbow
     np.testing.assert_allclose(rotation[:, 0], forearm / np.linalg.norm(forearm), atol=1e-6)
-
-
-def test_missing_parts_are_nan_also_those_that_the_model_does_not_have():
-    complete, some, none = convert.people_to_messages(some_people(), HEADER)
-    parts = set(PersonDetection_3d.__slots__) - {'header', 'num_people_detected', 'person_ID'}
-    assert len(parts) == 27
-    for person, joints in ((complete, set(COCO_18.joints)), (some, {'right_wrist', 'left_wrist'}), (none, set())):
-        for name in parts - joints:
-            part = getattr(person, name)
-            assert np.isnan([part.x, part.y, part.z, part.sigma]).all()
-            assert (part.status, part.confidence) == (BodypartDetection_3d.MISSING, 0.0)
 
 
 def test_markers_carry_header_pose_lifetime_and_points():

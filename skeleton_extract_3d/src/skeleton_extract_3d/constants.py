@@ -3,7 +3,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from skeleton_extract_3d.body.body import BODY, BodyConstants
-from skeleton_extract_3d.body.constants import ExtraJointConstants, FootConstants, JointFrameConstants, SizeConstants
+from skeleton_extract_3d.body.constants import FootConstants, SizeConstants
 from skeleton_extract_3d.lift.constants import (
     CostConstants,
     HeadConstants,
@@ -15,7 +15,7 @@ from skeleton_extract_3d.lift.constants import (
     TrunkConstants,
     WindowConstants,
 )
-from skeleton_extract_3d.points.constants import CameraFitConstants, CameraLimitConstants, PlausibilityConstants
+from skeleton_extract_3d.points.constants import CameraFitConstants, PlausibilityConstants
 from skeleton_extract_3d.track.constants import TrackConstants
 
 try:
@@ -31,7 +31,6 @@ class MethodConstants:
 
     body: BodyConstants = BODY
     camera_fit: CameraFitConstants = field(default_factory=CameraFitConstants)
-    camera_limits: CameraLimitConstants = field(default_factory=CameraLimitConstants)
     plausibility: PlausibilityConstants = field(default_factory=PlausibilityConstants)
     windows: WindowConstants = field(default_factory=WindowConstants)
     trunk: TrunkConstants = field(default_factory=TrunkConstants)
@@ -43,9 +42,7 @@ class MethodConstants:
     landmarks: LandmarkConstants = field(default_factory=LandmarkConstants)
     measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
     sizes: SizeConstants = field(default_factory=SizeConstants)
-    extra_joints: ExtraJointConstants = field(default_factory=ExtraJointConstants)
     feet: FootConstants = field(default_factory=FootConstants)
-    joint_frames: JointFrameConstants = field(default_factory=JointFrameConstants)
     track: TrackConstants = field(default_factory=TrackConstants)
 
     @cached_property

@@ -14,11 +14,11 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_pkg.stream.video_source import read_image
+from skeleton_extract_3d.body.body import CHAINS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
-from skeleton_extract_3d.lift.robust import RobustLifting
+from skeleton_extract_3d.lift.robust import lift_robustly
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
@@ -42,7 +42,7 @@ def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: 
     points, size = DepthImage(depth, camera), (bgr.shape[1], bgr.shape[0])
     people = People2D(COCO_18, keypoints_in(people.keypoints, people.skeleton, COCO_18), people.scores, people.ids)
     observed = observe(people, size, points, points.camera, method)
-    lifted = RobustLifting(method).lift(observed, points, Expectation.of_strangers(len(observed)))
+    lifted = lift_robustly(observed, points, Expectation.of_strangers(len(observed)), method)
     colours = cv2.applyColorMap((255 * np.clip(1 - 0.001 * depth / _FAR, 0, 1)).astype(np.uint8), cv2.COLORMAP_JET)
     colours[depth == 0] = 0
     for u, v in observed.uv[observed.known].tolist():

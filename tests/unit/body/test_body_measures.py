@@ -2,12 +2,10 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY, BONES, JOINTS
 from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn
 from synthetic_scene import Person, joints_of, standing
 
-INDEX = COCO_18.index
 ALL = np.ones((1, 18), bool)
 # The bones of the scene's people, who are 1.75 m tall.
 TRUE = {'shoulders': 0.37, 'hips': 0.19, 'trunk': 0.51, 'upper_arm': 0.29, 'forearm': 0.25, 'thigh': 0.42,

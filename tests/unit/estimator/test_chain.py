@@ -14,7 +14,6 @@ from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MISSING
-from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
@@ -71,18 +70,6 @@ def assert_near(people, frame, limit=3.0):
     """Fail unless most joints of expected people are near [px] to those of the frame."""
     both = (people.keypoints[..., 2] > 0) & frame.people.present
     assert both.sum() > 10 and np.abs(people.keypoints[..., :2] - frame.people.xy)[both].max() < limit
-
-
-def test_an_image_without_people(chain):
-    result = seen(chain, 'left', people=People2D.empty(COCO_18))
-    assert len(result.people_2d) == len(result.people_3d) == len(result.landmarks.in_image.hands) == 0
-
-
-def test_it_gives_what_an_estimator_gives(chain):
-    alone = PeopleEstimator(SETTINGS)
-    for stamp in (1.0, 1.1):
-        expected = alone.update(FRAME.people, Frame('', stamp, FRAME.bgr, POINTS))
-        np.testing.assert_array_equal(seen(chain, 'left', stamp).people_3d.xyz, expected.people.xyz)
 
 
 def test_without_points_people_are_found_in_the_image_alone(chain):
@@ -191,17 +178,6 @@ def test_image_and_depth_may_change_their_resolutions(chain, of_image, of_depth)
             assert_near(chain.detection.asked[-1][1], view, 0.02 * view.size[0])
 
 
-def test_points_of_another_size_without_depth_are_seen_by_the_same_camera(chain):
-    ids = seen(chain, 'left').people_3d.ids.tolist()
-    covered = OrganizedCloud.without_points(2 * FRAME.size[0], 2 * FRAME.size[1])
-    assert seen(chain, 'left', 1.1, points=covered).people_3d.ids.tolist() == ids
-    # nor is there a camera for covered points of another view
-    narrow = Frame('left', 1.2, np.zeros((320, 240, 3), np.uint8), OrganizedCloud.without_points(240, 320),
-                   source=FRAME.people)
-    result = chain.update(narrow)
-    assert len(result.people_3d) == 0 and len(result.estimate.unplaced) == 1 and result.people_2d.ids.tolist() == [-1]
-
-
 def test_without_tracking_in_space_the_ids_are_those_of_the_image():
     chain = make_chain(build(EstimatorSettings, {'tracking': False}))
     results = [seen(chain, 'left', stamp) for stamp in (1.0, 1.1, 100.0)]
@@ -225,12 +201,3 @@ def test_ids_of_another_tracker_are_no_crops_of_tracks_in_space(monkeypatch, cha
                         or update(self, people, *others))
     assert [seen(chain, 'left', stamp).people_3d.ids.tolist() for stamp in (1.0, 1.1)] == [[1], [1]]
     assert given == [[-1], [-1]]
-
-
-def test_new_settings_hold_for_all_cameras(chain):
-    seen(chain, 'left')
-    chain.reconfigure(build(EstimatorSettings, {'tracking': False, 'lifting': 'mean3x3'}))
-    for camera, number in (('left', 2), ('new', 3)):
-        people = seen(chain, camera, 1.1).people_3d
-        assert people.ids.tolist() == [number], 'the id in the image, which no other track has'
-        assert np.isnan(people.velocity).all()

@@ -106,18 +106,6 @@ def test_existence_of_a_person_who_is_not_looked_at_stays_for_the_time_of_a_trac
     assert people.existence.tolist() == [before] * kept
 
 
-def test_a_person_who_is_not_looked_at_walks_on():
-    life = Life(Room(furniture=(Box((-0.3, -1.5, 1.5), (2.0, 1.2, 1.6)),)))
-    for i in range(24):
-        x = -1.4 + 1.2 * i / RATE
-        people = life.sees(at(x), found=[] if x > -0.45 else [1], missed=())
-        if x > -0.45:
-            assert people.ids.tolist() == [1] and people.existence[0] > 0.85
-    # not seen since -0.44 m
-    assert x > 0.4 and people.status[0, NECK] == INFERRED and abs(people.xyz[0, NECK, 0] - x) < 0.35
-    assert 0.2 < people.velocity[0, NECK, 0] < 1.2
-
-
 @pytest.mark.parametrize('stops', [False, True])
 def test_the_error_of_a_walker_who_becomes_hidden_is_known(stops):
     """Whether the person walks on or stops; 0.5 s after nothing is seen any more."""
@@ -183,14 +171,6 @@ def test_before_a_covered_camera_people_are_given_up_and_keep_their_ids(seconds,
 
 
 # --- one place ------------------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('first', [0, 8], ids=['at once', 'later'])
-def test_of_two_skeletons_in_one_place_one_is_reported(first):
-    frame = render(CAMERA, [at(0.0)], Room())
-    moved = replace(frame.people, keypoints=frame.people.keypoints + np.array([3.0, 0, 0], np.float32))
-    twice, life = replace(frame, people=frame.people.joined(moved)), Life()
-    for i in range(16):
-        assert life.shows(frame if i < first else twice).ids.tolist() == [1]
 
 
 @pytest.mark.parametrize('frames', [3, 5, 8])

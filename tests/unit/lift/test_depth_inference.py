@@ -4,7 +4,7 @@ import pytest
 
 from skeleton_extract_3d.body.body import BONES, ENDS, JOINTS, MIDDLES, ROOTS
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.depth_inference import bones_of
+from skeleton_extract_3d.lift.robust import bones_of
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
 DELTAS = METHOD.costs.deltas
@@ -40,9 +40,9 @@ def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
     costs[[NAMES.index(name) for name in hidden]] = 0
     missing = np.isin(NAMES, unknown)[None]
     costs[:12][missing[0]] = 0
-    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), np.array([1.75]))
+    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03))
     return METHOD.compiled.infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), *bones,
-                                        np.array([left], float))
+                                        np.array([1.75]), np.array([left], float))
 
 
 def rays_of(xyz, head):

@@ -26,14 +26,6 @@ def window(image, u, v, size=1):
     return image.window(np.array([u]), np.array([v]), size)[0]
 
 
-def test_nothing_in_nothing_out():
-    for name in DISTORTIONS:
-        assert camera(name).rays(np.zeros((0, 2))).shape == (0, 3)
-        assert camera(name).project(np.zeros((0, 3))).shape == (0, 2)
-    image = DepthImage(np.ones((540, 960), np.float32), camera())
-    assert image.window(np.zeros(0, int), np.zeros(0, int), 3).shape == (0, 9, 3)
-
-
 @pytest.mark.parametrize('name', DISTORTIONS)
 def test_rays_lead_back_to_their_pixels(name):
     u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 959, 9), np.linspace(0, 539, 7)))
@@ -115,12 +107,6 @@ def test_depth_that_is_no_depth_is_missing(value):
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(points).all(axis=1)), [4])
 
 
-def test_windows_are_clipped_at_the_borders():
-    image = DepthImage(np.full((540, 960), 2, np.float32), camera())
-    for u, v, inside in ((0, 0, 4), (959, 539, 4), (5, 0, 6), (5, 5, 9), (-5, 5, 0), (960, 5, 3)):
-        assert np.isfinite(window(image, u, v, 3)).all(axis=1).sum() == inside
-
-
 def as_buffer(depth, padding=0, order='<'):
     height, width = depth.shape
     step = width * depth.itemsize + padding
@@ -173,14 +159,3 @@ def test_a_cloud_from_depth_has_the_layout_of_a_kinect_driver(name, rays):
     assert np.isnan(cloud['z']).sum() == 2
     point = [[cloud[axis][5, 7] for axis in 'xyz']]
     np.testing.assert_allclose(small.project(point), [[7, 5]], atol=0.01)
-
-
-def test_a_coloured_cloud_takes_images_of_any_resolution_of_the_view():
-    bgr = np.zeros((108, 192, 3), np.uint8)
-    bgr[10:12, 14:16] = 1, 2, 3
-    image = DepthImage(np.full((54, 96), 2000, np.uint16), camera())
-    cloud = image.coloured_cloud(bgr)
-    assert cloud['rgb'][5, 7] == 0x030201 and np.count_nonzero(cloud['rgb']) == 1
-    np.testing.assert_allclose(image.camera.project([[cloud[axis][5, 7] for axis in 'xyz']]), [[7, 5]], atol=1e-4)
-    with pytest.raises(BadInputError, match='image is 192 x 100 but depth image is 96 x 54'):
-        image.coloured_cloud(bgr[:100])

@@ -48,14 +48,6 @@ def test_a_folder_is_read(folder):
     assert [frame.depth[1, 2] for frame in frames] == [1000, 1001, 1002]
 
 
-def test_other_names_of_the_folders_and_no_sequence_yaml(folder):
-    (folder / 'rgb').rename(folder / 'color')
-    (folder / 'sequence.yaml').unlink()
-    sequence = RgbdSequence.read(folder)
-    assert (sequence.fps, sequence.frame_id, sequence.T_world_camera) == (None, '', None)
-    assert sequence.frame(2).time == 2.0
-
-
 def test_depth_may_have_another_resolution_of_the_same_view(folder):
     cv2.imwrite(str(folder / 'depth' / '001.png'), np.ones((9, 16), np.uint16))
     assert RgbdSequence.read(folder).frame(1).depth.shape == (9, 16)

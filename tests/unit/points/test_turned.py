@@ -34,13 +34,6 @@ def test_a_turned_pixel_has_the_turned_ray(degrees, rectified, region, binning, 
     np.testing.assert_allclose(after, before @ quarter_turns(degrees).T, atol=1e-6)
 
 
-def test_a_stereo_camera_that_is_turned_once_around_is_the_same():
-    calibration = Calibration(160, 120, 'plumb_bob', DISTORTIONS['plumb_bob'], K, (0, 1, 0, -1, 0, 0, 0, 0, 1), P,
-                              '', (1, 1), PART)
-    assert turned(calibration, 360) == calibration == turned(turned(calibration, 90), 270)
-    assert turned(calibration, 90).projection == (141, 0, 53, -3, 0, 151, 71, -15, 0, 0, 1, 0)
-
-
 def test_what_can_not_be_turned():
     calibration = Calibration(160, 120, 'plumb_bob', (), (0,) * 9, (0,) * 9, (0,) * 12)
     assert turned(calibration, 180) == calibration, 'not calibrated'

@@ -121,14 +121,6 @@ def test_markers_of_people_who_left_are_deleted_once():
     assert replaced({1: {'nose': (0, 0, 1)}}) == [('add', 'joints', 1)]
 
 
-def test_one_colour_per_person():
-    markers = people_markers(people(dict.fromkeys(range(12), UPRIGHT)), MarkerParams(colour_by_person=True))
-    colours = {person: {marker.rgba for marker in markers if marker.id == person and len(marker.points)}
-               for person in range(12)}
-    assert all(len(own) == 1 for own in colours.values())
-    assert len(set.union(*colours.values())) == 12
-
-
 # Optical frame, an upright world frame (x right, y ahead, z up), and a person who stands on the head.
 @pytest.mark.parametrize('turn', [np.eye(3), [[1, 0, 0], [0, 0, 1], [0, -1, 0]], np.diag([-1, -1, 1])],
                          ids=['optical frame', 'world frame', 'upside down'])

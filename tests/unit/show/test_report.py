@@ -3,7 +3,6 @@ import numpy as np
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.show.report import frame_report
@@ -14,13 +13,6 @@ K = len(COCO_18.joints)
 def cloud():
     v, u = np.mgrid[:6, :8].astype(np.float32)
     return OrganizedCloud(u / 10, v / 10, np.where(u > 5, np.nan, 2))
-
-
-def test_no_people():
-    people = People2D.empty(COCO_18)
-    report = frame_report(people, lift_by_window(people, (8, 6), cloud()), cloud())
-    assert report.splitlines() == ['Detected 0 persons', 'Cloud [m]: x 0.000 .. 0.500, y 0.000 .. 0.500, '
-                                                         'z 2.000 .. 2.000']
 
 
 def test_hidden_people_and_inferred_joints_are_reported():

@@ -40,11 +40,6 @@ def test_stages_in_space(standing):
     assert not images[0][10, 50].any() and images[0][10, 150].any()  # nothing was measured on the left
 
 
-def test_no_people_have_no_chart(standing):
-    _, depth, camera = standing
-    assert len(show_stages_3d.lift_and_draw(People2D.empty(COCO_18), BLACK, depth, camera)) == 3
-
-
 def test_a_sheet_has_all_images(tmp_path):
     stages = [('first', np.full((60, 100, 3), 40, np.uint8)), ('so to say', np.full((60, 100, 3), 200, np.uint8))]
     folder = tmp_path / 'new'
@@ -80,10 +75,3 @@ def test_the_shipped_sequence(tmp_path):
 def test_what_is_wrong_is_said_in_a_line(arguments, message, capsys):
     assert show_stages.main(arguments) == 2
     assert message in capsys.readouterr().err
-
-
-def test_without_a_camera_nothing_is_lifted(capsys):
-    with pytest.raises(SystemExit) as end:
-        show_stages_3d.main(['a.png', '-o', 'out', '--depth', 'd.png'])
-    assert end.value.code == 2
-    assert '--camera' in capsys.readouterr().err

@@ -3,7 +3,6 @@ import numpy as np
 import pytest
 
 from skeleton_extract_3d.track import appearance
-from skeleton_extract_3d.track.appearance import Clothes
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 # CIELAB of pure colours under D65 (sRGB, IEC 61966-2-1)
@@ -49,17 +48,3 @@ def test_colours_are_cielab(bgr):
     lab, weight = colours(picture(bgr), [[[3.0, 4.0], [5.4, 8.6]]], known([True, True]))
     np.testing.assert_allclose(lab[0], LAB[bgr], atol=0.1)
     assert weight.tolist() == [1]
-
-
-def test_the_colour_of_a_person_who_is_watched_is_the_mean_and_follows_the_light():
-    clothes = Clothes.unknown(1)
-    for lightness in (10, 20, 30):
-        clothes = clothes.learnt(Clothes(np.full((1, 2, 3), float(lightness)), known([True, False])), known(True))
-    np.testing.assert_allclose(clothes.colours[0], [[20] * 3, [0] * 3])
-    assert clothes.weights.tolist() == [[3, 0]]
-    brighter = Clothes(np.full((1, 2, 3), 80.0), known([True, True]))
-    np.testing.assert_array_equal(clothes.learnt(brighter, known(False)).colours, clothes.colours)
-    for _ in range(60):
-        clothes = clothes.learnt(brighter, known(True))
-    # a thirtieth of the rest in each frame after the 30th
-    assert clothes.weights.tolist() == [[30, 30]] and 75 < clothes.colours[0, 0, 0] < 80

@@ -1,6 +1,5 @@
 """Toes and heels in space: of rendered people by their true pixels with noise, through the estimator."""
 import json
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -9,15 +8,13 @@ import numpy as np
 import pytest
 
 from estimating import new_estimator
-from openpose_ros_pkg.people import People2D, values_in
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18
-from skeleton_extract_3d.frame import Frame, FrameView
-from skeleton_extract_3d.lift.observation import observe
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import BODY_25
+from skeleton_extract_3d.frame import Frame
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.track import feet
-from skeleton_extract_3d.track.feet import FEET, Feet, follow_feet
+from skeleton_extract_3d.track.feet import FEET
 
 SCENES = Path(__file__).resolve().parents[3] / 'development/benchmark_data/scenes'
 ROWS = [BODY_25.index[name] for name in FEET]
@@ -110,13 +107,6 @@ def test_hidden_toes_and_heels_are_inferred_from_ankle_and_shin_with_a_larger_si
     assert np.median(off[inferred] - ankle[inferred]) < 0.06
 
 
-def test_the_foot_before_its_heel_hides_it_and_tells_where_it_is():
-    labels, status, off, *_, ankle, _ = errors('23_group')
-    heels = np.tile([False, False, True], len(labels) // 3)
-    own = heels & (labels == BY_SELF) & (ankle < 0.1)
-    assert own.sum() > 50 and (status[own] == INFERRED).mean() > 0.4 and np.median(off[own]) < 0.05
-
-
 def test_a_foot_keeps_its_person_and_its_length():
     lengths, ids = [], []
     for (*_, known, uv, _, _), result in zip(truth('23_group')[2], estimated('23_group')):
@@ -137,37 +127,6 @@ def test_feet_that_are_lost_stay_on_their_ankles():
     assert np.median(off[later]) < 0.12 and (sigma[later] > 0.05).mean() > 0.9
 
 
-def test_without_ankles_nothing_is_known_of_feet():
-    legs = [COCO_18.index[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('hip', 'knee', 'ankle')]
-    names = [COCO_18.joints[row] for row in legs]
-    joints = tuple(BODY_25.index[name] for name in names) + tuple(ROWS) + (BODY_25.index['mid_hip'],)
-    result = estimated('11_group', without=joints)[0].people
-    ankles = result.status[:, ANKLES] == MISSING
-    np.testing.assert_array_equal(result.status[:, ROWS] == MISSING, ankles)
-
-
-def test_a_keypoint_beside_the_foot_is_not_of_the_foot():
-    camera, _, frames = truth('10_lie')
-    stamp, depth, *_ = frames[0]
-    given = people_2d('10_lie', 0, np.random.default_rng(0))
-    toe = int(np.flatnonzero(given.present[0, ROWS])[0])
-    keypoints = given.keypoints.copy()
-    keypoints[0, ROWS[toe], 0] += 0.9 * camera.focal_in((camera.width, camera.height)) / 3
-    size = (camera.width, camera.height)
-    both = [new_estimator().update(People2D(BODY_25, one, [1.0], [-1]),
-                                   Frame('', stamp, None, DepthImage(depth, camera), size=size)).people
-            for one in (given.keypoints, keypoints)]
-    assert both[1].status[0, ROWS[toe]] == INFERRED
-    assert np.linalg.norm(both[0].xyz[0, ROWS[toe]] - both[1].xyz[0, ROWS[toe]]) < 0.15
-
-
-def test_feet_turn_with_the_frame_of_a_moving_camera():
-    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    one = Feet(np.array([3]), np.tile(np.eye(3), (1, 2, 1, 1)), np.ones((1, 2)))
-    np.testing.assert_array_equal(one.rotated(turn).axes, np.tile(turn, (1, 2, 1, 1)))
-    assert len(Feet().rotated(turn)) == 0
-
-
 @pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize('seed', range(12))
 def test_any_keypoints_and_depths_give_feet_with_ankles_and_errors(seed):
@@ -186,23 +145,3 @@ def test_any_keypoints_and_depths_give_feet_with_ankles_and_errors(seed):
                                                 size=size)).people
         np.testing.assert_array_equal(result.status[:, ROWS] == MISSING, result.status[:, ANKLES] == MISSING)
         assert (result.sigma[result.status != MISSING] > 0).all()
-
-
-def test_where_an_ankle_is_missing_the_windows_are_those_of_the_depth_of_the_other_one(monkeypatch):
-    camera, _, frames = truth('23_group')
-    stamp, depth, *_ = frames[0]
-    given, size = people_2d('23_group', 0, np.random.default_rng(0)), (camera.width, camera.height)
-    view = FrameView(DepthImage(depth, camera), camera, stamp, 0.0)
-    people = new_estimator().update(given, Frame('', stamp, None, view.points, size=size)).people
-    both = People3D(COCO_18, *(values_in(getattr(people, name), BODY_25, COCO_18, 0) for name in (
-        'xyz', 'confidence', 'status', 'sigma')), people.ids)
-    left = COCO_18.index['left_ankle']
-    xyz, status, radii = both.xyz.copy(), both.status.copy(), []
-    xyz[:, left], status[:, left] = np.nan, MISSING
-    read = feet.window_depths
-    monkeypatch.setattr(feet, 'window_depths',
-                        lambda points, uv, radius, windows: radii.append(radius) or read(points, uv, radius, windows))
-    for one in (both, replace(both, xyz=xyz, status=status)):
-        follow_feet(Feet(), one, np.full(len(one), 1.7), observe(given, size, view.points, camera), view)
-    assert (both.status[:, left] != MISSING).all()
-    np.testing.assert_allclose(*radii, rtol=0.1)

@@ -4,7 +4,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimating import tracks_of
 from simulated_errors import SETTLED, ErringCamera, looking_at_the_middle, standing, striding
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.settings import SmoothingParams
@@ -43,11 +42,3 @@ def test_any_rate(people, rate, correlation):
     within_1, within_2 = shares(people(5.0, 6), rate, correlation)
     assert 0.53 < within_1 < 0.74
     assert within_2 > 0.96
-
-
-def test_joints_that_are_not_measured_are_known_as_the_filter_says():
-    tracks = tracks_of(np.random.default_rng(0).uniform(-0.5, 0.5, (1, 18, 3)) + np.array([0, 0, 3]), 1.0)
-    missing = np.full((1, 18, 3), np.nan), np.full((1, 18, 3, 3), np.nan)
-    tracks, none = replace(tracks, errors=tracks.errors + 1), np.zeros((1, 18), bool)
-    errors = joint_errors(tracks, tracks.joints, missing, none, 1.1)[1]
-    np.testing.assert_allclose(errors, tracks.joints.sigmas() ** 2)

@@ -1,5 +1,4 @@
 """Tracks that are not looked at are registered with the points of a frame, for a short time."""
-from dataclasses import replace
 
 import numpy as np
 
@@ -61,14 +60,6 @@ def test_the_points_tell_that_a_person_stopped():
 def test_the_body_of_a_person_in_free_view_whom_a_network_does_not_see_is_not_that_person():
     estimator, _ = followed(LOOKS)
     assert len(update(estimator, frame_at(stopping(LOOKS)), 1 + LOOKS / RATE, NO_PEOPLE).people_2d) == 0
-
-
-def test_a_person_whom_networks_see_is_where_they_see_it():
-    estimator, _ = followed(LOOKS)
-    frame = frame_at(stopping(LOOKS))
-    moved = frame.people.keypoints + np.array([3.0, 0.0, 0.0], np.float32)
-    found = update(estimator, frame, 1 + LOOKS / RATE, replace(frame.people, keypoints=moved))
-    np.testing.assert_array_equal(found.people_2d.keypoints, moved)
 
 
 def test_a_person_who_is_gone_is_not_found_by_the_points():

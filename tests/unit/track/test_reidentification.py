@@ -10,7 +10,6 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from synthetic_scene import Person, Room, pinhole, render, standing
 
-RETURNING = METHOD.track.returning
 # shirt and trousers, BGR
 RED, BLUE = ((40, 40, 180), (40, 40, 40)), ((170, 70, 30), (90, 90, 90))
 FPS = 10.0
@@ -130,12 +129,3 @@ def test_where_a_person_left_stays_where_it_is_in_the_room_when_the_camera_moves
     story.pose = turned(1.0)
     story.sees_no_person_for(0.1)
     assert story.estimator._tracker.memory.gone.root.position[0, 0] == pytest.approx(gone - (1.0, 0.0, 0.0), abs=1e-6)
-
-
-def test_few_are_remembered():
-    story = Story()
-    for number in range(RETURNING.most_gone + 3):
-        colour = tuple(int(value) for value in np.random.default_rng(number).integers(20, 230, 3))
-        story.sees((LEFT, (colour, colour[::-1])), seconds=0.1)
-        story.stamp += 0.15
-        assert len(story.estimator._tracker.memory.gone) <= RETURNING.most_gone

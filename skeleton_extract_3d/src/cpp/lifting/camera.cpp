@@ -11,8 +11,8 @@ namespace skeleton_extract_3d
 std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const Doubles& points, const Integers& pixels)
 {
   const py::ssize_t count = points.ndim() == 2 ? points.shape(1) : 0;
-  const double *x = checked(points, "points", { 3, count }), *y = x + count, *z = y + count;
-  const Index *u = checked(pixels, "pixels", { 2, count }), *v = u + count;
+  const double *x = points.data(), *y = x + count, *z = y + count;
+  const Index *u = pixels.data(), *v = u + count;
   std::vector<openpose_ros_pkg::SeenPoint> seen;
   for (py::ssize_t i = 0; i < count; ++i)
   {

@@ -48,7 +48,7 @@ py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const D
                            const Doubles& scale, const Doubles& shoulder_cosine);
 // depth_inference.cpp
 /**
- * Min-marginals of the depths of the thirteen places of depth_inference.py, (P, 13, steps), and unit vectors to the
+ * Min-marginals of the depths of the thirteen places of robust.py, (P, 13, steps), and unit vectors to the
  * left of the people, (P, 3). costs: of the places alone; rays: z = 1, a guess for joints without a keypoint; root:
  * depth of the trunk [m]; left_before: as long as its weight, NaN where unknown.
  */

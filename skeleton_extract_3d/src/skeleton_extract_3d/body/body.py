@@ -31,6 +31,8 @@ HEAD = joint_indices('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 ROOTS = joint_indices('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 MIDDLES = joint_indices('left_elbow', 'right_elbow', 'left_knee', 'right_knee')
 ENDS = joint_indices('left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')
+# Twelve of the thirteen places of a person whose depths are inferred together; the last one is the middle of the ears.
+CHAINS = np.concatenate([ROOTS, MIDDLES, ENDS])
 # The same joint of the other side.
 SWAP = np.array(COCO_18.swap)
 # +1 on the left, -1 on the right side of the body.
@@ -183,7 +185,15 @@ class BodyConstants:
     @cached_property
     def covering_parts(self) -> np.ndarray:
         """(18, 16) bool, which parts may cover which joint of the same body: none of its own limb."""
-        return _covering(self.parts)
+        covers = np.ones((len(JOINTS), len(self.parts)), bool)
+        limbs = {side + end: chain for side in ('left_', 'right_') for chain, end in
+                 (((side + 'shoulder', side + 'elbow'), 'wrist'), ((side + 'elbow', side + 'wrist'), 'shoulder'),
+                  ((side + 'hip', side + 'knee'), 'ankle'), ((side + 'knee', side + 'ankle'), 'hip'))}
+        for joint, name in enumerate(JOINTS):
+            for part, (start, end, _) in enumerate(self.parts):
+                if name in (start, end) or limbs.get(name) == (start, end):
+                    covers[joint, part] = False
+        return covers
 
 
 def _by_joint(values: ByJoint) -> np.ndarray:
@@ -195,19 +205,6 @@ def _by_joint(values: ByJoint) -> np.ndarray:
 def _joints_of(segments: BetweenJoints) -> np.ndarray:
     """Return both ends of segments, (N, 2)."""
     return np.array([joint_indices(start, end) for start, end, _ in segments])
-
-
-def _covering(parts: BetweenJoints) -> np.ndarray:
-    """Return which parts may cover which joint of the same body, (18, parts)."""
-    covers = np.ones((len(JOINTS), len(parts)), bool)
-    limbs = {side + end: chain for side in ('left_', 'right_') for chain, end in
-             (((side + 'shoulder', side + 'elbow'), 'wrist'), ((side + 'elbow', side + 'wrist'), 'shoulder'),
-              ((side + 'hip', side + 'knee'), 'ankle'), ((side + 'knee', side + 'ankle'), 'hip'))}
-    for joint, name in enumerate(JOINTS):
-        for part, (start, end, _) in enumerate(parts):
-            if name in (start, end) or limbs.get(name) == (start, end):
-                covers[joint, part] = False
-    return covers
 
 
 BODY = BodyConstants()

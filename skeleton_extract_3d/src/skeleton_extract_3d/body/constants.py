@@ -1,4 +1,4 @@
-"""Constants of measured sizes, of joints that COCO_18 does not have, and of the frames of joints."""
+"""Constants of measured sizes and of feet."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,16 +20,6 @@ class SizeConstants:
         0.06, 'Standard deviation that a measured length tends to (where `most_frames` count, half of the way there '
               'from that of proportions), that of the size in the image where the depth of the trunk is sure, and '
               'that of a depth by it.', unit='share')
-
-
-@dataclass(frozen=True)
-class ExtraJointConstants:
-    """The top of the head."""
-
-    offset: float = constant(
-        0.02, "Its depth under the surface, and how much greater than the neck's its error is.", unit='m',
-        source='chosen')
-    window: float = constant(0.03, 'Half the side of the window around the keypoint.', unit='m', source='chosen')
 
 
 _FEET = 'rendered, dressed bodies with known toes and heels'
@@ -59,15 +49,3 @@ class FootConstants:
     support: float = constant(0.4, 'Share of the window that the own surface needs.')
     gate: float = constant(2.5, 'A surface is the own one within so many standard deviations of its expected depth.')
     sole: float = constant(0.02, 'Error with which the floor bears what would be below it.', unit='m')
-
-
-@dataclass(frozen=True)
-class JointFrameConstants:
-    """The frames of joints."""
-
-    least_bend: float = constant(
-        0.2, 'Sine of the bend of elbow or knee (12 degrees) from which on the bending axis turns the limb.',
-        source='error of two directions with 3 cm at the end of a bone of 25 cm')
-    clear_bend: float = constant(
-        0.5, 'Sine of the bend (30 degrees) from which on the bending axis alone is the second axis of the limb.',
-        source='chosen')

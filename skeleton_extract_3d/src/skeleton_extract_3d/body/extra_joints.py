@@ -10,6 +10,10 @@ from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median, window_depths
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
+# Depth of the top of the head under the surface, and how much greater than the neck's its error is [m].
+_UNDER_SURFACE = 0.02
+# Half the side of the window around its keypoint [m].
+_WINDOW = 0.03
 # Joints in the middle of others.
 _TRUNK = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 _BETWEEN: Dict[str, Tuple[str, ...]] = {'mid_hip': _TRUNK[2:], 'chest': _TRUNK}
@@ -63,13 +67,13 @@ def _between(people: People3D, names: Tuple[str, ...]) -> Joint:
 @np.errstate(invalid='ignore')
 def _head_top(people: People3D, uv: np.ndarray, view: FrameView, method: MethodConstants) -> Joint:
     """Return the top of heads on the surface at its keypoint (N, 2) [px of the grid], or else at the neck's depth."""
-    constants, points, parent = method.extra_joints, view.points, COCO_18.index['neck']
+    points, parent = view.points, COCO_18.index['neck']
     reach = method.body.neck_to_head + method.body.head_axes[1]
     near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)
     focal = view.camera.focal_in((points.width, points.height))
-    radius = np.clip(constants.window * focal / np.where(known, near[:, 2], 1.0), *method.windows.limits)
-    depth = window_depths(points, uv[:, None], radius, method.windows)[:, 0] + constants.offset
+    radius = np.clip(_WINDOW * focal / np.where(known, near[:, 2], 1.0), *method.windows.limits)
+    depth = window_depths(points, uv[:, None], radius, method.windows)[:, 0] + _UNDER_SURFACE
     own = np.abs(depth - near[:, 2:]) < reach
     measured = known & (2 * own.sum(axis=1) > np.isfinite(depth).sum(axis=1))
     surface = lower_median(np.where(own, depth, np.nan))
@@ -78,6 +82,6 @@ def _head_top(people: People3D, uv: np.ndarray, view: FrameView, method: MethodC
     # an inferred place beyond the reach of the body means a wrong keypoint
     known &= np.linalg.norm(xyz - near, axis=1) < 2 * reach
     seen = np.where(measured, MEASURED, INFERRED)
-    sigma = people.sigma[:len(uv), parent] + np.where(measured, constants.offset, reach / 2)
+    sigma = people.sigma[:len(uv), parent] + np.where(measured, _UNDER_SURFACE, reach / 2)
     return (np.where(known[:, None], xyz, np.nan), np.where(known, seen, MISSING), np.where(known, sigma, np.nan),
             np.where(known[:, None], people.velocity[:len(uv), parent], np.nan))

@@ -8,7 +8,6 @@ from typing import Dict, Tuple
 import numpy as np
 
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from skeleton_extract_3d.body.constants import JointFrameConstants
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.people import People3D
 
@@ -20,18 +19,21 @@ _STRETCHED = np.array([[[0, 0, 1], [1, 0, 0], [0, 1, 0]], [[0, 0, 1], [-1, 0, 0]
                        [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]])[:, None]
 # Elbows and knees bend in opposite senses: y is lower times upper part of arms, upper times lower part of legs.
 _SENSES = np.array([1, 1, -1, -1])[:, None, None]
+# Sine of the bend of elbow or knee from which on the bending axis turns the limb (12 degrees: the error of two
+# directions with 3 cm at the end of a bone of 25 cm), and from which on it alone is the second axis (30 degrees).
+_LEAST_BEND, _CLEAR_BEND = 0.2, 0.5
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
 
 
 @np.errstate(invalid='ignore', divide='ignore')
 def joint_frames(people: People3D, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the axes of the frames of all joints, (P, K, 3, 3) float64: columns x, y, z in the frame of the people."""
-    constants, at = method.joint_frames, _positions(people)
+    at = _positions(people)
     thorax, pelvis = _trunk(at)
     head = _frame_or(_head(at, method), thorax)
     frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, head)}
     limbs = np.array([[at[joint] for joint in joints] for joints in _LIMBS])
-    for joints, upper, lower in zip(_LIMBS, *_limbs(np.array([thorax, thorax, pelvis, pelvis]), limbs, constants)):
+    for joints, upper, lower in zip(_LIMBS, *_limbs(np.array([thorax, thorax, pelvis, pelvis]), limbs)):
         frames.update(zip(joints, (upper, lower, lower)))
     for side in ('left', 'right'):
         ankle, toe = f'{side}_ankle', f'{side}_big_toe'
@@ -75,7 +77,7 @@ def _head(at: Dict[str, np.ndarray], method: MethodConstants) -> np.ndarray:
     return np.stack([cos * ahead + sin * above, y, cos * above - sin * ahead], axis=-1)
 
 
-def _limbs(trunks: np.ndarray, joints: np.ndarray, constants: JointFrameConstants) -> Tuple[np.ndarray, np.ndarray]:
+def _limbs(trunks: np.ndarray, joints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return the frames of the upper and the lower parts of limbs, (4, P, 3, 3) each, by those that they hang on and
     joints (4, 3, P, 3) [m]: root, middle and end of each limb.
     """
@@ -83,8 +85,8 @@ def _limbs(trunks: np.ndarray, joints: np.ndarray, constants: JointFrameConstant
     stretched = trunks @ _STRETCHED
     _, y, z = np.moveaxis(_swung(stretched, along), -1, 0)
     bending = _SENSES * np.cross(further, along)  # as long as the sine of the bend
-    share = np.clip((np.linalg.norm(bending, axis=-1, keepdims=True) - constants.least_bend)
-                    / (constants.clear_bend - constants.least_bend), 0, 1)
+    share = np.clip((np.linalg.norm(bending, axis=-1, keepdims=True) - _LEAST_BEND)
+                    / (_CLEAR_BEND - _LEAST_BEND), 0, 1)
     turn = np.nan_to_num(share * share * (3 - 2 * share) * np.arctan2(_dot(bending, z), _dot(bending, y)))
     cos, sin = np.cos(turn), np.sin(turn)
     upper = np.stack([along, cos * y + sin * z, cos * z - sin * y], axis=-1)

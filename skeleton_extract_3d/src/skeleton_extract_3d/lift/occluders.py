@@ -48,7 +48,10 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
     """
     constants = method.occluders
     covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
-    doubted = covered & _on_far_side(left, constants.turned_away) | flat_arms(points, observed, covered, constants)
+    away = left[:, 2] / np.maximum(np.sqrt((left * left).sum(axis=1)), 1e-6)
+    far = np.zeros(covered.shape, bool)  # joints of limbs on the far side of the body
+    far[:, _OUTER] = _OUTER_SIDES * away[:, None] > constants.turned_away
+    doubted = covered & far | flat_arms(points, observed, covered, constants)
     return Ownership(np.where(doubted, constants.covered, 1.0), covered, foreign)
 
 
@@ -79,12 +82,3 @@ def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surf
     along = np.where(length > 0, along / np.maximum(length, 1e-6), [0.0, 1.0])
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (constants.beside * observed.focal / surface)[:, None]
     return here + np.stack([-across, across])
-
-
-def _on_far_side(left: np.ndarray, turned_away: float) -> np.ndarray:
-    """Return which joints of limbs are on the far side of the body, (P, 18) bool; `left`: (P, 3), zero where unknown.
-    """
-    away = left[:, 2] / np.maximum(np.sqrt((left * left).sum(axis=1)), 1e-6)
-    far = np.zeros((len(left), len(JOINTS)), bool)
-    far[:, _OUTER] = _OUTER_SIDES * away[:, None] > turned_away
-    return far

@@ -103,13 +103,6 @@ class Expectation(NamedTuple):
         return self._replace(stature=self.stature * scale, lengths=self.lengths * scale[:, None])
 
 
-class Skin(NamedTuple):
-    """Depths of joints under their surface, and how much further in front a surface hides them, (P, 18) [m]."""
-
-    offsets: np.ndarray
-    gaps: np.ndarray
-
-
 class Ownership(NamedTuple):
     """Which body, or none, the samples of P people belong to.
 
@@ -136,7 +129,7 @@ class Lifted(NamedTuple):
         root: (P,) depth of the trunk [m].
         stature: (P,) by which the bones were scaled [m].
         candidates: (P, 13, 45) float32 min-marginals (-2 log likelihood) of the depths `root + CostConstants.deltas` of
-            the thirteen places of `depth_inference`.
+            the thirteen places: `body.CHAINS`, and the middle of the ears.
     """
 
     xyz: np.ndarray

@@ -2,15 +2,14 @@
 
 The points on the body in the last frame in which a network saw it are moved onto the points of this one, by
 Gauss-Newton steps from where the track expects it; see docs/method.md#registration-between-crops and registration.cpp.
-A body is thirteen places of `depth_inference`: corners of the trunk, elbows and knees, wrists and ankles, head.
+A body is thirteen places of `lift.robust`: corners of the trunk, elbows and knees, wrists and ankles, head.
 """
 from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import HEAD, JOINTS, NECK, SHOULDERS
+from skeleton_extract_3d.body.body import CHAINS, HEAD, JOINTS, NECK, SHOULDERS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform
@@ -76,30 +75,14 @@ class Surface(NamedTuple):
     pose: Optional[Transform]
 
 
-class ExpectedBody(NamedTuple):
-    """A body where its track expects it: depths around it, places (13, 3) [m] with their covariances (13, 3, 3) [m^2],
-    and the bodies (Q, 13, 3) near it [m].
-    """
-
-    grid: DepthGrid
-    places: np.ndarray
-    covariance: np.ndarray
-    others: np.ndarray
-
-
-class RegisteredBody(NamedTuple):
-    """A body moved onto the points: places (13, 3), and standard deviations per axis (13,) [m]."""
-
-    places: np.ndarray
-    sigma: np.ndarray
-
-    def joints(self, position: np.ndarray, before: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Return joints (18, 3) [m] moved along from where the places were (13, 3), and their sigma (18,) [m]."""
-        shift, sigma = np.empty((len(JOINTS), 3)), np.empty(len(JOINTS))
-        for values, of_places in ((shift, self.places - before), (sigma, self.sigma)):
-            values[CHAINS], values[HEAD] = of_places[:-1], of_places[-1]
-            values[NECK] = values[SHOULDERS].mean(axis=0)
-        return position + shift, sigma
+def moved_joints(position: np.ndarray, before: np.ndarray, places: np.ndarray, sigma: np.ndarray
+                 ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return joints (18, 3) [m] moved along with places from where these were (13, 3), and their sigma (18,) [m]."""
+    shift, sigmas = np.empty((len(JOINTS), 3)), np.empty(len(JOINTS))
+    for values, of_places in ((shift, places - before), (sigmas, sigma)):
+        values[CHAINS], values[HEAD] = of_places[:-1], of_places[-1]
+        values[NECK] = values[SHOULDERS].mean(axis=0)
+    return position + shift, sigmas
 
 
 def places_of(position: np.ndarray, has: np.ndarray) -> np.ndarray:
@@ -133,11 +116,16 @@ def surfaces_of(seen: SeenBodies, ids: np.ndarray, method: MethodConstants = MET
     return surfaces
 
 
-def register(surface: Surface, expected: ExpectedBody, change: Optional[Tuple[np.ndarray, np.ndarray]] = None,
-             method: MethodConstants = METHOD) -> Optional[RegisteredBody]:
-    """Return a body in a frame; None: too little of it is in view, or the points do not fit it.
+def register(surface: Surface, grid: DepthGrid, expected: Tuple[np.ndarray, np.ndarray], others: np.ndarray,
+             change: Optional[Tuple[np.ndarray, np.ndarray]] = None, method: MethodConstants = METHOD
+             ) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+    """Return the places (13, 3) of a body in a frame and their standard deviations per axis (13,) [m]; None: too little
+    of it is in view, or the points do not fit it.
 
     Args:
+        grid: depths around it.
+        expected: where its track expects the places (13, 3) [m], with their covariances (13, 3, 3) [m^2].
+        others: (Q, 13, 3) bodies near it [m].
         change: rotation and translation [m] of the frame of the points since the body was seen; None: none.
     """
     constants, before, (points, normals, parts) = method.registration, surface.places, surface.samples
@@ -148,11 +136,10 @@ def register(surface: Surface, expected: ExpectedBody, change: Optional[Tuple[np
         points, normals = points @ rotation.T + translation, normals @ rotation.T
         before = before @ rotation.T + translation
     places, covariance, (fit, in_view) = method.compiled.register_surface(
-        expected.grid, (points, normals, parts), before, (expected.places, expected.covariance), expected.others,
-        surface.radii)
+        grid, (points, normals, parts), before, expected, others, surface.radii)
     if fit < constants.least_fit or in_view < constants.least_in_view:
         return None
-    return RegisteredBody(places, np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 3))
+    return places, np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 3)
 
 
 def grids_of(points: PointGrid, camera: CameraModel, places: np.ndarray, method: MethodConstants = METHOD

@@ -3,67 +3,77 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
+from skeleton_extract_3d.body.body import (
+    CHAINS,
+    HEAD,
+    LOWER_KINDS,
+    NECK,
+    PAIR_KINDS,
+    SHOULDERS,
+    TRUNK,
+    UPPER_KINDS,
+    bone_kinds,
+)
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import occluders, surfaces
-from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of
+from skeleton_extract_3d.lift.constants import InferenceConstants
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
-from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople, Skin
+from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.points.point_grid import PointGrid
 
+_KINDS = np.concatenate([UPPER_KINDS, LOWER_KINDS, PAIR_KINDS, bone_kinds('trunk', 'head')])
 
-class RobustLifting:
-    """All joints of a person together: by the surfaces, the lengths of bones and the expectation.
 
-    Args:
-        on_skin: put measured joints on the surface in front of them.
+def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expectation, method: MethodConstants = METHOD
+                  ) -> Lifted:
+    """Return where the joints are, all of a person together: by the surfaces, the lengths of bones and the expectation.
+
+    Depths are inferred in pictorial structures (Felzenszwalb and Huttenlocher, IJCV 2005), with the depth along each
+    keypoint's ray in place of a place in the image; see docs/method.md, section 3. Costs are -2 log likelihood. The
+    min-marginal of a candidate is the cost of the cheapest depths of all thirteen places that go through it.
     """
+    root, sure, foreign = _trunk(observed, expected, method)
+    expected = expected.with_sizes(observed, root, sure, method)
+    scale = expected.stature / method.body.adult_stature
+    head = heads_of(observed, root, scale, method)
+    left = (np.where(np.isfinite(expected.left), expected.left, 0.0)
+            + left_of_heads(observed, head, root, scale, method))
+    ownership = occluders.ownership(points, observed, root, left, foreign, method)
 
-    def __init__(self, method: MethodConstants = METHOD, on_skin: bool = False) -> None:
-        self._method, self._on_skin = method, on_skin
-
-    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
-        """Return where the joints are; see `lifting.LiftingMethod`."""
-        method = self._method
-        root, sure, foreign = _trunk(observed, expected, method)
-        expected = expected.with_sizes(observed, root, sure, method)
-        scale = expected.stature / method.body.adult_stature
-        head = heads_of(observed, root, scale, method)
-        left = (np.where(np.isfinite(expected.left), expected.left, 0.0)
-                + left_of_heads(observed, head, root, scale, method))
-        ownership = occluders.ownership(points, observed, root, left, foreign, method)
-
-        skin = _skin(head, scale, method)
-        costs = surfaces.depth_costs(observed, root, skin, ownership, method)
-        head_costs = costs[:, HEAD].sum(axis=1)
-        costs = surfaces.with_memory(costs, root, expected, method.costs)[:, CHAINS]
-
-        bones = bones_of(expected.lengths, expected.length_spread, expected.stature, method.inference)
-        candidates, left = method.compiled.infer_depths(
-            np.concatenate([costs, head_costs[:, None]], axis=1),
-            np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, *bones, left)
-        depth, deviation = method.compiled.read_depths(candidates)
-        depth = depth + root[:, None]
-        middle = _refined_head(observed, head, depth[:, -1], foreign, method)
-        z, sigma = _of_all_joints(depth, deviation, middle, head)
-        offsets = np.copy(skin.offsets)
-        offsets[:, HEAD] = head.depths - head.surface
-        # visible joints are put where their surface is; compiled (measuring.cpp)
-        xyz, measured, plausible = method.compiled.measure(
-            (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign,
-            bones.lengths[:, :8])
-        if self._on_skin:
-            xyz = xyz - observed.rays * np.where(measured, offsets, 0.0)[..., None]
-        return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
-
-
-def _skin(head: HeadPose, scale: np.ndarray, method: MethodConstants) -> Skin:
-    """Return the surfaces in front of the joints; the candidates of the joints of the head are those of its middle."""
+    # depths of joints under their surface; the candidates of the joints of the head are those of its middle
     thicknesses = method.body.thicknesses
     offsets = method.body.surface_offsets * scale[:, None]
     gaps = thicknesses - offsets
     offsets[:, HEAD], gaps[:, HEAD] = -head.surface, thicknesses[HEAD]
-    return Skin(offsets, gaps)
+    costs = surfaces.depth_costs(observed, root, (offsets, gaps), ownership, method)
+    head_costs = costs[:, HEAD].sum(axis=1)
+    costs = surfaces.with_memory(costs, root, expected, method.costs)[:, CHAINS]
+
+    lengths, sigmas = bones_of(expected.lengths, expected.length_spread, method.inference)
+    candidates, left = method.compiled.infer_depths(
+        np.concatenate([costs, head_costs[:, None]], axis=1),
+        np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, lengths, sigmas, expected.stature,
+        left)
+    depth, deviation = method.compiled.read_depths(candidates)
+    depth = depth + root[:, None]
+    middle = _refined_head(observed, head, depth[:, -1], foreign, method)
+    z, sigma = _of_all_joints(depth, deviation, middle, head)
+    offsets[:, HEAD] = head.depths - head.surface
+    # visible joints are put where their surface is; compiled (measuring.cpp)
+    xyz, measured, plausible = method.compiled.measure(
+        (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign,
+        lengths[:, :8])
+    return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
+
+
+def bones_of(lengths: np.ndarray, spread: np.ndarray, constants: InferenceConstants = METHOD.inference
+             ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return lengths and standard deviations (P, 12) float32 [m] of the upper and the lower bones of the limbs,
+    shoulders, hips, trunk, neck to head; by lengths [m] and spreads, as shares, (P, 8) in the order of `body.BONES`.
+    """
+    sigmas = np.sqrt((spread * lengths) ** 2 + constants.keypoint_error ** 2)[:, _KINDS]
+    sigmas[:, 11] += constants.keypoint_error
+    return lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32)
 
 
 def _of_all_joints(depth: np.ndarray, deviation: np.ndarray, middle: np.ndarray, head: HeadPose

@@ -9,7 +9,7 @@ import numpy as np
 
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.constants import CostConstants, WindowConstants
-from skeleton_extract_3d.lift.records import Expectation, ObservedPeople, Ownership, Skin
+from skeleton_extract_3d.lift.records import Expectation, ObservedPeople, Ownership
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 # Bones that look shorter than this on the plane z = 1 have no size.
@@ -89,12 +89,15 @@ def size_evidence(size: np.ndarray, spread: np.ndarray, method: MethodConstants 
     return np.maximum(-off * off, -method.costs.limit)
 
 
-def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Skin, ownership: Ownership,
-                method: MethodConstants = METHOD) -> np.ndarray:
+def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Tuple[np.ndarray, np.ndarray],
+                ownership: Ownership, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the costs of each joint at depths `root + CostConstants.deltas`, (P, 18, 45) float32; compiled.
 
-    They are -2 log likelihoods, the least of each joint being 0; all are 0 without a keypoint or samples. `root`: (P,)
-    depth of the trunk [m].
+    They are -2 log likelihoods, the least of each joint being 0; all are 0 without a keypoint or samples.
+
+    Args:
+        root: (P,) depth of the trunk [m].
+        skin: depths of joints under their surface, and how much further in front a surface hides them, (P, 18) [m].
     """
     return method.compiled.depth_costs(observed.samples, observed.scores, root, *skin, *ownership)
 

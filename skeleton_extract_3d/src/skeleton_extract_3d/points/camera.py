@@ -9,7 +9,6 @@ import numpy as np
 from openpose_ros_pkg.calibration import Calibration, distortion_model
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.points.constants import CameraLimitConstants
 
 # Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
 ASPECT_TOLERANCE = 0.01
@@ -20,6 +19,10 @@ _DISTORTION_LENGTHS: Dict[str, Tuple[int, ...]] = {
     '': (), 'plumb_bob': _OPENCV_LENGTHS, 'rational_polynomial': _OPENCV_LENGTHS, 'equidistant': (4,)}
 _FISHEYE = 'equidistant'
 
+# Limits of focal lengths, in longer sides of the image: lines of sight of 157 degrees and of half a degree.
+_FOCAL_LENGTHS = 0.1, 100.0
+# Least share of the pixels at which the distortion can be inverted; fisheye lenses have corners where it can not.
+_LEAST_RAYS = 0.15
 # Undistortion iterates; OpenCV's default of 5 rounds leaves pixels of error at the corners of wide lenses.
 _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
 # A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
@@ -36,12 +39,12 @@ class CameraModel:
         distortion_model: a spelling that `calibration.distortion_model` knows; then its name in a CameraInfo.
         distortion: D, (N,) float64; empty or all zero: no distortion. Zeros beyond those of the
             model are cut off.
-        limits: of the values; None: not checked, as of a camera that was made of a checked one, whose image may be a
-            small part far from the centre.
+        checked: whether the values are those of a camera; False: of one that was made of a checked one, whose image may
+            be a small part far from the centre.
 
     Raises:
         BadInputError: the camera is not calibrated, the distortion model is unknown or does not fit D, or no camera
-            has such values (`CameraLimitConstants`).
+            has such values.
     """
 
     width: int
@@ -49,9 +52,9 @@ class CameraModel:
     matrix: np.ndarray
     distortion_model: str = ''
     distortion: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    limits: InitVar[Optional[CameraLimitConstants]] = METHOD.camera_limits
+    checked: InitVar[bool] = True
 
-    def __post_init__(self, limits: Optional[CameraLimitConstants]) -> None:
+    def __post_init__(self, checked: bool) -> None:
         if self.width < 1 or self.height < 1:
             raise BadInputError(f'camera has size {self.width} x {self.height}, expected at least 1 x 1')
         matrix = np.array(self.matrix, np.float64).reshape(-1)
@@ -72,25 +75,25 @@ class CameraModel:
         object.__setattr__(self, 'distortion_model', model)
         object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
         object.__setattr__(self, 'distortion', distortion[:fitting[-1]] if distortion.any() else np.zeros(0))
-        if limits is not None:
-            self._check_limits(limits)
+        if checked:
+            self._check_limits()
 
-    def _check_limits(self, limits: CameraLimitConstants) -> None:
+    def _check_limits(self) -> None:
         sizes = (self.width, self.height)
-        least, most = (limit * max(sizes) for limit in limits.focal_lengths)
+        least, most = (limit * max(sizes) for limit in _FOCAL_LENGTHS)
         for axis, size, (focal, centre) in zip('xy', sizes, self.matrix[[[0], [1]], [[0, 2], [1, 2]]].tolist()):
             if not least <= focal <= most:
                 raise BadInputError(f'camera matrix K: f{axis} is {focal:g} px, expected {least:g} to {most:g} px for '
                                     f'{self.width} x {self.height} px')
-            if abs(centre - size / 2) > limits.centre * size:
+            if abs(centre - size / 2) > size:
                 raise BadInputError(f'camera matrix K: c{axis} is {centre:g} px, far outside of {self.width} x '
                                     f'{self.height} px; is K of another resolution?')
         if self.distortion.size:
             u, v = (np.linspace(0, size - 1, count) for size, count in zip(sizes, METHOD.camera_fit.grid))
             share = np.isfinite(self.rays(np.stack(np.meshgrid(u, v), axis=-1))).all(axis=1).mean()
-            if share < limits.least_rays:
+            if share < _LEAST_RAYS:
                 raise BadInputError(f'distortion D = {self.distortion.tolist()} folds the image: {share:.0%} of its '
-                                    f'pixels have one line of sight, expected at least {limits.least_rays:.0%}')
+                                    f'pixels have one line of sight, expected at least {_LEAST_RAYS:.0%}')
 
     def scaled(self, width: int, height: int) -> 'CameraModel':
         """Return the same camera for an image of another resolution.
@@ -106,7 +109,7 @@ class CameraModel:
         matrix[[0, 1], [0, 1]] *= ratio
         # the corner of the image is at -0.5, since integers are centres
         matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
-        return CameraModel(width, height, matrix, self.distortion_model, self.distortion, limits=None)
+        return CameraModel(width, height, matrix, self.distortion_model, self.distortion, checked=False)
 
     def focal_in(self, image_size: Tuple[int, int]) -> float:
         """Return the focal length, mean of both axes, in the pixels of an image of the same view [px]."""
@@ -184,7 +187,7 @@ def calibrated_camera(calibration: Calibration, rectified: bool = False) -> Came
     matrix = sensor.matrix.copy()
     matrix[:2, 2] -= x, y
     matrix[:2] /= np.maximum(calibration.binning, 1)[:, None]
-    return CameraModel(*calibration.image_size, matrix, sensor.distortion_model, sensor.distortion, limits=None)
+    return CameraModel(*calibration.image_size, matrix, sensor.distortion_model, sensor.distortion, checked=False)
 
 
 def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:

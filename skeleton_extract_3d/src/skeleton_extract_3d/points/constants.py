@@ -18,20 +18,6 @@ class CameraFitConstants:
 
 
 @dataclass(frozen=True)
-class CameraLimitConstants:
-    """What no camera has: a `CameraInfo` beyond it is refused."""
-
-    focal_lengths: Tuple[float, float] = constant(
-        (0.1, 100.0), 'Limits of the focal lengths: lines of sight of 157 degrees and of half a degree.',
-        unit='longer sides of the image', source='chosen')
-    centre: float = constant(1.0, 'Greatest distance of the principal point from the middle of the image, which may be '
-                                  'a part of a larger one.', unit='sizes of the image', source='chosen')
-    least_rays: float = constant(
-        0.15, 'Least share of the pixels at which the distortion can be inverted; fisheye lenses have corners where it '
-              'can not.', source='chosen')
-
-
-@dataclass(frozen=True)
 class PlausibilityConstants:
     """Faults of points: no depth of the view, or not that of the image."""
 

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -55,16 +55,15 @@ class RgbdFolder:
     depth_scale: Optional[float]  # units of 16-bit depth per metre, or None
     fps: Optional[float]  # [Hz], or None
     timing: str  # origin of the stamps
-    remarks: List[str]  # missing images, for the report
+    remarks: List[str]  # missing partners, for the report
 
 
-def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, start: Optional[int] = None,
-                     default_rate: Optional[Fraction] = None) -> RgbdFolder:
+def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, default_rate: Optional[Fraction] = None
+                     ) -> RgbdFolder:
     """Find the images of an RGB-D folder and their stamps; no image is read.
 
     Args:
         rate: of numbered images [Hz], in place of rgb.txt, depth.txt and fps.
-        start: stamp of the first image [ns]; the others keep their distances.
         default_rate: of numbered images where nothing else is known [Hz].
 
     Raises:
@@ -74,7 +73,6 @@ def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, start: Optio
         raise BadInputError(f'folder {folder} does not exist')
     values, calibration = read_description(folder)
     lists = {stream: folder / name for stream, name in LISTS.items() if (folder / name).is_file()}
-    remarks: List[str] = []
     if lists and rate is None:
         streams = {stream: _listed(path) for stream, path in lists.items()}
         colour, depth = ([file.stamp for file in streams.get(stream, [])] for stream in LISTS)
@@ -83,13 +81,17 @@ def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, start: Optio
     else:
         known = rate if rate is not None else values['fps'] and Fraction(str(values['fps']))
         values['fps'], rate = known and float(known), known or default_rate
-        streams, colour_of, remarks = _numbered(folder, rate)
+        streams = _numbered(folder, rate)
+        colour_of = {stamp: stamp for stamp in set.intersection(*(
+            {file.stamp for file in streams.get(stream, [])} for stream in LISTS))}
         timing = f'numbers at {float(rate or 0):g} Hz'
+    stamps = sorted(file.stamp for files in streams.values() for file in files)
+    if stamps[0] == 0 or stamps[-1] >= STAMP_END:
+        raise BadInputError(f'stamps go from {seconds_text(stamps[0])} to {seconds_text(stamps[-1])} s, expected more '
+                            f'than 0 (which means "no stamp" in ROS) and less than {STAMP_END // SECOND}')
     scale = values['depth_scale'] or (TUM_UNITS_PER_METRE if lists else None)
-    streams, shift = _shifted(streams, start)
-    return RgbdFolder(streams, {depth + shift: colour + shift for depth, colour in colour_of.items()}, calibration,
-                      values['frame_id'], values['T_world_camera'], scale, values['fps'], timing,
-                      remarks + _remarks_on_partners(streams, len(colour_of)))
+    return RgbdFolder(streams, colour_of, calibration, values['frame_id'], values['T_world_camera'], scale,
+                      values['fps'], timing, _remarks_on_partners(streams, len(colour_of)))
 
 
 def read_description(folder: Path) -> Tuple[Dict[str, Any], Optional[Calibration]]:
@@ -164,57 +166,29 @@ def _listed(path: Path) -> List[StampedFile]:
     return files
 
 
-def _numbered(folder: Path, rate: Optional[Fraction]) -> Tuple[Streams, Dict[int, int], List[str]]:
-    """Return the images with stamps at equal distances, the pairs by stamp, and remarks."""
-    places = {stream: next((folder / name for name in names if (folder / name).is_dir()), None)
-              for stream, names in FOLDERS.items()}
-    numbered = {stream: files for stream, place in places.items() if place is not None
-                for files in [_by_number(place, _SUFFIXES[stream])] if files}
+def _numbered(folder: Path, rate: Optional[Fraction]) -> Streams:
+    """Return the images by the numbers at the end of their names, with stamps at equal distances."""
+    numbered: Dict[str, Dict[int, Path]] = {}
+    for stream, names in FOLDERS.items():
+        place = next((folder / name for name in names if (folder / name).is_dir()), None)
+        for path in sorted(place.iterdir()) if place is not None else []:
+            if path.suffix.lower() not in _SUFFIXES[stream] or path.name.startswith('.') or not path.is_file():
+                continue
+            number = _NUMBER.search(path.stem)
+            if number is None:
+                raise BadInputError(f"{path}: expected a name that ends in the number of the frame, as 'frame_0012'; "
+                                    'stamps belong into rgb.txt and depth.txt')
+            numbered.setdefault(stream, {})[int(number[1])] = path
     if not numbered:
-        content = sorted(path.name + '/' * path.is_dir() for path in folder.iterdir())
-        raise BadInputError(f'{folder} has no images in rgb/, color/ or depth/; it holds: '
-                            f'{", ".join(content[:5]) or "nothing"}')
+        raise BadInputError(f'{folder} has no images in rgb/, color/ or depth/')
     if rate is None:
         raise BadInputError(f"{folder} has neither rgb.txt or depth.txt with stamps nor fps in sequence.yaml or "
                             'meta.json: give --rate')
-    if not 0 < rate <= 1000:
-        raise BadInputError(f'rate {float(rate):g}, expected more than 0 and up to 1000 [Hz]')
-    numbers = sorted(set().union(*numbered.values()))
-    stamps = {number: DEFAULT_START + round((number - numbers[0]) * SECOND / rate) for number in numbers}
-    missing = numbers[-1] - numbers[0] + 1 - len(numbers)
-    remarks = [f'{missing} of the numbers {numbers[0]} .. {numbers[-1]} are missing; the times of the others are as if '
-               'they were there'] * (missing > 0)
-    streams = {stream: [StampedFile(stamps[number], files[number]) for number in sorted(files)]
-               for stream, files in numbered.items()}
-    both = set(numbered.get('colour', ())) & set(numbered.get('depth', ()))
-    return streams, {stamps[number]: stamps[number] for number in both}, remarks
-
-
-def _by_number(place: Path, suffixes: Sequence[str]) -> Dict[int, Path]:
-    """Return the images of a folder by the numbers at the end of their names."""
-    files: Dict[int, Path] = {}
-    for path in sorted(place.iterdir()):
-        if path.suffix.lower() not in suffixes or path.name.startswith('.') or not path.is_file():
-            continue
-        number = _NUMBER.search(path.stem)
-        if number is None:
-            raise BadInputError(f"{path}: expected a name that ends in the number of the frame, as 'frame_0012'; "
-                                'stamps belong into rgb.txt and depth.txt')
-        if files.setdefault(int(number[1]), path) != path:
-            raise BadInputError(f'{files[int(number[1])]} and {path} have one number')
-    return files
-
-
-def _shifted(streams: Streams, start: Optional[int]) -> Tuple[Streams, int]:
-    """Return the files with the first stamp at `start`, and the difference [ns]."""
-    stamps = [file.stamp for files in streams.values() for file in files]
-    shift = 0 if start is None else start - min(stamps)
-    first, last = min(stamps) + shift, max(stamps) + shift
-    if first <= 0 or last >= STAMP_END:
-        raise BadInputError(f'stamps go from {seconds_text(first)} to {seconds_text(last)} s, expected more than 0 '
-                            f'(which means "no stamp" in ROS) and less than {STAMP_END // SECOND}; give --start')
-    return {stream: [StampedFile(file.stamp + shift, file.path) for file in files]
-            for stream, files in streams.items()}, shift
+    if not 0 < rate <= _MOST_FPS:
+        raise BadInputError(f'rate {float(rate):g}, expected more than 0 and up to {_MOST_FPS} [Hz]')
+    first = min(min(files) for files in numbered.values())
+    return {stream: [StampedFile(DEFAULT_START + round((number - first) * SECOND / rate), files[number])
+                     for number in sorted(files)] for stream, files in numbered.items()}
 
 
 def _remarks_on_partners(streams: Streams, pairs: int) -> List[str]:
@@ -226,7 +200,7 @@ def _remarks_on_partners(streams: Streams, pairs: int) -> List[str]:
     if len(streams) < 2:
         return []
     if not pairs:
-        colour, depth = streams['colour'][0], streams['depth'][0]
+        colour, depth = (streams[stream][0] for stream in LISTS)
         raise BadInputError(f'no colour image has a depth image: the first ones are {colour.path.name} at '
                             f'{seconds_text(colour.stamp)} s and {depth.path.name} at {seconds_text(depth.stamp)} s')
     return [f'{len(files) - pairs} of {len(files)} {stream} images have no partner'

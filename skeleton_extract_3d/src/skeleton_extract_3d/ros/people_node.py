@@ -1,6 +1,6 @@
 """The people node: detection service and extractors in one process, so that no image is sent from one to the other."""
 from dataclasses import replace
-from typing import List, Sequence
+from typing import List
 
 import rospy
 
@@ -34,9 +34,15 @@ class PeopleNode:
 
     def __init__(self, settings: PeopleSettings) -> None:
         cameras = settings.cameras.names
-        _check(cameras)
-        settings = _for_all_cameras(settings)
-        settings = replace(settings, extraction=settle_camera(settings.extraction, cameras[0]))
+        for camera in cameras if cameras != ('',) else ():
+            check_topic_name('cameras', camera)
+        if len(set(cameras)) < len(cameras):
+            raise ParameterError(f"parameter 'cameras' names one twice: {' '.join(cameras)}", 'cameras')
+        networks = settings.detection.detector  # their target rate is that of all cameras together
+        networks = replace(networks, detector=replace(
+            networks.detector, target_rate=networks.detector.target_rate * len(cameras)))
+        settings = replace(settings, detection=replace(settings.detection, detector=networks),
+                           extraction=settle_camera(settings.extraction, cameras[0]))
         detection, extraction = settings.detection, settings.extraction
         if detection.stream.image_topic:
             raise ParameterError("parameter 'image_topic' has to be empty in this node: its images come on ~image",
@@ -76,24 +82,6 @@ class PeopleNode:
         self._service.reconfigure(settings.detection)
         for extractor in self._extractors:
             extractor.reconfigure(settings.extraction)
-
-
-def _for_all_cameras(settings: PeopleSettings) -> PeopleSettings:
-    """Return the settings with the target rate of all cameras together, in place of that of each."""
-    detector = settings.detection.detector
-    rate = detector.detector.target_rate * len(settings.cameras.names)
-    detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
-    return replace(settings, detection=replace(settings.detection, detector=detector))
-
-
-def _check(cameras: Sequence[str]) -> None:
-    """Refuse namespaces that are none, or that are named twice."""
-    if cameras == ('',):
-        return
-    for camera in cameras:
-        check_topic_name('cameras', camera)
-    if len(set(cameras)) < len(cameras):
-        raise ParameterError(f"parameter 'cameras' names one twice: {' '.join(cameras)}", 'cameras')
 
 
 def main() -> None:

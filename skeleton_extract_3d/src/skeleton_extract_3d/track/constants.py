@@ -6,46 +6,11 @@ import numpy as np
 from openpose_ros_pkg.params.constants import constant
 from skeleton_extract_3d.body.body import ENDS, HEAD, HIPS, JOINTS, MIDDLES, NECK, SHOULDERS
 
-
-def _rest_sigmas() -> np.ndarray:
-    """Return the errors of joints at rest of which nothing is known but the parent, (18,) [m]."""
-    sigmas = np.zeros(len(JOINTS))
-    sigmas[NECK] = sigmas[SHOULDERS] = sigmas[HEAD] = 0.10
-    sigmas[HIPS] = 0.14
-    sigmas[MIDDLES] = 0.15, 0.15, 0.16, 0.16
-    sigmas[ENDS] = 0.26, 0.26, 0.24, 0.24
-    return sigmas
-
-
-@dataclass(frozen=True)
-class JointFilterConstants:
-    """How measurements correct a filter."""
-
-    trusted_deviations: float = constant(
-        4.0, 'A measurement further off gets a covariance that puts it there: jumps are followed within frames, but '
-             'one wild measurement does not throw the joint.', unit='standard deviations')
-
-
-@dataclass(frozen=True)
-class InnovationConstants:
-    """Errors of estimates by their innovations."""
-
-    memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
-                             source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
-    repeated: float = constant(
-        0.25, 'Errors repeat in full where the mean square of innovations is this share, or less, of what independent '
-              'errors make.', source='as `memory`')
-
-
-@dataclass(frozen=True)
-class BirthConstants:
-    """State of a new track."""
-
-    sigma: float = constant(
-        0.15, "Standard deviation per axis of the joints and of the trunk's middle; later on of the middle of a trunk "
-              'of which few corners are measured.', unit='m')
-    speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
-                            unit='m/s')
+# Errors of joints at rest of which nothing is known but the parent, (18,) [m].
+_REST_SIGMAS = np.zeros(len(JOINTS))
+_REST_SIGMAS[NECK] = _REST_SIGMAS[SHOULDERS] = _REST_SIGMAS[HEAD] = 0.10
+_REST_SIGMAS[HIPS], _REST_SIGMAS[MIDDLES], _REST_SIGMAS[ENDS] = (
+    0.14, (0.15, 0.15, 0.16, 0.16), (0.26, 0.26, 0.24, 0.24))
 
 
 @dataclass(frozen=True)
@@ -98,7 +63,7 @@ class ExpectationConstants:
 
 @dataclass(frozen=True)
 class CorrectionConstants:
-    """Errors of the joints of a frame."""
+    """Errors of the joints of a frame, and of estimates by their innovations."""
 
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
@@ -109,6 +74,14 @@ class CorrectionConstants:
     measured_reach: float = constant(
         0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
     down_share: float = constant(0.2, "Weight of a frame in the trunk's direction downwards.", unit='share')
+    trusted_deviations: float = constant(
+        4.0, 'A measurement further off gets a covariance that puts it there: jumps are followed within frames, but '
+             'one wild measurement does not throw the joint.', unit='standard deviations')
+    memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
+                             source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
+    repeated: float = constant(
+        0.25, 'Errors repeat in full where the mean square of innovations is this share, or less, of what independent '
+              'errors make.', source='as `memory`')
 
 
 @dataclass(frozen=True)
@@ -119,7 +92,7 @@ class CompletionConstants:
         0.04, "Error of a joint that loses its keypoint, beyond its parent's, and of those of hidden people.", unit='m')
     sigma_growth: float = constant(0.35, 'Growth of this error, and of that of hidden people.', unit='m/s')
     rest_sigmas: np.ndarray = constant(
-        _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
+        _REST_SIGMAS, 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
     rest_time: float = constant(
         0.7, 'Limbs without a keypoint hang straight down within about this time.', unit='s')
     speed: float = constant(0.5, 'Standard deviation per axis of the velocity of what is not seen.', unit='m/s')
@@ -199,9 +172,11 @@ class StandingConstants:
 class TrackConstants:
     """All of them."""
 
-    joint_filter: JointFilterConstants = JointFilterConstants()
-    innovation: InnovationConstants = InnovationConstants()
-    birth: BirthConstants = BirthConstants()
+    birth_sigma: float = constant(
+        0.15, "Standard deviation per axis of the joints and of the trunk's middle of a new track; later on of the "
+              'middle of a trunk of which few corners are measured.', unit='m')
+    birth_speed: float = constant(1.0, 'The same of both velocities, and of a joint that is seen for the first time.',
+                                  unit='m/s')
     identity: IdentityConstants = IdentityConstants()
     appearance: AppearanceConstants = AppearanceConstants()
     expectation: ExpectationConstants = ExpectationConstants()

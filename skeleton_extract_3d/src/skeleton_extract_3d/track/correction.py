@@ -44,11 +44,13 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     used = trusted & tracks.has
     joints = tracks.joints.corrected(xyz, covariance, used, method)
     joints = come_along(joints, tracks, used, stamp, method.track.identity.gap)
-    joints = _begun(joints, trusted & ~tracks.has, xyz, covariance, method.track.birth.speed)
+    first = trusted & ~tracks.has
+    if first.any():
+        joints = joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, method.track.birth_speed))
     shares, errors = joint_errors(tracks, joints, (xyz, covariance), used, stamp, method.track)
     has = tracks.has | trusted
     sure = 2 * lifted.measured[:, _CORNERS].sum(axis=1) > len(_CORNERS)
-    error = np.where(sure, constants.root_measured, method.track.birth.sigma)
+    error = np.where(sure, constants.root_measured, method.track.birth_sigma)
     middle = middle_of_trunk(joints.position, has)
     root = tracks.root.corrected(middle[:, None], isotropic(error * np.sqrt(3))[:, None],
                                  np.ones((len(tracks), 1), bool), method)
@@ -79,14 +81,6 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     return xyz, covariance
 
 
-def _begun(joints: JointFilter, first: np.ndarray, xyz: np.ndarray, covariance: np.ndarray, speed: float
-           ) -> JointFilter:
-    """Return the filters, new ones for the joints (N, 18) that are placed for the first time."""
-    if not first.any():
-        return joints
-    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, speed))
-
-
 def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray, np.ndarray], used: np.ndarray,
                  stamp: float, constants: TrackConstants = METHOD.track) -> Tuple[np.ndarray, np.ndarray]:
     """Return innovations (N,) and mean square errors (N, 18) [m^2] of joints after a frame, not below independent ones.
@@ -102,9 +96,9 @@ def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray
     squares = ((xyz - tracks.joints.position) ** 2).sum(axis=2)
     new = mean_innovations(squares, tracks.errors + variance, used)
     elapsed = np.where(used.any(axis=1), stamp - tracks.last_seen, 0.0)
-    shares = averaged_innovations(tracks.innovations, new, elapsed, constants.innovation)
+    shares = averaged_innovations(tracks.innovations, new, elapsed, constants.correction)
     gains = np.minimum(np.maximum(1 - filtered / np.maximum(expected, 1e-12), 0.0), 1.0)
-    errors = error_variances(shares, gains, tracks.errors, variance, expected, constants.innovation)
+    errors = error_variances(shares, gains, tracks.errors, variance, expected, constants.correction)
     return shares, np.where(used, np.maximum(errors, filtered), filtered)
 
 

@@ -22,7 +22,7 @@ from typing import NamedTuple, Sequence, Tuple, Union
 import numpy as np
 
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.track.constants import InnovationConstants
+from skeleton_extract_3d.track.constants import CorrectionConstants
 
 _IDENTITY = np.eye(3)
 
@@ -138,14 +138,14 @@ def mean_innovations(squares: np.ndarray, independent: np.ndarray, used: np.ndar
 
 
 def averaged_innovations(shares: np.ndarray, new: np.ndarray, elapsed: np.ndarray,
-                         constants: InnovationConstants = METHOD.track.innovation) -> np.ndarray:
+                         constants: CorrectionConstants = METHOD.track.correction) -> np.ndarray:
     """Return shares (N,) averaged with those of a frame over the time in between (N,) [s], (N,)."""
     weight = 1 - np.exp(-elapsed / constants.memory)
     return shares + weight * (new - shares)
 
 
 def error_variances(shares: np.ndarray, gains: np.ndarray, before: np.ndarray, measured: np.ndarray,
-                    expected: np.ndarray, constants: InnovationConstants = METHOD.track.innovation) -> np.ndarray:
+                    expected: np.ndarray, constants: CorrectionConstants = METHOD.track.correction) -> np.ndarray:
     """Return the variances of estimates, (N, K) [m^2].
 
     Args:

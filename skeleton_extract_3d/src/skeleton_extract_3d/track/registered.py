@@ -6,17 +6,15 @@ import numpy as np
 
 from openpose_ros_pkg.ensemble import ENSEMBLE, sigmas, similarity
 from openpose_ros_pkg.people import People2D, keypoints_in
-from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import HEAD, JOINTS
+from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
+from skeleton_extract_3d.body.body import CHAINS, HEAD, JOINTS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
-from skeleton_extract_3d.lift.depth_inference import CHAINS
-from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.registration import (
-    ExpectedBody,
     SeenBodies,
     Surface,
     grids_of,
+    moved_joints,
     neighbours,
     places_of,
     radii_of,
@@ -47,19 +45,21 @@ class Registered(NamedTuple):
     memory: Memory
 
 
-def registered(observed: ObservedPeople, expected: Tracks, track: np.ndarray, memory: Memory, view: FrameView,
-               method: MethodConstants = METHOD) -> Registered:
-    """Return the people of a frame; registration adds tracks without a detection.
+def registered(image: Tuple[People2D, Tuple[int, int]], expected: Tracks, track: np.ndarray, memory: Memory,
+               view: FrameView, method: MethodConstants = METHOD) -> Registered:
+    """Return the people of an image; registration adds tracks without a detection.
 
     Args:
+        image: its people and its size [px].
         expected: the tracks, predicted to the frame.
         track: rows of the tracks that may be added.
     """
-    people, errors = observed.people_2d, np.zeros((len(observed), len(JOINTS)))
+    people, size = image
+    errors = np.zeros((len(people), len(JOINTS)))
     unseen = np.zeros(errors.shape, bool)
     memory = replace(memory, surfaces=_surfaces(expected.ids[track], memory, method))
     track = track[np.array([number in memory.surfaces for number in expected.ids[track].tolist()], bool)]
-    found = _found(observed, expected, track, memory, view, method) if len(track) else []
+    found = _found((people.skeleton, size), expected, track, memory, view, method) if len(track) else []
     there = np.array([one is not None for one in found], bool)
     if there.any():
         # a surface belongs to one body: not to one beside the person who was found on it
@@ -67,7 +67,7 @@ def registered(observed: ObservedPeople, expected: Tracks, track: np.ndarray, me
         alike = similarity(keypoints[:, None], people.keypoints, sigmas(people.skeleton))
         there[there] = (alike < ENSEMBLE.duplicate).all(axis=1)
     if not there.any():
-        return Registered(people, track[there], errors, unseen, memory)
+        return Registered(people, track[:0], errors, unseen, memory)
     keypoints, error = (np.array(values) for values in zip(*(found[i] for i in np.flatnonzero(there))))
     track = track[there]
     hidden = np.array([~memory.surfaces[number].measured for number in expected.ids[track].tolist()])
@@ -87,8 +87,8 @@ def _surfaces(ids: np.ndarray, memory: Memory, method: MethodConstants) -> Dict[
     return {number: one for number, one in known.items() if memory.stamp - one.stamp <= method.registration.longest}
 
 
-def _found(observed: ObservedPeople, expected: Tracks, chosen: np.ndarray, memory: Memory, view: FrameView,
-           method: MethodConstants) -> List[Optional[Tuple[np.ndarray, np.ndarray]]]:
+def _found(image: Tuple[SkeletonModel, Tuple[int, int]], expected: Tracks, chosen: np.ndarray, memory: Memory,
+           view: FrameView, method: MethodConstants) -> List[Optional[Tuple[np.ndarray, np.ndarray]]]:
     """Return keypoints (K, 3) of chosen tracks (N,) by registration, and their errors (18,) in COCO_18 [m]; None: the
     points do not fit.
     """
@@ -100,25 +100,25 @@ def _found(observed: ObservedPeople, expected: Tracks, chosen: np.ndarray, memor
         surface, pose = memory.surfaces[int(expected.ids[track])], memory.tracking_from_points
         change = None if pose is None or surface.pose is None else frame_change(surface.pose, pose)
         spread = np.concatenate([covariance[track, CHAINS], covariance[track, HEAD].mean(axis=0, keepdims=True)])
-        body = grid and register(surface, ExpectedBody(grid, places[track], spread, others[track]), change, method)
-        found.append(body and _keypoints(observed, body.joints(position[track], places[track]),
+        body = grid and register(surface, grid, (places[track], spread), others[track], change, method)
+        found.append(body and _keypoints(image, moved_joints(position[track], places[track], *body),
                                          np.where(expected.has[track], surface.scores, 0.0), view, method))
     return found
 
 
-def _keypoints(observed: ObservedPeople, joints: Tuple[np.ndarray, np.ndarray], scores: np.ndarray, view: FrameView,
-               method: MethodConstants) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+def _keypoints(image: Tuple[SkeletonModel, Tuple[int, int]], joints: Tuple[np.ndarray, np.ndarray], scores: np.ndarray,
+               view: FrameView, method: MethodConstants) -> Optional[Tuple[np.ndarray, np.ndarray]]:
     """Return the keypoints (K, 3) of joints, positions (18, 3) and errors (18,) [m], and the errors; None: too few."""
-    xyz, error = joints
-    scale = np.asarray(observed.image_size) / (view.points.width, view.points.height)
+    (skeleton, size), (xyz, error) = image, joints
+    scale = np.asarray(size) / (view.points.width, view.points.height)
     uv = (view.camera.project(xyz) + 0.5) * scale - 0.5
     with np.errstate(invalid='ignore'):
-        inside = ((uv >= 0) & (uv <= np.subtract(observed.image_size, 1))).all(axis=1)
+        inside = ((uv >= 0) & (uv <= np.subtract(size, 1))).all(axis=1)
     placed = inside & (scores > 0) & (error < method.registration.most_error)
     if placed.sum() < method.track.one_body.least_joints:
         return None
     keypoints = np.where(placed[:, None], np.column_stack([uv, scores]), (np.nan, np.nan, 0.0)).astype(np.float32)
-    return keypoints_in(keypoints[None], COCO_18, observed.people_2d.skeleton)[0], error
+    return keypoints_in(keypoints[None], COCO_18, skeleton)[0], error
 
 
 def seen_bodies(memory: Memory, seen: Completion, people: Observations, view: FrameView,

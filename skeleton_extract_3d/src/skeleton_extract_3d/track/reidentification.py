@@ -10,7 +10,6 @@ from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, log_normal
-from skeleton_extract_3d.track.constants import ReturningConstants
 from skeleton_extract_3d.track.one_body import in_one_place
 from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
 
@@ -61,7 +60,9 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
     distance = np.linalg.norm(absent.root.position[:, :1] - new.place[None], axis=2)
     may_be = (away > method.track.identity.gap) & (
         distance <= params.track_gate + method.track.out_of_sight.greatest_speed * away)
-    by_body = _size_evidence(absent.sizes, new.lengths, method) + _place_evidence(distance, constants)
+    # a person who may appear anywhere does so in a room with a floor of 2 pi spread^2, 14 m^2, in view
+    by_place = -(distance / constants.spread) ** 2 / 2
+    by_body = _size_evidence(absent.sizes, new.lengths, method) + by_place
     by_clothes, compared = clothes_evidence(absent.clothes, new.clothes, method.track.appearance)
     likelier = np.where(may_be, by_clothes + by_body, -np.inf)
     could_tell = ((absent.clothes.weights > 0)[:, None] & ~compared).any(axis=2)
@@ -83,10 +84,3 @@ def _size_evidence(absent: Sizes, lengths: np.ndarray, method: MethodConstants) 
     enough = np.isfinite(lengths).sum(axis=1) >= method.sizes.least_bones
     evidence = log_normal(against_known, spread) - log_normal(against_adults, method.track.returning.strange_size)
     return np.where(enough, evidence, 0.0)
-
-
-def _place_evidence(distance: np.ndarray, constants: ReturningConstants) -> np.ndarray:
-    """Return the log likelihood ratio of a place to that for a person who may appear anywhere, (T, N), by the distance
-    (T, N) [m] from where the track is expected; a room with a floor of 2 pi spread^2, 14 m^2, is in view.
-    """
-    return -(distance / constants.spread) ** 2 / 2

@@ -96,7 +96,7 @@ class PeopleTracker:
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Take other settings from the next frame on."""
         self._settings = settings
-        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion, self._method)
+        self._lift = make_lifting(settings.lifting, settings.occlusion.occlusion, self._method)
 
     def update(self, people_2d: People2D, looks: LookedAt, frame: Frame, camera: CameraModel, has_depth: bool = True
                ) -> TrackedPeople:
@@ -124,7 +124,7 @@ class PeopleTracker:
         if not has_depth:
             unplaced = found.observed.people_2d.select(np.flatnonzero(found.row < 0))
             found = found.select(np.flatnonzero(found.row >= 0))
-        lifted = self._lifting.lift(found.observed, view.points, expect(expected, found.row, method))
+        lifted = self._lift(found.observed, view.points, expect(expected, found.row, method))
         lifted = lifted._replace(measured=lifted.measured & ~found.observed.unseen)
         clock.lap('lift')
         memory, tracks, people = self._born(memory, expected, Observations(*found, lifted), view.stamp, looks.given)
@@ -187,16 +187,14 @@ class PeopleTracker:
         compared = compare(expected, observed, looks.given, method)
         row = assign(expected, clothes, compared, view.stamp, params, method.track.identity)
         whole, row = joined(expected, observed, compared, row, method)
-        if whole is not observed.people_2d:
-            observed, clothes = self._observed(whole, frame, view)
         # where a look at a body in free view found no person, the surface there is another one's
         open_view = views_of(expected, view, method).visible >= EXISTENCE.free_view
         lost = np.setdiff1d(np.flatnonzero(~(looks.of(expected) & open_view)), row)
-        found = registered(observed, expected, lost, memory, view, method)
-        if len(found.row):
+        found = registered((whole, frame.image_size), expected, lost, memory, view, method)
+        if found.people is not observed.people_2d:
             observed, clothes = self._observed(found.people, frame, view)
-            row, observed = np.append(row, found.row), replace(observed, error=found.error, unseen=found.unseen)
-        return found.memory, _Identified(row, observed, clothes)
+            observed = replace(observed, error=found.error, unseen=found.unseen)
+        return found.memory, _Identified(np.append(row, found.row), observed, clothes)
 
     def _born(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float, given: np.ndarray
               ) -> Tuple[Memory, Tracks, Observations]:
@@ -220,7 +218,7 @@ class PeopleTracker:
             named = self._named(np.where(number >= 0, np.append(given, -1)[number], -1), new, absent, rows)
             row = people.row.copy()
             row[new] = np.arange(len(tracks), len(tracks) + len(new))
-            begun = Tracks.of_new(people.select(new), stamp, named[new], method.track.birth).like(absent, rows)
+            begun = Tracks.of_new(people.select(new), stamp, named[new], method.track).like(absent, rows)
             people, tracks = people._replace(row=row), tracks.joined(begun)
         has_track = people.row >= 0
         people = people if has_track.all() else people.select(np.flatnonzero(has_track))

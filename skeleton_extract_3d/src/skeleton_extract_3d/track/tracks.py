@@ -13,7 +13,7 @@ from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.constants import BirthConstants
+from skeleton_extract_3d.track.constants import TrackConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
 
 # Where a person may be across the view, from the predicted place [standard deviations], and how likely each place is.
@@ -94,7 +94,7 @@ class Tracks(Rows):
 
     @classmethod
     def begun(cls, ids: np.ndarray, stamp: float, xyz: np.ndarray, left: np.ndarray, stature: np.ndarray,
-              constants: BirthConstants = METHOD.track.birth) -> 'Tracks':
+              constants: TrackConstants = METHOD.track) -> 'Tracks':
         """Return N new tracks; none of their joints counts as placed yet.
 
         Args:
@@ -104,16 +104,16 @@ class Tracks(Rows):
         count, known = len(ids), np.isfinite(xyz).all(axis=2)
         stamps, root = np.full(count, stamp), middle_of_trunk(xyz, known)
         return cls(
-            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.sigma, constants.speed),
-            JointFilter.at_rest(root[:, None], constants.sigma, constants.speed),
+            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.birth_sigma, constants.birth_speed),
+            JointFilter.at_rest(root[:, None], constants.birth_sigma, constants.birth_speed),
             ids, born=stamps, last_seen=stamps, existence=np.full(count, 0.5), looked=stamps,
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
-            errors=np.full(known.shape, 3 * constants.sigma ** 2), innovations=np.zeros(count), left=left,
+            errors=np.full(known.shape, 3 * constants.birth_sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count), places=np.broadcast_to(PLACE_WEIGHTS, (count, len(PLACES))))
 
     @classmethod
-    def of_new(cls, people: 'Observations', stamp: float, ids: np.ndarray, constants: BirthConstants) -> 'Tracks':
+    def of_new(cls, people: 'Observations', stamp: float, ids: np.ndarray, constants: TrackConstants) -> 'Tracks':
         """Return new tracks of people, with ids (P,), at a time [s]."""
         lifted = people.lifted
         xyz = np.where(people.observed.known[..., None], lifted.xyz, np.nan)
