@@ -7,7 +7,6 @@ stands, one sits, each with another arm raised: no fixed pose, mirror image or e
 """
 import functools
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, List, NamedTuple, Tuple
 
@@ -19,8 +18,7 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import Decoder, Model
-from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
-from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_recipe
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 
@@ -28,39 +26,12 @@ if TYPE_CHECKING:
     from openpose_ros_pkg.networks.backends import Backend
 
 PICTURE = Path(__file__).resolve().parent / 'data' / 'two_people.jpg'
-
-
-@dataclass(frozen=True)
-class ProofConstants:
-    """What a network has to find."""
-
-    wanted: float = constant(
-        0.8, 'Least mean similarity of the people: OKS of joints, or IoU of the boxes of a network for boxes.',
-        source='the default networks reach .96, exchanged or shifted joints .21 at most (test_proof.py)')
-    same_person: float = constant(0.5, 'Least similarity of a found person.', source="COCO's lowest")
-    crop_margin: float = constant(1.25, 'Sides of a crop, in units of the box of the person.',
-                                  source='rtmlib, rtmpose.py')
-    least_score: float = constant(0.01, 'Score that a person needs: the surest ones count, whatever their scores.')
-
-
-PROOF = ProofConstants()
-
-
-class Proof(NamedTuple):
-    """What a network found in the picture."""
-
-    found: float  # mean over the people of the greatest similarity that a detection has to them
-    people: int  # number of found people
-    expected: int  # number of people in the picture
-    measure: str  # what the similarity is of
-
-    @property
-    def passed(self) -> bool:
-        return self.people == self.expected and self.found >= PROOF.wanted
-
-    def __str__(self) -> str:
-        return (f'it finds {self.people} of {self.expected} people of a known picture at {self.measure} '
-                f'{self.found:.2f}, wanted {self.expected} at {PROOF.wanted:.2f}')
+# Least mean similarity of the people: OKS of joints, or IoU of boxes. The default networks reach .96, exchanged or
+# shifted joints .21 at most (test_proof.py).
+_WANTED = 0.8
+_SAME_PERSON = 0.5  # least similarity of a found person: COCO's lowest
+_CROP_MARGIN = 1.25  # sides of a crop per side of the box of the person: rtmlib, rtmpose.py
+_PARAMS = DirectDecodeParams(direct_joint_score=0.0, direct_person_score=0.01)  # the surest people count
 
 
 class _Truth(NamedTuple):
@@ -72,79 +43,57 @@ class _Truth(NamedTuple):
     boxes: np.ndarray  # (T, 4): x1, y1, x2, y2
 
 
-def prove(backend: 'Backend', model: Model) -> Proof:
-    """Let a network find the people of the picture; raise ModelError, which has both figures, if it does not."""
-    proof = measure(backend, model)
-    if not proof.passed:
-        raise ModelError(f'{model.name} on {backend.description} is refused: {proof}')
-    return proof
+def prove(backend: 'Backend', model: Model) -> str:
+    """Let a network find the people of the picture; return how well it does, in words.
 
-
-def measure(backend: 'Backend', model: Model, constants: ProofConstants = PROOF) -> Proof:
-    """Return what a network finds in the picture."""
+    Raises:
+        ModelError: it misses a person, or their mean similarity is too small.
+    """
     truth = _truth()
     if model.decoder == Decoder.BOXES:
-        alike = overlaps(_boxes(backend, model, truth, constants), truth.boxes)
-        what = 'a mean overlap of boxes (IoU) of'
+        outputs, plan = _computed(backend, model, truth.bgr)
+        boxes = decode_boxes(outputs, _PARAMS.direct_person_score, plan.net_size).boxes[:len(truth.boxes)]
+        alike = overlaps(plan.to_image(boxes.reshape(-1, 2, 2)).reshape(-1, 4), truth.boxes)
     else:
-        find = _on_crops if model.decoder in (Decoder.SIMCC, Decoder.MOVENET_SINGLEPOSE) else _in_whole
-        poses = find(backend, model, truth, constants)
+        poses = _people(backend, model, truth)
         surest = poses.keypoints[np.argsort(-poses.scores, kind='stable')[:len(truth.joints)]]
         alike = _similarities(surest, model.skeleton, truth)
-        what = 'a mean similarity of joints (OKS) of'
     best = alike.max(axis=0) if len(alike) else np.zeros(len(truth.joints))
-    return Proof(round(float(best.mean()), 4), int((best >= constants.same_person).sum()), len(best), what)
+    found = int((best >= _SAME_PERSON).sum())
+    what = 'overlap of boxes (IoU)' if model.decoder == Decoder.BOXES else 'similarity of joints (OKS)'
+    text = (f'it finds {found} of {len(best)} people of a known picture at a mean {what} of {best.mean():.2f}, wanted '
+            f'{len(best)} at {_WANTED:.2f}')
+    if found < len(best) or best.mean() < _WANTED:
+        raise ModelError(f'{model.name} on {backend.description} is refused: {text}')
+    return text
 
 
-def _in_whole(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> Poses:
-    """Return the people that a network finds in the whole picture."""
-    outputs, plan = _whole(backend, model, truth)
-    poses = decode_direct(outputs, model, _params(constants), plan)
-    return _moved(poses, plan.to_image(poses.keypoints[..., :2]))
-
-
-def _boxes(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> np.ndarray:
-    """Return the surest boxes, (P, 4) x1, y1, x2, y2 [px], that a network for boxes finds in the whole picture."""
-    outputs, plan = _whole(backend, model, truth)
-    boxes = decode_boxes(outputs, constants.least_score, plan.net_size).boxes[:len(truth.boxes)]
-    return plan.to_image(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
-
-
-def _whole(backend: 'Backend', model: Model, truth: _Truth) -> Tuple[List[np.ndarray], ImageToNet]:
-    """Return the outputs for the whole picture, and how it lay in the input."""
-    size = truth.bgr.shape[1], truth.bgr.shape[0]
-    plan = fit_recipe(size, model.input, size)
-    return _computed(backend, model, truth.bgr, plan), plan
-
-
-def _on_crops(backend: 'Backend', model: Model, truth: _Truth, constants: ProofConstants) -> Poses:
-    """Return the people that a network for crops finds on crops of the true boxes."""
-    net_width, net_height = model.input.fixed_size or (192, 256)
-    found: List[Poses] = []
-    for box in truth.boxes:
-        sides = (box[2:] - box[:2]) * constants.crop_margin
-        side = max(sides[0] / net_width, sides[1] / net_height) / 2
-        middle, half = (box[:2] + box[2:]) / 2, side * np.array([net_width, net_height])
-        left, top = np.rint(middle - half).astype(int).tolist()
-        right, bottom = np.rint(middle + half).astype(int).tolist()
-        crop = cut(truth.bgr, (left, top, right - left, bottom - top), model.input.padding)
-        plan = fit_image((right - left, bottom - top), net_width, net_height, model.input.multiple_of, whole_box=True)
-        poses = decode_direct(_computed(backend, model, crop, plan), model, _params(constants), plan)
-        found.append(_moved(poses, plan.to_image(poses.keypoints[..., :2]) + np.array([left, top])))
+def _people(backend: 'Backend', model: Model, truth: _Truth) -> Poses:
+    """Return the people that a network finds in the whole picture, or on crops of the true boxes."""
+    parts = [(0, 0, truth.bgr.shape[1], truth.bgr.shape[0])]
+    if model.decoder in (Decoder.SIMCC, Decoder.MOVENET_SINGLEPOSE):
+        parts = [_crop(box, np.array(model.input.fixed_size)) for box in truth.boxes]
+    found = []
+    for part in parts:
+        outputs, plan = _computed(backend, model, cut(truth.bgr, part, model.input.padding))
+        poses = decode_direct(outputs, model, _PARAMS, plan)
+        xy = plan.to_image(poses.keypoints[..., :2]) + part[:2]
+        found.append(Poses(np.concatenate([xy.astype(np.float32), poses.keypoints[..., 2:]], axis=2), poses.scores))
     return functools.reduce(Poses.joined, found)
 
 
-def _computed(backend: 'Backend', model: Model, bgr: np.ndarray, plan: ImageToNet) -> List[np.ndarray]:
-    return [output[0] for output in backend.infer(plan.apply(bgr, model.input.padding)[np.newaxis])]
+def _crop(box: np.ndarray, net_size: np.ndarray) -> Tuple[int, int, int, int]:
+    """Return left, top, width and height of the crop of a person, with the aspect of a network's input."""
+    middle, half = (box[:2] + box[2:]) / 2, ((box[2:] - box[:2]) * _CROP_MARGIN / net_size).max() / 2 * net_size
+    left, top, right, bottom = np.rint([*(middle - half), *(middle + half)]).astype(int).tolist()
+    return left, top, right - left, bottom - top
 
 
-def _params(constants: ProofConstants) -> DirectDecodeParams:
-    return DirectDecodeParams(direct_joint_score=0.0, direct_person_score=constants.least_score)
-
-
-def _moved(poses: Poses, xy: np.ndarray) -> Poses:
-    """Return people at other places, (P, K, 2)."""
-    return Poses(np.concatenate([xy.astype(np.float32), poses.keypoints[..., 2:]], axis=2), poses.scores)
+def _computed(backend: 'Backend', model: Model, bgr: np.ndarray) -> Tuple[List[np.ndarray], ImageToNet]:
+    """Return the outputs for an image, and how it lay in the input."""
+    size = bgr.shape[1], bgr.shape[0]
+    plan = fit_recipe(size, model.input, size)
+    return [output[0] for output in backend.infer(plan.apply(bgr, model.input.padding)[np.newaxis])], plan
 
 
 def _similarities(found: np.ndarray, skeleton: SkeletonModel, truth: _Truth) -> np.ndarray:

@@ -145,10 +145,8 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams, fallbac
     if name == 'openvino' and params.device != 'cpu':
         raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
     backend = _backend_class(name)(model, weights, params, fallback)
-    # GPUs use tensor cores with fewer bits where a library chooses so.
-    exact = params.precision == 'f32' and params.device == 'cpu'
     try:
-        check_backend(backend, model, exact)
+        check_backend(backend, model)
     except ModelError as error:
         if params.precision == 'f32':
             raise

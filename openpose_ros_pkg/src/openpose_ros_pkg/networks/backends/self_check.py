@@ -1,14 +1,12 @@
 """Check, with one small image, that a runtime computes a network right.
 
 One version of OpenCV computed the default network wrongly on all channels without an error. The fetched networks have
-an image with a known output; of the others the structure is checked. In float32 the numbers of the output are compared,
-in reduced precision the people that are decoded from it.
+an image with a known output: the people that are decoded from both are compared, and the numbers of landmarks. Of other
+networks the structure is checked.
 
-A reference, data/NAME_self_check.npz, holds `image` (H, W, 3) uint8 BGR and, of a backend that is known to be right,
-`output_0` ... as float16. The images are of skeleton_extract_3d/demo/cross, in steps of 8 or 16 grey levels to be
-small: a person of frame 8 at 96 x 128, frame 30 at 256 x 160, a person of frame 4 at 256 x 256; and a hand and a face,
-rendered alike. The outputs are of OpenCV 4, which agreed with TensorFlow on the default network, and of OpenVINO on the
-others.
+A reference, data/NAME_self_check.npz, holds `image` (H, W, 3) uint8 BGR and `output_0` ... as float16. The images are
+of skeleton_extract_3d/demo/cross, in steps of 8 or 16 grey levels to be small; the outputs are of OpenCV 4, which
+agreed with TensorFlow on the default network, and of OpenVINO on the others.
 """
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Dict, Sequence, Tuple
@@ -28,14 +26,11 @@ from openpose_ros_pkg.people import Poses
 if TYPE_CHECKING:
     from openpose_ros_pkg.networks.backends import Backend
 
-# Largest difference in float32: runtimes differ by 5e-6 on the default network, whose values reach 1; the reference is
-# rounded to float16 (2.5e-4). A wrong network was off by 1.2.
-_EXACT_TOLERANCE = 2e-3
-# Reduced precision: largest distance of the median joint [px of the network's input], its largest difference in score,
-# and largest distance of any joint [px]. On crops of 18 people bf16 moved the median joint of mobilenet_thin by 0.2 px
-# and its score by 0.03, the worst joint by 0.9 px; red and blue exchanged moved the median joint by 2 px.
+# Largest distance of the median joint [px of the network's input], its largest difference in score, and largest
+# distance of any joint [px]. On crops of 18 people bf16 moved the median joint of mobilenet_thin by 0.2 px and its
+# score by 0.03, the worst joint by 0.9 px; red and blue exchanged moved the median joint by 2 px.
 _JOINT_TOLERANCE, _SCORE_TOLERANCE, _GREATEST_DISTANCE = 0.5, 0.05, 4.0
-# Landmarks in reduced precision: largest difference as a share of the output's greatest number; 0.007 with bf16.
+# Landmarks: largest difference as a share of the output's greatest number; 0.007 with bf16.
 _LANDMARK_TOLERANCE = 0.05
 # Joints and people below this score are noise and differ between runtimes.
 _SURE = 0.3
@@ -49,11 +44,8 @@ def reference_path(model: Model) -> Path:
     return Path(__file__).resolve().parent.parent / 'data' / f'{model.name}_self_check.npz'
 
 
-def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
+def check_backend(backend: 'Backend', model: Model) -> None:
     """Compare a backend's output with the known one, or its structure with what the model says.
-
-    Args:
-        exact: whether it computes in float32 throughout.
 
     Raises:
         ModelError: it can not compute the network, or its result is wrong.
@@ -63,8 +55,7 @@ def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
         reference = _read(path)
         image = reference['image']
         expected = [reference[f'output_{i}'].astype(np.float32) for i in range(len(model.outputs))]
-        outputs = _computed(backend, model, image)
-        fault = _exact_fault(outputs, expected, model) if exact else _reduced_fault(outputs, expected, model, image)
+        fault = _output_fault(_computed(backend, model, image), expected, model, image)
     else:
         image = _any_image(model)
         fault = _structure_fault(_computed(backend, model, image), model, image.shape[:2])
@@ -81,47 +72,21 @@ def _computed(backend: 'Backend', model: Model, image: np.ndarray) -> Tuple[np.n
         raise ModelError(f'{backend.description} can not compute {model.name}: {error}; {_HELP}') from error
 
 
-def _exact_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model,
-                 tolerance: float = _EXACT_TOLERANCE) -> str:
+def _output_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model, image: np.ndarray
+                  ) -> str:
     """Return how outputs differ from the known ones; empty: they do not."""
     shapes, known = [output.shape for output in outputs], [array.shape for array in expected]
     if shapes != known:
         return f'its outputs have the shapes {_listed(shapes)}, expected {_listed(known)}'
-    if model.decoder == Decoder.MOVENET_MULTIPOSE:
-        difference = _people_difference(outputs[0][0], expected[0][0])
-    else:  # landmarks: as a share of the greatest number, which is 1 at least
-        scales = [max(np.abs(array).max(), 1.0) if model.decoder == 'landmarks' else 1.0 for array in expected]
-        difference = max(float(np.abs(output - array).max() / scale)
-                         for output, array, scale in zip(outputs, expected, scales))
-    if difference <= tolerance:  # False for NaN
-        return ''
-    return f'its output for a known image is off by up to {difference:.3g}, expected at most {tolerance:g}'
-
-
-def _reduced_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model, image: np.ndarray
-                   ) -> str:
-    """Return how outputs of reduced precision differ from the known ones; empty: they do not."""
     if not all(np.isfinite(output).all() for output in outputs):
         return 'its output for a known image has values that are not finite'
-    if model.decoder == 'landmarks' or [output.shape for output in outputs] != [array.shape for array in expected]:
-        return _exact_fault(outputs, expected, model, _LANDMARK_TOLERANCE)
-    return _people_fault(_people(outputs, model, image), _people(expected, model, image))
-
-
-def _people_difference(found: np.ndarray, known: np.ndarray) -> float:
-    """Return the greatest difference of MoveNet's sure people, (6, 56), from the most similar known ones.
-
-    People of nearly equal scores change places between runtimes, and unsure joints move: only sure people and joints
-    of the reference count.
-    """
-    greatest = 0.0
-    for person in known:
-        if person[55] < _SURE:
-            continue
-        counts = np.ones(56, bool)
-        counts[:51] = np.repeat(person[2:51:3] >= _SURE, 3)
-        greatest = np.fmax(greatest, np.abs(found[:, counts] - person[counts]).max(axis=1).min())
-    return float(greatest) if np.isfinite(found).all() else float('nan')
+    if model.decoder != 'landmarks':
+        return _people_fault(_people(outputs, model, image), _people(expected, model, image))
+    difference = max(float(np.abs(output - array).max() / max(np.abs(array).max(), 1.0))
+                     for output, array in zip(outputs, expected))
+    if difference <= _LANDMARK_TOLERANCE:
+        return ''
+    return f'its output for a known image is off by up to {difference:.3g}, expected at most {_LANDMARK_TOLERANCE:g}'
 
 
 def _people(outputs: Sequence[np.ndarray], model: Model, image: np.ndarray) -> Poses:
