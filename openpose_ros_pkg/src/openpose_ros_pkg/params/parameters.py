@@ -54,7 +54,7 @@ OLD_PARAMETERS = frozenset((
     'birth_joints', 'cloud_points', 'cloud_rate', 'direct_joint_score', 'direct_person_score', 'heatmap_upsample',
     'hidden_min_score', 'hint', 'image_track_gate', 'least_face_size', 'least_hand_size', 'limb_min_support',
     'limb_sample_threshold', 'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'measured_min_score', 'patience',
-    'person_min_joints', 'rviz_config', 'start_delay', 'tf_timeout', 'track_gate', 'walking_acceleration',
+    'person_min_joints', 'start_delay', 'tf_timeout', 'track_gate', 'walking_acceleration',
     'walking_speed'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
