@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from openpose_ros_pkg import command_line
 from openpose_ros_pkg.command_line import INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
 from openpose_ros_pkg.command_options import command_parser, named_value, number, plain_path, seconds, whole_number
 from openpose_ros_pkg.detect_files import main as detect_files
@@ -114,22 +113,3 @@ def test_numbers_are_finite_and_in_range(kind, good, bad, capsys):
         with pytest.raises(SystemExit, match='2'):
             parser.parse_args([f'--value={text}'])
         assert 'expected a' in capsys.readouterr().err
-
-
-@pytest.mark.parametrize('terminal', [True, False])
-def test_progress_is_shown_on_terminals_and_in_files(capsys, monkeypatch, terminal):
-    """A file gets lines, also while nothing advances, and none of what takes no time."""
-    monkeypatch.setattr('sys.stderr.isatty', lambda: terminal)
-    monkeypatch.setattr(command_line, '_LINE_PERIOD', 0.05)
-    told = ''
-    with command_line.Progress(total=8, unit='frame') as bar:
-        bar.update(2)
-        while '25%' not in told or told.count('2/8') < 2:
-            bar.refresh()
-            told += capsys.readouterr().err
-    told += capsys.readouterr().err
-    assert ('\r' in told) == terminal
-    assert told.endswith('\n')
-    monkeypatch.setattr(command_line, '_LINE_PERIOD', 10.0)
-    assert list(command_line.Progress([1, 2], 'short')) == [1, 2]
-    assert ('short' in capsys.readouterr().err) == terminal
