@@ -41,9 +41,7 @@ def _rate_of(seen: Snapshot, node: ChainNode) -> Finding:
 
 
 def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
-    """Whether the chain runs, its results are wanted, there are people in them, and recorders write."""
-    for level, text, folder in seen.recorders:
-        yield wrong(text, f"df -h '{folder}'") if level else right(text)
+    """Whether the chain runs, its results are wanted, and there are people in them."""
     for name in seen.unresponsive:
         yield wrong(f'{name} publishes results, but no status on /diagnostics: it hangs, or has ended',
                     f'rosnode ping -c 1 {name} || rosnode cleanup')

@@ -121,7 +121,6 @@ class Snapshot:
     load: float = 0.0  # programs that want to run, mean of the last minute
     memory: float = 1e6  # available [MB]
     people: Optional[Sequence[int]] = None  # in each result that came; None: not asked for, as the chain rests
-    recorders: Sequence[Tuple[int, str, str]] = ()  # level, text and folder of the status of each
 
     def node_of(self, camera: Camera) -> Optional[ChainNode]:
         """Return the node that reads a camera; None: there is none."""

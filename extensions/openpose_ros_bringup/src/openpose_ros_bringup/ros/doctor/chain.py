@@ -9,7 +9,6 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters
-from openpose_ros_bringup.ros.record_camera import RECORDS
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
@@ -23,11 +22,10 @@ _INPUT = re.compile(r'(\S+) \((\S+)\)')
 
 
 class StatusListener:
-    """Keeps the newest status of each node that finds people, and level, text and folder of recorders."""
+    """Keeps the newest status of each node that finds people."""
 
     def __init__(self) -> None:
         self._statuses: Dict[str, Tuple[str, ChainNode]] = {}  # the node, and its status, by the name of the status
-        self.recorders: Dict[str, Tuple[int, str, str]] = {}
         self.subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=100)
 
     def nodes(self) -> List[str]:
@@ -48,8 +46,6 @@ class StatusListener:
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
-            if RECORDS in values:
-                self.recorders[status.name] = level, status.message, values[RECORDS]
             if any(kind in IMAGES and '/openpose_ros/' not in topic  # these are shown, as in browsers
                    for topic, kind in _INPUT.findall(values.get(READS, ''))):
                 # the updater writes <node>: <name>, which is another one for each camera of a node

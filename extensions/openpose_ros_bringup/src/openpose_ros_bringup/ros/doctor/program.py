@@ -109,7 +109,7 @@ def look(options: argparse.Namespace) -> Snapshot:
         nodes=nodes_within(options.camera_ns, status.read(graph.published)),
         unresponsive=[node for node in expected if node not in status.nodes()], starting=starting_nodes(graph),
         load=os.getloadavg()[0], memory=_available_memory(),
-        people=people if results else None, recorders=list(status.recorders.values()))
+        people=people if results else None)
     seen = replace(seen, lookups=_lookups(transforms, seen), parents=transforms.parents())
     transforms.stop()
     return seen
