@@ -1,6 +1,7 @@
 """Video files, written frame by frame."""
 import errno
 import os
+import resource
 from pathlib import Path
 from typing import Optional, Tuple
 
@@ -12,12 +13,13 @@ from openpose_ros_pkg.output.files import free_name, naming
 
 # Codecs of OpenCV's own packages that players know.
 _CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
+# OpenCV reports no failed write, and a video without its end can hardly be read: frames are refused while there is less
+# room than FFmpeg's buffers (at most 1 MiB seen) and the index at the end need [bytes; bytes per frame].
+_RESERVE, _INDEX = 4 << 20, 64
 
 
 class VideoFile:
-    """A video that is written; all frames have the size of the first.
-
-    `close` completes and verifies it, as OpenCV reports no failed write: of a video on a full disk, no frame is there.
+    """A video that is written; all frames have the size of the first. `close` completes and verifies it.
 
     Args:
         path: ends in .mp4 (MPEG-4; unreadable if the program is killed) or .avi (motion JPEG; then readable up to the
@@ -55,6 +57,7 @@ class VideoFile:
         Raises:
             OSError: with the file and the reason; the frame is not in the video, later ones may be.
         """
+        self._check_room()
         writer = self._writer or self._open((bgr.shape[1], bgr.shape[0]))
         writer.write(_fitted(bgr, self._size))
         self.frames += 1
@@ -97,6 +100,18 @@ class VideoFile:
             raise OSError(errno.EINVAL, f'OpenCV can not write a video of {size[0]}x{size[1]} pixels', str(self.path))
         self._writer, self._size = writer, size
         return writer
+
+    def _check_room(self) -> None:
+        """Raise OSError if the disk or the process's limit of file size has no room to complete the file."""
+        needed = _RESERVE + _INDEX * self.frames
+        disk = os.statvfs(str(self.path.parent))
+        if disk.f_blocks and disk.f_bavail * disk.f_frsize < needed:
+            raise OSError(errno.ENOSPC, f'{os.strerror(errno.ENOSPC)}: a video needs {needed >> 20} MB to be completed',
+                          str(self.path))
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+        size = 0 if self._writer is None else self.path.stat().st_size
+        if limit != resource.RLIM_INFINITY and size + needed > limit:
+            raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(self.path))
 
 
 def _readable_frames(path: Path) -> Optional[int]:
