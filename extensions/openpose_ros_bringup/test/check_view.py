@@ -111,11 +111,6 @@ class ViewTest(unittest.TestCase):
         np.testing.assert_allclose(rotation.T @ [0, -1, 0], [0, 0, 1], atol=1e-9)  # up
         self.assertEqual((link.header.frame_id, shift.tolist()), (CAMERA, [0, 0, 0]))
 
-    def test_b_frame_with_z_up(self):
-        self.single_camera()
-        manager, _ = self.opened('_fixed_frame:=base_link')
-        self.check(manager, 'base_link', MOUNT[:3, :3] @ AHEAD + MOUNT[:3, 3])
-
     def test_c_frame_that_tf_does_not_connect_is_replaced(self):
         self.single_camera()
         manager, _ = self.opened('_floor:=true')

@@ -123,10 +123,6 @@ def test_each_file_checks_its_arguments(name):
     assert 'scripts/check_arguments' in FILES[name].read_text()
 
 
-def test_people_launch_has_few_arguments():
-    assert len(ARGUMENTS['people.launch']) <= 18
-
-
 def test_right_arguments_are_taken_and_kept():
     taken = subprocess.run(['roslaunch', '--dump-params', 'openpose_ros_bringup', 'demo.launch', 'mode:=fast',
                             '__log:=x'], stdout=subprocess.PIPE, check=True)
