@@ -8,13 +8,9 @@ import sys
 from pathlib import Path
 from typing import List
 
-import roslib.packages
-import rospy
-
 from openpose_ros_pkg.command_options import command_parser
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO
-from openpose_ros_pkg.ros.cameras import find_camera
 
 _ALWAYS = ('/tf', '/tf_static')
 
@@ -22,6 +18,9 @@ _ALWAYS = ('/tf', '/tf_static')
 def main() -> int:
     """Become rosbag record; return 1 where it can not start."""
     options, of_rosbag = _parser().parse_known_args()
+    import roslib.packages
+    import rospy
+
     option, value = ('-O', options.output_name) if options.output_name else ('-o', options.output_prefix)
     output = Path(value).expanduser()
     try:
@@ -35,6 +34,10 @@ def main() -> int:
 
 
 def _topics_of_camera(options: argparse.Namespace) -> List[str]:
+    import rospy
+
+    from openpose_ros_pkg.ros.cameras import find_camera
+
     name = options.camera or AUTO
     namespaces = options.cameras.split() or [options.ns]
     if name == AUTO:
