@@ -32,15 +32,8 @@ class LiveParametersTest(unittest.TestCase):
         return self.detect(image(picture(0), stamp)).detections
 
     def test_it_starts_with_what_the_node_has(self):
-        """Values of the parameter server and defaults, with texts and limits from the parameter classes."""
         self.assertEqual((self.first['render_threshold'], self.first['peak_threshold']), (0.125, 0.05))
-        described = {entry['name']: entry for entry in self.client.get_parameter_descriptions(timeout=PATIENCE)}
-        threshold = described['peak_threshold']
-        self.assertEqual((threshold['type'], threshold['min'], threshold['max'], threshold['default']),
-                         ('double', 0.0, 1.0, 0.05))
-        self.assertIn('Confidence that a joint needs', threshold['description'])
-        self.assertEqual(rospy.get_param(f'{NODE}/peak_threshold'), 0.05)
-        self.assertNotIn('net_input_width', described)
+        self.assertNotIn('net_input_width', self.first)
 
     def test_thresholds_of_the_detector(self):
         """A score that no person has, and back."""

@@ -1,25 +1,19 @@
 #!/usr/bin/python3
-"""Parameters and flags of the nodes: what wins, and what a node says that refuses to start with wrong ones or weights.
-
-All cases of the parameters and the flags are in tests/unit/params.
-"""
+"""What nodes say that refuse to start with wrong parameters or flags; all cases of these: tests/unit/params."""
 import itertools
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 from pathlib import Path
 
 import rospy
 import rostest
-from harness import node, publisher
-from sensor_msgs.msg import Image
+from harness import SEQUENCE  # noqa: F401 - it adds the folder of session
 
 from session import PATIENCE
 
 CLIENT = 'openpose_ros_node_firephinx'
-WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 # The master keeps the parameters of a node that has ended.
 NUMBERS = itertools.count()
 
@@ -42,17 +36,6 @@ class ParametersTest(unittest.TestCase):
         for word in words:
             self.assertIn(word, text)
         self.assertNotIn('Traceback', text)
-
-    def test_flags_win_over_the_parameter_server(self):
-        """Remappings and names of roslaunch pass through; flags of the original without effect are told."""
-        rospy.set_param('/flagged', {'camera_topic': '/of_the_server', 'alpha_pose': 0.3, 'image_transport': 'raw'})
-        arguments = ('--camera_topic=camera', 'camera:=renamed', '--net_input_width', '656', '-alpha_pose', '1',
-                     '--disable_blending', '--nodisplay')
-        with node(CLIENT, *arguments, name='flagged'):
-            publisher('/renamed', Image)
-            self.assertEqual(rospy.get_param('/flagged'), {
-                'camera_topic': 'camera', 'alpha_pose': 1.0, 'image_transport': 'raw', 'disable_blending': True,
-                'display': False})
 
     def test_wrong_flags_are_refused_and_help_is_given_without_a_master(self):
         no_master = {'ROS_MASTER_URI': 'http://localhost:9'}
@@ -78,19 +61,6 @@ class ParametersTest(unittest.TestCase):
         ended('camera_node', '_rates:=-1.0', '_old:=true', name='twice')
         status, text = ended('camera_node', name='twice')
         self.assertEqual((status, text.count('rosparam delete /twice\n')), (1, 1), text)
-
-    def test_weights(self):
-        """Missing or damaged: the text names the file and how to get it."""
-        with tempfile.TemporaryDirectory() as folder:
-            self.assert_refused(
-                'openpose_ros_node', f'_model_folder:={folder}', 'weights of mobilenet_thin not found',
-                f'{folder}/{WEIGHTS}', './run model get mobilenet_thin', 'without network',
-                f'copy graph_opt.pb from there to {folder}/mobilenet_thin')
-            damaged = Path(folder) / WEIGHTS
-            damaged.parent.mkdir()
-            damaged.write_bytes(b'no network')
-            self.assert_refused('openpose_ros_node', f'_model_folder:={folder}', 'damaged', str(damaged), '10 bytes',
-                                'sha256', './run model get')
 
 
 if __name__ == '__main__':

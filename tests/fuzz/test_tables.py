@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives, written
 from mocap_files import MOTIVE, TRC, c3d_file
-from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
-from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, read_keypoint_csv
@@ -18,14 +16,6 @@ from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
 from skeleton_extract_3d.points.rgbd_folder import read_rgbd_folder
 
 JOINTS = len(COCO_18.joints)
-
-
-def people():
-    """Two people; the second one has no nose."""
-    keypoints = np.arange(2 * JOINTS * 3, dtype=np.float32).reshape(2, JOINTS, 3) / 7
-    keypoints[..., 2] = 0.5
-    keypoints[1, 0] = (np.nan, np.nan, 0)
-    return People2D(COCO_18, keypoints, keypoints[..., 2].mean(axis=1), np.array([3, 4]))
 
 
 def csv_text(layout, dimensions):
@@ -37,11 +27,6 @@ def csv_text(layout, dimensions):
     return out.getvalue().encode()
 
 
-def check_people(found):
-    assert found is None or (np.isfinite(found.keypoints[..., 2]).all() and np.isfinite(found.scores).all()
-                             and (np.isnan(found.xy).all(axis=2) == (found.confidence == 0)).all())
-
-
 @given(mutated(*(csv_text(layout, dimensions) for layout in LAYOUTS for dimensions in (2, 3))))
 def test_keypoint_csv(tmp_path_factory, content):
     path = written(tmp_path_factory, 'people.csv', content)
@@ -50,14 +35,6 @@ def test_keypoint_csv(tmp_path_factory, content):
         missing = table.status == 0
         assert (np.isnan(table.positions).all(axis=2) == missing).all() and np.isfinite(table.positions[~missing]).all()
         assert not np.isnan(table.confidence).any() and (table.stamps >= 0).all()
-
-
-@given(st.one_of(mutated(people_to_json(people()).encode(), people_to_json(people(), np.ones((2, JOINTS, 4))).encode()),
-                 spoiled(json.loads(people_to_json(people()))).map(lambda values: json.dumps(values).encode())),
-       st.sampled_from((None, COCO_18)))
-@example(b'[' * 100000, None)
-def test_openpose_json(content, skeleton):
-    check_people(survives(people_from_json, content, skeleton, size=len(content)))
 
 
 @pytest.mark.parametrize('suffix', ['.csv', '.trc', '.c3d'])

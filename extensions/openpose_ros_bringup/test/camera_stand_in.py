@@ -1,8 +1,4 @@
-#!/usr/bin/python3
-"""Publishes the shipped sequence as the driver of a camera would: on its topics, in its encodings, frame and format.
-
-    camera_stand_in.py NAME [FLAG ...]      NAME of cameras.yaml; with a FLAG false nothing is published
-"""
+"""Publishes the shipped sequence as the driver of a camera would: on its topics, in its encodings, frame and format."""
 import json
 import struct
 import threading
@@ -17,7 +13,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.params.camera_presets import CameraPreset, find_preset
+from openpose_ros_pkg.params.camera_presets import CameraPreset
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.points.camera import CameraModel
@@ -168,16 +164,3 @@ def _depth(depth: np.ndarray, preset: CameraPreset, header: Header) -> Any:
         depth = np.where(depth > 0, depth * 0.001, np.nan).astype('<f4')
         depth[:5] = np.inf
     return Image(header, *depth.shape, preset.depth_encoding, 0, depth.strides[0], depth.tobytes())
-
-
-def main() -> None:
-    """Be the driver of a camera."""
-    rospy.init_node('camera_stand_in')
-    name, *flags = rospy.myargv()[1:]
-    if 'false' not in flags:
-        StandIn(find_preset(name)).start()
-    rospy.spin()
-
-
-if __name__ == '__main__':
-    main()

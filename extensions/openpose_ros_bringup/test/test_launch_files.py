@@ -9,7 +9,7 @@ from roslaunch.config import load_config_default
 from roslaunch.xmlloader import XmlLoader
 
 from development import PACKAGES, ROOT
-from openpose_ros_pkg.params.launch_arguments import _REPLACED, checked_files, declared_arguments, mistakes
+from openpose_ros_pkg.params.launch_arguments import checked_files, declared_arguments
 
 FILES = {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()}
 ARGUMENTS = {name: declared_arguments([path]) for name, path in FILES.items()}
@@ -107,7 +107,7 @@ def test_each_argument_has_an_effect(name, argument, tmp_path):
 
 @pytest.mark.parametrize('words, text', [
     (['target_rat:=5'], "there is no argument 'target_rat'; do you mean 'target_rate'?"),
-    (['host:=0.0.0.0'], "there is no argument 'host' any more: config:=FILE with people_web_node: {host: VALUE}"),
+    (['persons:=0'], 'parameters are set by config:=FILE with NODE'),
     (['rviz:=yes'], "'rviz:=yes' is not allowed: true or false"),
     (['config:=/etc/passwd'], 'no YAML file of parameters by node')])
 def test_arguments_that_would_be_ignored_are_refused(words, text):
@@ -121,16 +121,6 @@ def test_arguments_that_would_be_ignored_are_refused(words, text):
 def test_each_file_checks_its_arguments(name):
     assert declared_arguments(checked_files(FILES[name])).keys() >= ARGUMENTS[name].keys()
     assert 'scripts/check_arguments' in FILES[name].read_text()
-
-
-def test_people_launch_has_few_arguments():
-    assert len(ARGUMENTS['people.launch']) <= 18
-
-
-@pytest.mark.parametrize('name', sorted(_REPLACED))
-def test_what_went_from_a_file_is_refused_with_what_took_its_place(name):
-    for gone, instead in _REPLACED[name].items():
-        assert mistakes({gone: 'x'}, ARGUMENTS[name], name) == [f"there is no argument '{gone}' any more: {instead}"]
 
 
 def test_right_arguments_are_taken_and_kept():

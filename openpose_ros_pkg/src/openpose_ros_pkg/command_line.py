@@ -1,12 +1,10 @@
 """What the commands of this project share: exit statuses, ends, messages above a progress bar, parameters."""
 import argparse
 import errno
-import io
 import logging
 import os
 import signal
 import sys
-import threading
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -23,7 +21,7 @@ from openpose_ros_pkg.structured_text import yaml_value
 DONE, SOME_FAILED, REFUSED, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
 # A second interrupt within this time is ignored; a later one ends the program at once [s].
 _CLEANING_UP = 3.0
-_LINE_PERIOD = 10.0  # of progress where stderr is no terminal [s]
+_PERIOD_IN_FILES = 10.0  # of progress where stderr is no terminal [s]
 _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
              'openpose_ros_signals', 'openpose_ros_bridges', 'openpose_ros_bringup')
 
@@ -120,29 +118,11 @@ def _close_stdout() -> None:
 
 
 class Progress(tqdm):  # type: ignore[misc]  # it has no types
-    """A progress bar; where stderr is no terminal, a line every 10 s."""
+    """A progress bar; where stderr is no terminal, drawn every 10 s."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        self._ended = threading.Event()
-        terminal = sys.stderr.isatty()
-        super().__init__(*args, **options if terminal else {**options, 'file': _Nowhere()})
-        if not terminal and not self.disable:
-            threading.Thread(target=self._write_lines, name='progress', daemon=True).start()
-
-    def close(self) -> None:
-        """Draw it no more."""
-        self._ended.set()
-        super().close()
-
-    def _write_lines(self) -> None:
-        while not self._ended.wait(_LINE_PERIOD):
-            sys.stderr.write(f'{self}\n')
-            sys.stderr.flush()
-
-
-class _Nowhere(io.StringIO):
-    def write(self, text: str) -> int:
-        return len(text)  # nothing is kept
+        super().__init__(*args, **options if sys.stderr.isatty() else {
+            **options, 'mininterval': _PERIOD_IN_FILES, 'maxinterval': _PERIOD_IN_FILES})
 
 
 class _AboveTheBar(logging.Handler):

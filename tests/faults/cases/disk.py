@@ -9,7 +9,7 @@ import cv2
 from faults.fault import Scenario
 
 SERVICE = 'openpose_ros_pkg/scripts/openpose_ros_node'
-# So many frames in a row that are not saved are an ERROR.
+# So many frames in a row are not saved.
 LASTING = 10
 
 
@@ -71,7 +71,7 @@ def nothing_can_be_written(rig: Any) -> None:
 
 FAULTS = [
     Scenario('no room for what is saved, for 10 frames', no_room_for_results, 'openpose_ros_node',
-             '`frame not saved`: FILE: File too large (WARN; from 10 frames in a row on ERROR); answers as before; '
+             '`frame not saved`: FILE: File too large (ERROR); answers as before; '
              'saves on when there is room'),
     Scenario('no room for log, cache of compiled networks and temporary files', nothing_can_be_written,
              'openpose_ros_node', 'starts and answers'),

@@ -1,4 +1,4 @@
-"""Saved files have OpenPose's names and layout, give the same people when read back, and no mishap ends the program."""
+"""Saved files have OpenPose's names, layout and digits, and no mishap ends the program."""
 import json
 import threading
 
@@ -6,15 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output import recorder as recorder_module
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json
+from openpose_ros_pkg.output.openpose_json import people_to_json
 from openpose_ros_pkg.output.recorder import REFUSE, Recorder, SaveParams
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.people import People2D, keypoints_in
-from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15, SKELETONS
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
 
 GREY = np.full((48, 64, 3), 100, np.uint8)
 EMPTY = People2D.empty(COCO_18)
@@ -33,13 +33,6 @@ def some_people(skeleton=COCO_18, count=3, seed=0):
     return People2D(skeleton, keypoints, scores, np.arange(count) * 7)
 
 
-def assert_same(read, people):
-    assert read.skeleton == people.skeleton
-    np.testing.assert_array_equal(read.keypoints, people.keypoints)
-    np.testing.assert_allclose(read.scores, people.scores, rtol=1e-6)
-    np.testing.assert_array_equal(read.ids, people.ids)
-
-
 # --- JSON
 
 
@@ -56,40 +49,10 @@ def test_json_has_the_layout_of_openpose():
         '"pose_keypoints_3d":[],"face_keypoints_3d":[],"hand_left_keypoints_3d":[],"hand_right_keypoints_3d":[]}]}')
 
 
-@pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS)
-def test_json_gives_the_same_people_back(skeleton):
-    people = some_people(skeleton)
-    assert_same(people_from_json(people_to_json(people)), people)
-
-
-def test_json_without_people_is_read_with_a_named_joint_set():
-    text = people_to_json(People2D.empty(BODY_25))
-    assert_same(people_from_json(text, BODY_25), People2D.empty(BODY_25))
-    with pytest.raises(BadInputError, match='has no person, so its joint set is unknown'):
-        people_from_json(text)
-
-
-def test_json_of_openpose_itself_is_read():
-    # as OpenPose 1.7 writes it: six digits, whole numbers, tabs; other tools leave a position where the score is 0
-    values = [582.349, 507.866, 0.845918, 746, 631.307, 0.587007, 0, 0, 0, 12, 13, 0] + [0, 0, 0] * 21
-    text = json.dumps({'version': 1.3, 'people': [{'person_id': [-1], 'pose_keypoints_2d': values,
-                                                   'face_keypoints_2d': []}]}, indent='\t')
-    people = people_from_json(text)
-    assert people.skeleton is BODY_25
-    assert people.present[0].tolist() == [True, True] + [False] * 23
-    np.testing.assert_array_equal(people.keypoints[0, 1], np.float32([746, 631.307, 0.587007]))
-    assert people.scores[0] == pytest.approx((0.845918 + 0.587007) / 2)
-    assert people.ids.tolist() == [-1]
-
-
-def test_json_of_another_layout_or_joint_set_is_refused():
-    for text in ('', '[]', '{"people":[{}]}', '{"people":[{"pose_keypoints_2d":[1,2]}]}', '{"people":3}'):
-        with pytest.raises(BadInputError, match='layout of OpenPose'):
-            people_from_json(text)
-    with pytest.raises(BadInputError, match=r'COCO_18: 18.*got 2'):
-        people_from_json('{"people":[{"pose_keypoints_2d":[1,2,1,1,2,1]}]}')
-    with pytest.raises(BadInputError, match='expected 25 joints'):
-        people_from_json(people_to_json(some_people(COCO_18)), BODY_25)
+def keypoints_in_file(path):
+    """Return the keypoints of the people in a JSON file, (K, 3) each."""
+    entries = json.loads(path.read_text())['people']
+    return [np.array(entry['pose_keypoints_2d'], np.float32).reshape(-1, 3) for entry in entries]
 
 
 # --- joint sets
@@ -162,8 +125,9 @@ def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
                      'i/deep/000000000012_rendered.png', 'v.avi'}
     assert set(recorder.files('street').values()) == {tmp_path / name for name in files if 'street' in name}
     assert (recorder.counters['written'], recorder.counters['failed']) == (6, 0)
-    assert_same(read_json(tmp_path / 'j/street_keypoints.json'), people)
-    assert len(read_json(tmp_path / 'j/000000000012_keypoints.json', COCO_18)) == 0
+    np.testing.assert_array_equal(keypoints_in_file(tmp_path / 'j/street_keypoints.json'),
+                                  np.nan_to_num(people.keypoints))
+    assert len(keypoints_in_file(tmp_path / 'j/000000000012_keypoints.json')) == 0
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'i/deep/street_rendered.png')),
                                   draw_people(GREY, people, DrawParams()))
     frames, rate = video_frames(tmp_path / 'v.avi')
@@ -178,9 +142,9 @@ def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path, chosen, rate):
     with Recorder(params, scale=KeypointScaleParams(keypoint_scale=3), source_rate=25.0) as recorder:
         recorder.submit('a', GREY, people)
     assert {path.name for path in tmp_path.iterdir()} == {'a_keypoints.json', 'a_rendered.jpg', 'v.avi'}
-    read = read_json(tmp_path / 'a_keypoints.json')
-    assert read.skeleton is BODY_25
-    np.testing.assert_allclose(read.xy[0, 0], people.xy[0, 0] / (63, 47), rtol=1e-6)
+    read = keypoints_in_file(tmp_path / 'a_keypoints.json')
+    assert read[0].shape == (25, 3)
+    np.testing.assert_allclose(read[0][0, :2], people.xy[0, 0] / (63, 47), rtol=1e-6)
     assert video_frames(tmp_path / 'v.avi')[1] == rate
 
 
@@ -259,5 +223,3 @@ def test_people_in_space_stand_beside_those_in_the_image():
     assert [entry['person_id'] for entry in entries] == [[0], [7], [14]]
     for entry, values in zip(entries, in_space):
         np.testing.assert_array_equal(np.array(entry['pose_keypoints_3d'], np.float32).reshape(18, 4), values)
-    assert_same(people_from_json(people_to_json(people, in_space)), people)
-    assert json.loads(people_to_json(People2D.empty(COCO_18), in_space[:0]))['people'] == []

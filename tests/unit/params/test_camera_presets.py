@@ -1,12 +1,7 @@
 """Cameras by name: the shipped table, files of users, and the camera that published topics are."""
-import importlib.util
-import shutil
-import sys
-
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params import camera_presets
 from openpose_ros_pkg.params.camera_presets import (
     CAMERA_INFO,
     COMPRESSED,
@@ -130,16 +125,3 @@ def test_camera_without_aligned_depth_is_not_chosen_and_its_line_named():
 def test_image_in_another_namespace_is_no_webcam():
     choice = choose_camera({'/camera/depth/image_raw': IMAGE}, 2)
     assert choice.chosen is None and choice.images == ('/camera/depth/image_raw',)
-
-
-def test_table_is_found_where_the_package_is_installed(tmp_path):
-    module = tmp_path / 'lib/python3/dist-packages/openpose_ros_pkg/params/camera_presets.py'
-    table = tmp_path / 'share/openpose_ros_pkg/config/cameras.yaml'
-    for source, copy in ((camera_presets.__file__, module), (camera_presets.presets_file(), table)):
-        copy.parent.mkdir(parents=True)
-        shutil.copy(str(source), str(copy))
-    spec = importlib.util.spec_from_file_location('installed_presets', str(module))
-    installed = sys.modules['installed_presets'] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(installed)
-    assert installed.presets_file() == table
-    assert list(installed.read_presets()) == list(PRESETS)

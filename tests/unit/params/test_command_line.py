@@ -8,10 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from openpose_ros_pkg import command_line
 from openpose_ros_pkg.command_line import INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
 from openpose_ros_pkg.command_options import command_parser, named_value, number, plain_path, seconds, whole_number
-from openpose_ros_pkg.detect_files import main as detect_files
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import file_values
@@ -74,31 +72,17 @@ def test_an_interrupt_within_the_imports_leaves_no_traceback(tmp_path):
     assert (done.returncode, done.stderr) == (-signal.SIGINT, b'')
 
 
-@pytest.fixture(params=['/dev/full', '/dev/zero', 'pipe'])
-def special(request, tmp_path):
-    """A file of which reading and writing need not end."""
-    if request.param == 'pipe':
-        os.mkfifo(str(tmp_path / 'pipe.bag'))
-        return tmp_path / 'pipe.bag'
-    return Path(request.param)
-
-
-def test_devices_and_pipes_are_refused(special, capsys, tmp_path):
+def test_devices_are_refused(capsys, tmp_path):
     parser = command_parser('tool', None)
-    parser.add_argument('inputs', nargs='*', type=plain_path)
-    parser.add_argument('-o', type=plain_path)
-    parser.add_argument('--camera-info', type=named_value(plain_path, 'left=a'), action='append', default=[])
-    assert parser.parse_args([str(tmp_path), '-o', str(tmp_path / 'new')]).inputs == [tmp_path]
-    for arguments in ([str(special)], ['-o', str(special)], ['a', str(special)], ['--camera-info', f'left={special}']):
-        with pytest.raises(SystemExit, match='2'):
-            parser.parse_args(arguments)
-        assert 'expected a file or folder, not a device, pipe or socket' in capsys.readouterr().err
+    parser.add_argument('--camera-info', type=named_value(plain_path, 'left=a'))
+    assert parser.parse_args([f'--camera-info=left={tmp_path}']).camera_info == ('left', tmp_path)
     with pytest.raises(SystemExit, match='2'):
-        detect_files([str(special), '--write-json', str(tmp_path / 'json')])
+        parser.parse_args(['--camera-info=left=/dev/zero'])
+    assert 'expected a file or folder, not a device, pipe or socket' in capsys.readouterr().err
     with pytest.raises(ParameterError, match='is no plain file'):
-        check_outputs([special], overwrite=True)
+        check_outputs([Path('/dev/zero')], overwrite=True)
     with pytest.raises(BadInputError, match='it can not be read: it is no plain file'):
-        file_values(special, 'it')
+        file_values(Path('/dev/zero'), 'it')
 
 
 @pytest.mark.parametrize('kind, good, bad', [
@@ -114,22 +98,3 @@ def test_numbers_are_finite_and_in_range(kind, good, bad, capsys):
         with pytest.raises(SystemExit, match='2'):
             parser.parse_args([f'--value={text}'])
         assert 'expected a' in capsys.readouterr().err
-
-
-@pytest.mark.parametrize('terminal', [True, False])
-def test_progress_is_shown_on_terminals_and_in_files(capsys, monkeypatch, terminal):
-    """A file gets lines, also while nothing advances, and none of what takes no time."""
-    monkeypatch.setattr('sys.stderr.isatty', lambda: terminal)
-    monkeypatch.setattr(command_line, '_LINE_PERIOD', 0.05)
-    told = ''
-    with command_line.Progress(total=8, unit='frame') as bar:
-        bar.update(2)
-        while '25%' not in told or told.count('2/8') < 2:
-            bar.refresh()
-            told += capsys.readouterr().err
-    told += capsys.readouterr().err
-    assert ('\r' in told) == terminal
-    assert told.endswith('\n')
-    monkeypatch.setattr(command_line, '_LINE_PERIOD', 10.0)
-    assert list(command_line.Progress([1, 2], 'short')) == [1, 2]
-    assert ('short' in capsys.readouterr().err) == terminal

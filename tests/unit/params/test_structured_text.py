@@ -10,14 +10,9 @@ def test_yaml(text, value):
     assert yaml_value(text) == value
 
 
-def bomb():
-    """A text of 400 bytes that stands for 10^9 values."""
-    return 'a0: &a0 [x]\n' + ''.join(f'a{i}: &a{i} [{", ".join([f"*a{i - 1}"] * 10)}]\n' for i in range(1, 10))
-
-
 @pytest.mark.parametrize('text, reason', [
-    (bomb(), 'stands for .* values, expected 100000 at most'), ('[' * 20000, 'nested too deep'),
-    ('&a [*a]', 'hold themselves'), ('2001-99-99', 'month must be in'), ('a: b: c', 'mapping values are not allowed'),
+    ('[' * 20000, 'nested too deep'),
+    ('2001-99-99', 'month must be in'), ('a: b: c', 'mapping values are not allowed'),
     ('!!python/object/apply:os.system [ls]', 'could not determine a constructor'), ('\0', 'not allowed'),
     ('{[]: 1}', 'unhashable')])
 def test_yaml_that_is_refused(text, reason):

@@ -9,6 +9,8 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 class ViewParams(Parameters):
     """What RViz shows, and in which frame."""
 
+    retired = ('rviz_config',)
+
     fixed_frame: str = parameter('', "RViz's fixed frame, z upwards or the optical frame of a camera; empty: `world` "
                                      'with `floor`, else the frame of the people.')
     floor: bool = parameter(False, 'The node floor publishes the frame `world`.')
@@ -17,7 +19,6 @@ class ViewParams(Parameters):
                                  'by spaces; this and rgb_cameras empty: a single chain, in the namespace of this '
                                  'node.')
     rgb_cameras: str = parameter('', 'The same for cameras without depth.')
-    rviz_config: str = parameter('', "RViz configuration of one's own, which is opened as it is; empty: one that fits.")
 
 
 # The parameters of each file in config/; a node loads the file of its name.

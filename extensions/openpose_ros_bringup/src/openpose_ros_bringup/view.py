@@ -1,20 +1,16 @@
-"""The configuration of RViz for a chain: what it shows, and a viewpoint from which people fill the view.
+"""The configuration of RViz for a chain: what it shows, and a viewpoint behind the place that the cameras look at.
 
-Frames here have z upwards. The people are looked at from the side of the (first) camera, a little from above.
+Frames here have z upwards. The place is looked at from the side of the (first) camera, a little from above.
 """
 import copy
-import math
-from typing import Any, Dict, Mapping, NamedTuple, Sequence
+from typing import Any, Dict, Mapping, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from skeleton_extract_3d.points.transform import TURNED, Transform
 
-# Without people: the point that a camera looks at, and the radius of what is shown around it [m].
-_FOCAL_DISTANCE, _RADIUS = 2.5, 1.2
-# RViz sees 45 degrees from top to bottom: a sphere of radius 1 fills that from this far, and a tenth is for the border.
-_DISTANCE = 1.1 / math.sin(math.radians(22.5))
-_NEAREST, _FARTHEST = 2.0, 12.0  # [m]
+# The point that a camera looks at, and the distance of the eye from it [m]: people are well in view.
+_FOCAL_DISTANCE, _DISTANCE = 2.5, 3.5
 # Direction of view: turned from that of the camera, so that depth shows, and down [rad].
 _TURN, _PITCH = 0.4, 0.25
 # Width of the image and the displays beside the view, and of an image alone, in a window that is 1440 wide [px].
@@ -28,15 +24,6 @@ _WINDOW = ('000000ff00000000fd0000000100000000{:08x}00000329fc0200000002fb000000
 _SCALE = 300.0
 
 
-class Viewpoint(NamedTuple):
-    """Where RViz looks from."""
-
-    focal: np.ndarray  # (3,) [m], the point that is looked at
-    distance: float  # of the eye to it [m]
-    yaw: float  # direction from the point to the eye, about z [rad]
-    pitch: float = _PITCH  # of the eye above the horizon of the point [rad]
-
-
 class Topics(NamedTuple):
     """What is shown: namespace of the markers (empty: people in the image alone), clouds and images by title."""
 
@@ -45,31 +32,24 @@ class Topics(NamedTuple):
     images: Mapping[str, str]
 
 
-def viewpoint(joints: np.ndarray, cameras: Sequence[Transform]) -> Viewpoint:
-    """Return a viewpoint.
+def viewpoint(cameras: Sequence[Transform]) -> Tuple[np.ndarray, float]:
+    """Return the point that RViz looks at, (3,) [m], and the direction from there to its eye, about z [rad].
 
-    Args:
-        joints: (N, 3) [m] of all people, may be empty and have NaN.
-        cameras: poses, from the optical frames to that of the joints; one at least.
+    `cameras` are poses, from the optical frames to the fixed frame; one at least.
     """
-    joints = joints[np.isfinite(joints).all(axis=1)]
-    if len(joints):
-        low, high = joints.min(axis=0), joints.max(axis=0)
-        focal, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    else:
-        focal = np.mean([translation + _FOCAL_DISTANCE * rotation[:, 2] for rotation, translation in cameras], axis=0)
-        radius = _RADIUS
+    focal = np.mean([translation + _FOCAL_DISTANCE * rotation[:, 2] for rotation, translation in cameras], axis=0)
     towards = cameras[0][1] - focal
-    return Viewpoint(focal, float(np.clip(_DISTANCE * radius, _NEAREST, _FARTHEST)),
-                     float(np.arctan2(towards[1], towards[0]) + _TURN) % (2 * np.pi))
+    return focal, float(np.arctan2(towards[1], towards[0]) + _TURN) % (2 * np.pi)
 
 
-def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, view: Viewpoint) -> Dict[str, Any]:
+def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, cameras: Sequence[Transform]
+                       ) -> Dict[str, Any]:
     """Return the values of a configuration file.
 
     Args:
         template: those of the package's people.rviz, for a single camera.
         frame: the fixed frame; the grid is on its floor, where it has one.
+        cameras: see `viewpoint`.
     """
     values = copy.deepcopy(dict(template))
     manager = values['Visualization Manager']
@@ -87,13 +67,13 @@ def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, 
             displays.append({**display, 'Marker Topic': f'{topics.markers}/{name}'})
     manager['Displays'] = displays
     manager['Global Options']['Fixed Frame'] = frame
-    x, y, z = (round(float(value), 3) for value in view.focal)
-    manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': round(view.distance, 3),
-                                        'Yaw': round(view.yaw, 3), 'Pitch': view.pitch})
+    focal, yaw = viewpoint(cameras)
+    x, y, z = (round(float(value), 3) for value in focal)
+    manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': _DISTANCE,
+                                        'Yaw': round(yaw, 3), 'Pitch': _PITCH})
     values['Window Geometry']['QMainWindow State'] = _WINDOW.format(_WITH_DISPLAYS if topics.markers else _ALONE)
     if not topics.markers:
         values['Panels'] = []
     # seen from above, what is away from the camera is up
-    manager['Views']['Saved'][0].update(X=x, Y=y, Angle=round(view.yaw - _TURN + np.pi / 2, 3),
-                                        Scale=round(_SCALE / max(view.distance / _DISTANCE, 1.0), 1))
+    manager['Views']['Saved'][0].update(X=x, Y=y, Angle=round(yaw - _TURN + np.pi / 2, 3), Scale=_SCALE)
     return values

@@ -5,7 +5,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Iterator, Optional, Sequence
 
-import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
@@ -65,11 +64,15 @@ def write_whole(path: Path, content: bytes) -> None:
 
 def write_image(path: Path, image: np.ndarray, quality: int = 95) -> None:
     """Write an image, (H, W) or (H, W, 3), like `write_whole`; the suffix is the format, `quality` is of JPEG."""
+    import cv2  # takes 0.2 s, which programs without images do not need
+
     write_whole(path, cv2.imencode(path.suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
 
 
 def jpeg_of(bgr: np.ndarray, quality: int, width: Optional[int] = None) -> bytes:
     """Return the JPEG, of a quality of 1 to 100, of a (H, W, 3) uint8 image, made as small as `width` [px]."""
+    import cv2
+
     if width is not None and width < bgr.shape[1]:
         height = max(round(bgr.shape[0] * width / bgr.shape[1]), 1)
         bgr = cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)

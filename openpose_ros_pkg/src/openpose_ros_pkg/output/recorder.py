@@ -107,7 +107,7 @@ class Recorder:
         self._wait_when_full = existing != REFUSE
         self._queue: Deque[_Frame] = deque()
         self._written = self._failed = self._dropped = 0
-        self._failing: Dict[str, Tuple[int, str]] = {}  # frames in a row, and the latest error, by output
+        self._failing: Dict[str, str] = {}  # latest error, by output, until it is written again
         self._worker = Worker('recorder', self._write_next, self._count_broken)
         self._changed = self._worker.condition
         self._worker.start()
@@ -126,10 +126,9 @@ class Recorder:
             return {'written': self._written + video[0], 'failed': self._failed + video[1],
                     'dropped': self._dropped, 'waiting': len(self._queue)}
 
-    def fault(self, least: int = 1) -> str:
-        """Return what has not been saved for at least this number of frames in a row, and why; empty: nothing."""
-        return '; '.join(f'{error} ({count} frames in a row)' for count, error in list(self._failing.values())
-                         if count >= least)
+    def fault(self) -> str:
+        """Return what was not saved of the newest frame, and why; empty: nothing."""
+        return '; '.join(list(self._failing.values()))
 
     def next_number(self) -> int:
         """Return the number after the greatest one of existing files of frames; 0: there are none."""
@@ -230,7 +229,7 @@ class Recorder:
             self._failing.pop(key, None)
             return
         self._failed += 1
-        self._failing[key] = (self._failing.get(key, (0, ''))[0] + 1, error)
+        self._failing[key] = error
         self.on_fault(error)
 
     def _count_broken(self, error: Exception) -> None:

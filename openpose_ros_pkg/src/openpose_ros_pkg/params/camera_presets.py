@@ -16,6 +16,17 @@ CAMERA_INFO = 'sensor_msgs/CameraInfo'
 _NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_info')}
 
 
+def raw_topic(topic: str) -> str:
+    """Return the topic of the raw images that a topic has compressed; the topic of raw images as it is."""
+    head, _, last = topic.rpartition('/')
+    return head if last in ('compressed', 'compressedDepth', 'theora') else topic
+
+
+def info_beside(topic: str) -> str:
+    """Return the topic of the camera info that drivers publish beside an image."""
+    return f'{raw_topic(topic).rpartition("/")[0]}/camera_info'
+
+
 @dataclass(frozen=True)
 class CameraPreset:
     """A camera as its driver publishes it; config/cameras.yaml explains the fields.

@@ -17,38 +17,6 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, List, Sequence
 
-_CONFIG = {name: f'config:=FILE with {node}: {{{name}: VALUE}}' for node, names in {
-    'skeleton_extract_3d_node': ('camera_ns', 'points_source', 'image_transport', 'depth_transport', 'rotate_image',
-                                 'face', 'hands', 'target_rate'),
-    'people_signals_node': ('summary', 'targets'), 'people_web_node': ('host', 'port'),
-    'hri_node': ('cameras', 'persons')}.items() for name in names}
-_LOOK = 'config:=FILE with skeleton_extract_3d_visualization_node: {colour_by_person: false, label: false}'
-_CHAINS = 'openpose_skeleton_extract.launch cameras:="..." takes it, then cameras.launch chain:=false'
-_RESPAWN = 'nodes that end start again'
-# What took the place of arguments that launch files had.
-_REPLACED = {
-    'people.launch': {
-        **{name: _CONFIG[name] for name in ('camera_ns', 'points_source', 'image_transport', 'depth_transport', 'face',
-                                            'rotate_image', 'summary', 'targets', 'host', 'port')},
-        'dimensions': 'points:=none finds people in the image alone', 'driver_args': "driver:='NAME:=VALUE ...'",
-        'folder': 'source:=FOLDER', 'markers': 'they are shown with the chain', 'respawn': _RESPAWN, 'look': _LOOK,
-        'camera_info': 'it is read beside the depth image; camera:=FILE.yaml, of the form of cameras.yaml, names '
-                       'another',
-        'people_cloud': 'nodelets.launch people_cloud:=true',
-        'manager': 'nodelets.launch people_cloud:=true manager:=NAME'},
-    'cameras.launch': {
-        **{name: _CONFIG[name] for name in ('target_rate', 'points_source', 'hands', 'face', 'host', 'port')},
-        **dict.fromkeys(('image', 'rgb_image', 'points', 'depth', 'camera_info'), _CHAINS), 'look': _LOOK,
-        'markers': 'they are shown with the chains', 'respawn': _RESPAWN},
-    'bridges.launch': {
-        **{name: _CONFIG[name] for name in ('cameras', 'persons')}, 'respawn': _RESPAWN,
-        **dict.fromkeys(('people', 'tracked_persons', 'planning_scene', 'teb_obstacles'),
-                        'set the topic in the package that reads it')},
-    'record.launch': {
-        **dict.fromkeys(('raw', 'camera', 'camera_ns', 'cameras', 'compressed', 'packed'),
-                        'rosrun openpose_ros_bringup record_camera'),
-        'dimensions': 'people in the image and in space are both recorded'}}
-_REPLACED['demo.launch'] = _REPLACED['people.launch']
 _SWITCH = ('true', 'false', '1', '0', '')
 
 
@@ -91,15 +59,14 @@ def starts(command: Sequence[str], path: Path) -> bool:
         named[0] == path.name and command[command.index(named[0]) - 1] == path.resolve().parents[1].name))
 
 
-def mistakes(given: Dict[str, str], declared: Dict[str, str], launch_file: str = '') -> List[str]:
+def mistakes(given: Dict[str, str], declared: Dict[str, str]) -> List[str]:
     """Return what is wrong with arguments of a launch file, each with what may be meant."""
-    found, replaced = [], _REPLACED.get(launch_file, {})
+    found = []
     for name, value in given.items():
-        if name not in declared and name in replaced:
-            found.append(f"there is no argument '{name}' any more: {replaced[name]}")
-        elif name not in declared:
+        if name not in declared:
             similar = difflib.get_close_matches(name, declared, 1, 0.5)
-            found.append(f"there is no argument '{name}'" + (f"; do you mean '{similar[0]}'?" if similar else ''))
+            found.append(f"there is no argument '{name}'" + (f"; do you mean '{similar[0]}'?" if similar else '')
+                         + '; parameters are set by config:=FILE with NODE: {NAME: VALUE}' * ('config' in declared))
         elif declared[name] in ('true', 'false') and value.lower() not in _SWITCH:
             found.append(f"'{name}:={value}' is not allowed: true or false")
         elif name == 'config' and value and not _is_by_node(value):
@@ -132,7 +99,7 @@ def main() -> int:
     words = [word for word in command if ':=' in word and not word.startswith('_')]  # _: of ROS, as __log
     declared = declared_arguments(files)
     given = {name: value for name, _, value in (word.partition(':=') for word in words)}
-    wrong = mistakes(given, declared, files[0].name)
+    wrong = mistakes(given, declared)
     if wrong:
         sys.stderr.write(f'{files[0].name}: ' + '\n'.join(wrong) + f'\n  its arguments: {" ".join(declared)}\n')
         return 1

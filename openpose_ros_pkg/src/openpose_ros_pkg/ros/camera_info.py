@@ -2,7 +2,6 @@
 import copy
 from typing import Callable, Optional, Tuple
 
-import rospy
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
@@ -57,9 +56,3 @@ class CameraInfoPublisher:
 
     def _store(self, message: CameraInfo) -> None:
         self.newest = message
-
-
-def sibling_camera_info(image_topic: str) -> str:
-    """Return the topic of the camera info that drivers publish beside an image topic."""
-    # resolved first, so that a remapping of the image topic holds for its sibling too
-    return rospy.resolve_name(image_topic).rpartition('/')[0] + '/camera_info'

@@ -21,9 +21,6 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.people_publisher import LANDMARK_STAGE, Drawing, LandmarkPublisher, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
 
-# When so many frames in a row could not be saved, the status is ERROR.
-_LASTING = 10
-
 
 class DetectionOutput:
     """Where the people in images go, besides the clients of the service; for one thread.
@@ -57,8 +54,7 @@ class DetectionOutput:
         recorder = Recorder(self._settings.save, self._settings.draw, self._settings.keypoint_scale, existing=REFUSE)
         recorder.on_fault = functools.partial(health.warn, 'frame not saved')
         self._numbers = itertools.count(recorder.next_number())
-        health.show_lasting(recorder.fault)
-        health.show_lasting(lambda: recorder.fault(_LASTING), DiagnosticStatus.ERROR)
+        health.show_lasting(recorder.fault, DiagnosticStatus.ERROR)
         rospy.on_shutdown(recorder.close)
         return recorder
 

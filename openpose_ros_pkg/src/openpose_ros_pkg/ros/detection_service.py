@@ -14,11 +14,12 @@ from openpose_ros_pkg.detect.image_chain import ImageChain
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import TURNED_CAMERA
 from openpose_ros_pkg.errors import BadInputError, ParameterError, StoppedError
+from openpose_ros_pkg.params.camera_presets import info_beside
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
-from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher, sibling_camera_info
+from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
 from openpose_ros_pkg.ros.cameras import find_camera
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.detection_output import DetectionOutput
@@ -83,7 +84,8 @@ class DetectionService:
         inputs = [images]
         self._camera_info: Optional[CameraInfoPublisher] = None
         if self._settings.publishing.publish_results:
-            self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
+            self._camera_info = CameraInfoPublisher(namespace, info_beside(images.resolved_name), self._health,
+                                                    self._demand)
             self._camera_info.degrees = self._settings.stream.rotate_image
             inputs.append(self._camera_info.input)
         self._skipped = 0

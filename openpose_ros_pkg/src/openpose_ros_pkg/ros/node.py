@@ -6,13 +6,13 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from typing import Any, BinaryIO, Callable, Dict, Iterable, List, NoReturn, Sequence, TextIO, Tuple, Type, cast
+from typing import Any, Callable, Dict, Iterable, List, NoReturn, Sequence, TextIO, Tuple, Type, cast
 
 import rosgraph.names
 import rospy
 from rosgraph.names import load_mappings
 from rospy.core import is_shutdown_requested
-from rospy.impl import registration, tcpros_base
+from rospy.impl import registration
 
 from openpose_ros_pkg.allocator import give_back_free_memory, keep_large_blocks
 from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRosError, ParameterError, StoppedError
@@ -76,7 +76,6 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
     # before rospy takes them for its log
     sys.stdout, sys.stderr = cast(TextIO, _Unfailing(sys.stdout)), cast(TextIO, _Unfailing(sys.stderr))
     rospy.init_node(name, disable_signals=True)
-    serialize_whole_messages()
     for key, value in flags.items():
         rospy.set_param(f'~{key}', value)
     for key in others:
@@ -98,19 +97,6 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
             rospy.signal_shutdown('wrong configuration')
             _wait()
         sys.exit(1)
-
-
-def serialize_whole_messages() -> None:
-    """Let rospy leave nothing of a message that can not be serialised: it would spoil all later ones of the topic."""
-    def serialize(buffer: BinaryIO, number: int, message: Any) -> None:
-        try:
-            rospy.msg.serialize_message(buffer, number, message)
-        except Exception:
-            buffer.seek(0)
-            buffer.truncate()
-            raise
-
-    rospy.topics.serialize_message = tcpros_base.serialize_message = serialize
 
 
 def _wait_for_other(name: str) -> None:

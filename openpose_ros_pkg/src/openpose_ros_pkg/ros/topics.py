@@ -13,6 +13,8 @@ from openpose_ros_pkg.params.camera_presets import (
     CameraPreset,
     choose_camera,
     find_preset,
+    info_beside,
+    raw_topic,
 )
 from openpose_ros_pkg.ros.convert import is_png_of_depth
 
@@ -100,17 +102,6 @@ def is_result(topic: str) -> bool:
 def is_within(topic: str, namespace: str) -> bool:
     """Return whether a topic is in a namespace, with or without the leading slash of both; all are in the empty one."""
     return absolute(topic).startswith(f'{absolute(namespace)}/' if namespace.strip('/') else '/')
-
-
-def raw_topic(topic: str) -> str:
-    """Return the topic of the raw images that a topic has compressed; the topic of raw images as it is."""
-    head, _, last = topic.rpartition('/')
-    return head if last in ('compressed', 'compressedDepth', 'theora') else topic
-
-
-def info_beside(topic: str) -> str:
-    """Return the topic of the camera info that drivers publish beside an image."""
-    return f'{raw_topic(topic).rpartition("/")[0]}/camera_info'
 
 
 class TopicFinder:

@@ -54,8 +54,8 @@ def check_stamps(seen: Snapshot) -> Iterator[Finding]:
         if not came:
             yield unknown(_NO_MESSAGE)
         elif not faults:
-            yield right('; '.join(f'{stream.topic} {stream.age:.3f} s old' for stream in came if _passes(seen.master))
-                        or 'stamps increase')
+            yield right('; '.join(f'{stream.topic} {stream.age:.3f} s old' for stream in came)
+                        if seen.master.time_passes else 'stamps increase')
 
 
 def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
@@ -75,7 +75,7 @@ def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
 
 def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
     age, (least, most) = stream.age, _AGES_IN_RECORDINGS if master.sim_time else _AGES
-    if least <= age <= most or not _passes(master):
+    if least <= age <= most or not master.time_passes:
         return
     text = f'{stream.topic}: stamps are {abs(age):.3g} s {"behind" if age > 0 else "ahead of"}'
     if master.sim_time:
@@ -87,11 +87,6 @@ def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:
     else:
         yield wrong(f'{text} the clock of this machine: clocks differ, or messages of {nodes} come late',
                     'chronyc tracking    # on both machines; ROS needs clocks that agree')
-
-
-def _passes(master: Master) -> bool:
-    """Tell whether time passes."""
-    return not master.sim_time or master.clock.ticks > 0
 
 
 def check_registration(seen: Snapshot) -> Iterator[Finding]:
@@ -121,7 +116,8 @@ def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List
             check_same_aspect('image', image.size, 'depth', points.size)
         except BadInputError as error:
             faults.append(str(error))
-    if points.frame_id != image.frame_id and not _is_same_frame(seen, points.frame_id, image.frame_id):
+    between = seen.lookups.get((image.frame_id, points.frame_id), '')
+    if points.frame_id != image.frame_id and (isinstance(between, str) or not is_same_place(*between)):
         faults.append(f"it is in frame '{points.frame_id}', but the image in '{image.frame_id}': it is not registered "
                       'to the colour image')
     node = seen.node_of(camera)
@@ -130,17 +126,6 @@ def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List
     return faults
 
 
-def _is_same_frame(seen: Snapshot, first: str, second: str) -> bool:
-    """Tell whether tf has two frames at one place."""
-    found = seen.tf.lookups.get((second, first))
-    return bool(found and found.rotation is not None and found.translation is not None
-                and is_same_place(found.rotation, found.translation))
-
-
 def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:
     other = other_topic_line(camera, points, seen, registered=True) or camera.driver
-    if not other and points.role == 'depth' and camera.info is not None and camera.colour_info is not None:
-        return ('rosrun nodelet nodelet standalone depth_image_proc/register '
-                f'rgb/camera_info:={camera.colour_info.topic} depth/camera_info:={camera.info.topic} '
-                f'depth/image_rect:={points.topic}')
-    return other or f'rostopic echo -n 1 --noarr {points.topic}'
+    return other or f'rostopic echo -n 1 --noarr {points.topic}    # depth_image_proc/register registers depth images'

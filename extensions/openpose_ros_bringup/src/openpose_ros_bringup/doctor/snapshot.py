@@ -1,33 +1,30 @@
 """What the checks look at: facts about master, topics, messages, tf and nodes, without ROS."""
 from dataclasses import dataclass, field
-from typing import Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 from skeleton_extract_3d.points.point_grid import PointGrid
-
-
-class Clock(NamedTuple):
-    """Messages on /clock while the doctor listened, and the newest time [s]."""
-
-    ticks: int = 0
-    newest: float = 0.0
+from skeleton_extract_3d.points.transform import Transform
 
 
 @dataclass(frozen=True)
 class Master:
-    """The ROS master and this machine in its network."""
+    """The ROS master and the time that nodes take."""
 
     uri: str
     is_online: bool = True
-    name: str = 'localhost'  # by which other nodes call this machine
-    address: str = ''  # of this machine on the way to the master; empty: unknown
-    fault: str = ''  # why other nodes can not call this machine by its name; empty: they can
     unreachable: Mapping[str, str] = field(default_factory=dict)  # URIs of nodes that can not be called
     sim_time: bool = False
-    clock: Clock = field(default_factory=Clock)
+    ticks: int = 0  # messages on /clock while the doctor listened
+    clock: float = 0.0  # newest time on /clock [s]
+
+    @property
+    def time_passes(self) -> bool:
+        """Whether nodes see time pass."""
+        return not self.sim_time or self.ticks > 0
 
 
 class Arrival(NamedTuple):
@@ -88,24 +85,6 @@ class Camera:
         return [stream for stream in (self.image, self.points, self.info) if stream is not None]
 
 
-class Lookup(NamedTuple):
-    """Rotation (3, 3) and translation (3,) [m] that tf has between two frames, or why it has none."""
-
-    rotation: Optional[np.ndarray] = None
-    translation: Optional[np.ndarray] = None
-    error: str = ''
-
-
-@dataclass(frozen=True)
-class Tf:
-    """Frames that tf knows."""
-
-    fixed_frame: str = ''  # in which the room stands still and z is up; empty: none is named
-    parents: Mapping[str, str] = field(default_factory=dict)  # of frames
-    # by target and source frame, at the stamp of the newest points
-    lookups: Mapping[Tuple[str, str], Lookup] = field(default_factory=dict)
-
-
 @dataclass(frozen=True)
 class ChainNode:
     """A node that finds people: its newest status in /diagnostics, where level 0 is OK, and its parameters."""
@@ -114,7 +93,6 @@ class ChainNode:
     level: int = 0
     text: str = ''
     values: Mapping[str, str] = field(default_factory=dict)
-    skipped: float = 0.0  # images that it skipped [Hz]
     parameters: Mapping[str, object] = field(default_factory=dict)
     results: str = ''  # topic of its people
 
@@ -122,21 +100,6 @@ class ChainNode:
     def rests(self) -> bool:
         """Whether it computes nothing, as no results are wanted."""
         return self.text.startswith(('idle', 'disabled'))
-
-
-class Machine(NamedTuple):
-    """This machine: load average of the last minute, number of cores, available memory [MB]."""
-
-    load: float = 0.0
-    cores: int = 1
-    memory: float = 1e6
-
-
-class People(NamedTuple):
-    """Results that came: frames, and the greatest number of people in one."""
-
-    frames: int = 0
-    most: int = 0
 
 
 @dataclass(frozen=True)
@@ -148,13 +111,16 @@ class Snapshot:
     published: Mapping[str, PublishedTopic] = field(default_factory=dict)
     subscribed: Mapping[str, Sequence[str]] = field(default_factory=dict)  # names of the subscribers by topic
     cameras: Sequence[Camera] = ()
-    tf: Tf = field(default_factory=Tf)
+    fixed_frame: str = ''  # in which the room stands still and z is up; empty: none is named
+    parents: Mapping[str, str] = field(default_factory=dict)  # of the frames of tf
+    # what tf has between target and source frame at the stamp of the newest points, or why it has nothing
+    lookups: Mapping[Tuple[str, str], Union[Transform, str]] = field(default_factory=dict)
     nodes: Sequence[ChainNode] = ()
     unresponsive: Sequence[str] = ()  # nodes that publish results but send no status
     starting: Sequence[str] = ()  # nodes of the chain that publish no results yet
-    machine: Machine = field(default_factory=Machine)
-    people: Optional[People] = None  # None: not asked for, as the chain rests
-    recorders: Sequence[Tuple[int, str, str]] = ()  # level, text and folder of the status of each
+    load: float = 0.0  # programs that want to run, mean of the last minute
+    memory: float = 1e6  # available [MB]
+    people: Optional[Sequence[int]] = None  # in each result that came; None: not asked for, as the chain rests
 
     def node_of(self, camera: Camera) -> Optional[ChainNode]:
         """Return the node that reads a camera; None: there is none."""

@@ -4,7 +4,6 @@ from typing import Iterator, Optional
 from openpose_ros_bringup.doctor.findings import (
     BRINGUP,
     Finding,
-    depth_line,
     launch_line,
     other_topic_line,
     others_like,
@@ -13,7 +12,7 @@ from openpose_ros_bringup.doctor.findings import (
     wrong,
 )
 from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
-from openpose_ros_pkg.params.camera_presets import CLOUD, COMPRESSED, IMAGE
+from openpose_ros_pkg.params.camera_presets import COMPRESSED, IMAGE
 from openpose_ros_pkg.stream.silent_topic import why_clock_stands, why_silent
 
 # Least rate of images and points [Hz]: at less, people are not followed from one image to the next.
@@ -24,38 +23,33 @@ _TRANSPORTS = {'image': 'compressed', 'depth': 'compressedDepth'}
 
 
 def check_master(seen: Snapshot) -> Iterator[Finding]:
-    """Whether the master answers, machines find each other, and time passes."""
+    """Whether the master answers, nodes can be called, and time passes."""
     master = seen.master
     if not master.is_online:
         yield wrong(f'the ROS master {master.uri} does not answer', 'roscore')
         return
-    if master.fault:
-        yield wrong(master.fault, f'export ROS_IP={master.address or "ADDRESS"}; unset ROS_HOSTNAME')
     for node, uri in master.unreachable.items():
         yield wrong(f'{node} is registered at {uri}, where it takes no calls: it has ended, or its machine has another '
                     'name here (ROS_IP and ROS_HOSTNAME there)', 'rosnode cleanup')
     fault = _clock_fault(master, seen)
     if fault is not None:
         yield fault
-    if not (master.fault or master.unreachable or fault):
-        time = f'simulated time, {master.clock.newest:.1f} s' if master.sim_time else 'time of the machine'
-        yield right(f'{master.uri} answers; this machine is called {master.name}; {time}')
+    elif not master.unreachable:
+        time = f'simulated time, {master.clock:.1f} s' if master.sim_time else 'time of the machine'
+        yield right(f'{master.uri} answers; {time}')
 
 
 def _clock_fault(master: Master, seen: Snapshot) -> Optional[Finding]:
     """Return what is wrong with simulated time."""
     if not master.sim_time:
-        if master.clock.ticks == 0:
-            return None
-        return wrong('/clock is published, but use_sim_time is false: nodes take the time of the machine',
-                     'rosparam set use_sim_time true    # then start the nodes again')
-    if '/clock' not in seen.published or master.clock.newest == 0:
-        return wrong(why_clock_stands(0), 'rosbag play --clock FILE.bag    # without a bag: rosparam set use_sim_time '
-                                          'false')
-    if master.clock.ticks < 2:
-        return wrong(why_clock_stands(master.clock.newest), 'rosbag play --clock FILE.bag    # a paused one goes on '
-                                                            'with the space bar')
-    return None
+        return None if master.ticks == 0 else wrong(
+            '/clock is published, but use_sim_time is false: nodes take the time of the machine',
+            'rosparam set use_sim_time true    # then start the nodes again')
+    if '/clock' in seen.published and master.ticks >= 2:
+        return None
+    newest = master.clock if '/clock' in seen.published else 0
+    return wrong(why_clock_stands(newest), 'rosbag play --clock FILE.bag    # ' + (
+        'a paused one goes on with the space bar' if newest else 'without a bag: rosparam set use_sim_time false'))
 
 
 def check_topics(seen: Snapshot) -> Iterator[Finding]:
@@ -77,16 +71,11 @@ def check_topics(seen: Snapshot) -> Iterator[Finding]:
 
 def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
     """Return what to type where a topic is not published, or with another type."""
-    there, wanted = seen.published.get(stream.topic), _TRANSPORTS.get(stream.role)
-    base = stream.topic.rpartition('/')[0]
-    if wanted and stream.kind == COMPRESSED and base in seen.published:
-        return launch_line(camera, **{stream.role: base, f'{stream.role}_transport': 'raw'})
-    if wanted and stream.kind == IMAGE and f'{stream.topic}/{wanted}' in seen.published:
-        return launch_line(camera, **{stream.role: stream.topic, f'{stream.role}_transport': wanted})
-    if there is not None and (stream.role, there.kind) == ('depth', CLOUD):
-        return launch_line(camera, points=stream.topic)
-    if there is not None and (stream.role, there.kind) == ('points', IMAGE):
-        return depth_line(camera, stream.topic, seen)
+    base, transport = stream.topic, _TRANSPORTS.get(stream.role, '')
+    if stream.kind == COMPRESSED:
+        base, transport = base.rpartition('/')[0], 'raw'
+    if stream.role in _TRANSPORTS and (base if transport == 'raw' else f'{base}/{transport}') in seen.published:
+        return launch_line(camera, **{stream.role: base, f'{stream.role}_transport': transport})
     return other_topic_line(camera, stream, seen) or camera.driver or DRIVER
 
 
@@ -102,10 +91,11 @@ def check_rates(seen: Snapshot) -> Iterator[Finding]:
                 node = there.nodes[0] if there.nodes else 'NODE'
                 yield wrong(f'no message on {stream.topic}: {why.partition("; ")[0]}',
                             camera.driver or f'rosnode info {node}' if stream.is_connected else f'rosnode ping {node}')
-            elif stream is not camera.info and stream.rate < LEAST_RATE:
+            elif stream is camera.info:
+                yield right(f'{stream.topic} came')
+            elif stream.rate < LEAST_RATE:
                 came = f'{stream.rate:.2g} Hz' if stream.rate else f'one message in {seen.seconds:g} s'
                 yield wrong(f'{stream.topic}: {came}, expected {LEAST_RATE:g} Hz or more: dim light, a slow bus or '
                             'network, or a slow driver', f'rostopic bw {stream.topic}')
             else:
-                yield right(f'{stream.topic}: {stream.rate:.1f} Hz' if stream is not camera.info
-                            else f'{stream.topic} came')
+                yield right(f'{stream.topic}: {stream.rate:.1f} Hz')

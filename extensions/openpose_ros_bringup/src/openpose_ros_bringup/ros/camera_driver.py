@@ -4,14 +4,11 @@ import os
 import sys
 from pathlib import Path
 
-import roslib.packages
 import rospkg
-import rospy
 
 from openpose_ros_pkg.command_options import command_parser
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset, read_presets
-from openpose_ros_pkg.ros.node import RESPAWNS
 
 # The preset whose driver has a substitute here.
 _WEBCAM = 'usb_cam'
@@ -34,6 +31,8 @@ def main() -> int:
             if preset.name != _WEBCAM:
                 return _rest(f'the package {preset.package} is not installed here; where it is, start the driver: '
                              f'{" ".join(command)}')
+            import roslib.packages
+
             command = [*roslib.packages.find_node('openpose_ros_pkg', 'camera_node')[:1], '__name:=camera_node',
                        f"__ns:={preset.topic('image').rpartition('/')[0]}", f'--source={options.source or 0}', '--loop',
                        f'--frame_id={preset.frame}']
@@ -63,6 +62,10 @@ def is_installed(package: str) -> bool:
 
 def _rest(text: str) -> int:
     """Say it, also on /rosout; where roslaunch would start the program again and again, wait for the end."""
+    import rospy
+
+    from openpose_ros_pkg.ros.node import RESPAWNS
+
     rospy.init_node('camera_driver')
     rospy.logwarn('%s', text)
     if RESPAWNS in os.environ:

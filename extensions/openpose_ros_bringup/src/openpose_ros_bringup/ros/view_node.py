@@ -1,6 +1,6 @@
 """Open RViz on the people of a chain, or on those that are fused from several cameras.
 
-Waits for the first message with their frame, and a few seconds for people. A fixed frame that tf does not connect with
+Waits for the first message with their frame. A fixed frame that tf does not connect with
 the people is replaced by theirs. RViz has z upwards: in place of an optical frame FRAME it gets FRAME_upright, a static
 transform that turns z forward, as the camera sees it, into x forward and z up. The node ends with RViz.
 """
@@ -23,19 +23,19 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_bringup.node_params import ViewParams
-from openpose_ros_bringup.view import Topics, rviz_configuration, viewpoint
+from openpose_ros_bringup.view import Topics, rviz_configuration
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.input_watch import InputWatch
 from openpose_ros_pkg.ros.node import run_node
-from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
+from skeleton_extract_3d.points.transform import IDENTITY, LEVEL, TURNED, UPRIGHT, Transform
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
 
 SPACE, IMAGE = 'openpose_ros/skeleton_3d', 'openpose_ros'
 WORLD = 'world'
-# How long to wait for the clouds' frame, for people, and for tf, once the frame of the people is known [s].
+# How long to wait for the clouds' frame, and for tf, once the frame of the people is known [s].
 _PATIENCE = 5.0
 _LOOK_PERIOD = 0.1
 # Exit statuses of an RViz that was closed.
@@ -76,9 +76,6 @@ class ViewNode:
         self._folder.cleanup()
 
     def _arguments(self) -> List[str]:
-        if self._params.rviz_config:
-            frame = ['-f', self._params.fixed_frame] if self._params.fixed_frame else []
-            return ['-d', self._params.rviz_config, *frame]
         template = Path(rospkg.RosPack().get_path('openpose_ros_bringup')) / 'rviz' / 'people.rviz'
         values = self._configuration(yaml.safe_load(template.read_text()))
         path = Path(self._folder.name) / 'people.rviz'
@@ -89,10 +86,9 @@ class ViewNode:
         if self._params.dimensions == 2:
             image = rospy.resolve_name(f'{IMAGE}/detected_poses_image')
             return rviz_configuration(template, self._params.fixed_frame or WORLD, Topics('', {}, {'Image': image}),
-                                      viewpoint(np.zeros((0, 3)), [(UPRIGHT.T, np.zeros(3))]))
+                                      [LEVEL])
         self._scene = _Scene(self._params)  # its static transform lives as long as this node
-        return rviz_configuration(template, self._scene.frame, self._topics(),
-                                  viewpoint(self._scene.joints, self._scene.cameras))
+        return rviz_configuration(template, self._scene.frame, self._topics(), self._scene.cameras)
 
     def _topics(self) -> Topics:
         space = rospy.resolve_name(SPACE)
@@ -106,13 +102,7 @@ class ViewNode:
 
 
 class _Scene:
-    """Where people and cameras are, in a frame with z upwards.
-
-    Attributes:
-        frame: that frame.
-        joints: (N, 3) [m] of the people.
-        cameras: poses of their optical frames; one at least.
-    """
+    """Where cameras are: `frame` with z upwards, and `cameras`, poses of their optical frames in it, one at least."""
 
     def __init__(self, params: ViewParams) -> None:
         self._transforms = Transforms(0.0)
@@ -129,25 +119,20 @@ class _Scene:
         InputWatch(health).start([people])
         _await(lambda: 'people' in newest, float('inf'))
         _await(lambda: 'cameras' in newest, _PATIENCE)
-        _await(lambda: bool(newest['people'].persons), _PATIENCE)
         people.unsubscribe()
         cameras.unsubscribe()
-        message = newest['people']
-        own = message.header.frame_id
+        own = newest['people'].header.frame_id
         frame = self._connected(params.fixed_frame or (WORLD if params.floor else own), own)
         optical = _optical_frames(newest.get('cameras')) or [own]
         poses = [self._pose(frame, each) for each in optical]
-        rotation, translation = self._pose(frame, own) or (np.eye(3), np.zeros(3))
-        joints = convert.people_from_array(message).xyz.reshape(-1, 3) @ rotation.T + translation
         turned = _OPTICAL in frame or (not fused and frame in optical)
         turn = UPRIGHT.T if turned else np.eye(3)
         self.frame = frame + TURNED if turned else frame
         if turned:
             self._broadcaster = tf2_ros.StaticTransformBroadcaster()
             self._broadcaster.sendTransform(convert.upright_transform(Header(frame_id=frame)))
-        self.joints = joints @ turn.T
         self.cameras: List[Transform] = [(turn @ pose[0], turn @ pose[1]) for pose in poses if pose is not None]
-        self.cameras = self.cameras or [(UPRIGHT.T, np.zeros(3))]
+        self.cameras = self.cameras or [LEVEL]
         self._transforms.stop()
 
     def _connected(self, frame: str, own: str) -> str:
@@ -161,7 +146,7 @@ class _Scene:
     def _pose(self, frame: str, of: str) -> Optional[Transform]:
         """Return the newest transform from a frame to another; None: tf does not connect them."""
         if frame == of:
-            return np.eye(3), np.zeros(3)
+            return IDENTITY
         try:
             return convert.rotation_and_translation(self._transforms.newest(frame, of))
         except (NoTransformError, BadInputError):

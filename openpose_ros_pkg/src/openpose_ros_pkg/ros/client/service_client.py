@@ -1,6 +1,6 @@
-"""Call the detection service with a timeout; the service may start or restart at any time."""
+"""Calls of the detection service with a timeout; the service may start or restart at any time."""
 import threading
-from typing import List, Optional
+from typing import Any, Dict, List, Optional
 
 import rospy
 from openpose_ros_msgs.msg import PersonDetection
@@ -22,7 +22,8 @@ class DetectionClient:
     def __init__(self, service: str, params: ServiceClientParams) -> None:
         self.name = rospy.resolve_name(service)
         self._timeout = params.service_timeout
-        self._call: Optional[_Call] = None
+        self._proxy: Optional[rospy.ServiceProxy] = None
+        self._thread: Optional[threading.Thread] = None
         self._ended = False
 
     def detect(self, image: Image) -> List[PersonDetection]:
@@ -34,52 +35,40 @@ class DetectionClient:
         """
         if self._ended:
             raise self._failed('this node is shutting down')
-        # as long as a call can not be ended no other is begun, so that they do not pile up
-        if self._call is not None:
-            self._await(self._call)
-        self._call = call = _Call(self.name, image)
-        self._await(call)
-        if call.error is not None:
-            raise self._failed(str(call.error)) from call.error
-        return call.detections
+        self._await()  # while a call can not be ended no other is begun, so that they do not pile up
+        # rospy lets others close the connection of a persistent proxy only
+        self._proxy = proxy = rospy.ServiceProxy(self.name, GetPersons, persistent=True)
+        answer: Dict[str, Any] = {}
+
+        def call() -> None:  # in a thread, as rospy waits without limit
+            try:
+                answer['detections'] = proxy(image).detections
+            except Exception as error:  # rospy shows a connection that broke or was closed in many ways
+                answer['error'] = error
+            finally:
+                proxy.close()
+
+        self._thread = threading.Thread(target=call, name='service call', daemon=True)
+        self._thread.start()
+        self._await()
+        if 'error' in answer:
+            raise self._failed(str(answer['error'])) from answer['error']
+        return list(answer['detections'])
 
     def end(self) -> None:
         """Give up the call in progress, and begin no other one; any thread may do so."""
         self._ended = True
-        if self._call is not None:
-            self._call.give_up()
+        if self._proxy is not None:
+            self._proxy.close()
 
-    def _await(self, call: '_Call') -> None:
-        if not call.ended.wait(self._timeout):
-            call.give_up()
-            raise self._failed(f'no answer within {self._timeout:g} s')
+    def _await(self) -> None:
+        if self._thread is not None and self._proxy is not None:
+            self._thread.join(self._timeout)
+            if self._thread.is_alive():
+                self._proxy.close()  # if there is a connection yet; the thread then ends
+                raise self._failed(f'no answer within {self._timeout:g} s')
 
     def _failed(self, text: str) -> ServiceCallError:
         if reason := why_unavailable(self.name):
             return ServiceCallError(f'waiting for service {self.name}: unavailable, {reason}; frames are skipped')
         return ServiceCallError(f'{self.name}: {text}')
-
-
-class _Call:
-    """A call in a thread of its own, as rospy waits without limit. `ended` is set with `detections` or `error`."""
-
-    def __init__(self, name: str, image: Image) -> None:
-        self.ended = threading.Event()
-        self.detections: List[PersonDetection] = []
-        self.error: Optional[Exception] = None
-        # rospy lets others close the connection of a persistent proxy only
-        self._proxy = rospy.ServiceProxy(name, GetPersons, persistent=True)
-        threading.Thread(target=self._run, args=(image,), name='service call', daemon=True).start()
-
-    def give_up(self) -> None:
-        """Close the connection, if there is one yet; the thread then ends."""
-        self._proxy.close()
-
-    def _run(self, image: Image) -> None:
-        try:
-            self.detections = self._proxy(image).detections
-        except Exception as error:  # rospy shows a connection that broke or was closed in many ways
-            self.error = error
-        finally:
-            self._proxy.close()
-            self.ended.set()

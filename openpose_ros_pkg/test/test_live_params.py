@@ -2,8 +2,8 @@
 import ast
 from dataclasses import dataclass
 
-from openpose_ros_pkg.params.live import LiveDescription
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.ros.live_parameters import LiveDescription
 
 
 @dataclass(frozen=True)
