@@ -4,7 +4,8 @@ import itertools
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from tempfile import TemporaryDirectory
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -41,8 +42,6 @@ from openpose_ros_tools.ros.process_bag.output import (
     PeopleWriter,
     json_names,
     people_table,
-    record,
-    record_of,
 )
 from openpose_ros_tools.ros.process_bag.work import Networks, OnFrame, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
@@ -108,7 +107,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
     Raises:
         BadInputError: cameras have no common time or no transforms; further errors as `process`.
     """
-    outputs, noted, settings = job.outputs, record_of(job), build_settings(job.settings.values)
+    outputs, settings = job.outputs, build_settings(job.settings.values)
     prefer_depth = settings.extractor.points_source == 'depth_image'
     with ExitStack() as stack:
         views = [open_camera(camera, stack, (), prefer_depth) for camera in rig.cameras]
@@ -117,7 +116,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         parts = stack.enter_context(PartFiles())
         csv = None if outputs.csv is None else parts.file(outputs.csv)
         part = parts.file(outputs.bag)
-        folder = parts.scratch_folder(outputs.bag)
+        folder = Path(stack.enter_context(TemporaryDirectory(prefix='.cameras_', dir=str(part.parent))))
         networks = Networks(job.settings, publish_tf=False)  # joints as frames would have the same names
         people: List[CameraPeople] = []
         reports: Dict[str, BagReport] = {}
@@ -126,7 +125,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
             json = outputs.json and parts.folder(outputs.json / camera.camera, json_names(camera))
             alone = replace(outputs, bag=folder / f'{number}.bag', csv=None, json=json)
             reports[camera.camera] = process_camera(
-                camera, alone, view, {}, networks,
+                camera, alone, view, networks,
                 lambda done, _, number=number: on_frame(begins[number] + done, begins[-1]))  # type: ignore[misc]
             topic = f'{IN_SPACE}/detected_poses_3d' if view.topics.in_space else f'{IN_IMAGE}/detected_poses'
             people.append(CameraPeople(camera.camera, alone.bag, f'/{camera.camera}/{topic}', camera.bag,
@@ -134,7 +133,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         report = RigReport(reports, *_fuse(rig, people, settings, replace(outputs, bag=folder / 'fused.bag', csv=csv)))
         if report.frames == 0:
             raise BadInputError(f'nothing could be fused: {report.text()}')
-        _merge(rig, people, folder / 'fused.bag', copied, replace(outputs, bag=part), noted)
+        _merge(rig, people, folder / 'fused.bag', copied, replace(outputs, bag=part))
     return report
 
 
@@ -179,7 +178,7 @@ def _moved(bag: rosbag.Bag, topics: Mapping[str, str], shift: int) -> Iterator[S
 
 
 def _merge(rig: RigInput, people: Sequence[CameraPeople], fused: Path, copied: Mapping[Path, Mapping[str, str]],
-           outputs: Outputs, noted: Dict[str, Any]) -> None:
+           outputs: Outputs) -> None:
     """Write the output: the people of the cameras, the fused ones, and what is copied."""
     cameras = {camera.bag: camera.camera for camera in rig.cameras}
     with ExitStack() as stack:
@@ -194,7 +193,6 @@ def _merge(rig: RigInput, people: Sequence[CameraPeople], fused: Path, copied: M
         for number, stored in enumerate(heapq.merge(*streams, key=lambda stored: stored.time)):
             time = genpy.Time(0, stored.time)
             if number == 0:
-                record(written, noted, time)
                 _write_rig(rig, written, time)
             written.write(stored.topic, stored.raw, time, raw=True, connection_header=stored.connection)
 
