@@ -6,7 +6,6 @@ import pytest
 
 from openpose_ros_tools.alignment.alignment import align
 from openpose_ros_tools.alignment.people import pair_people, steady_ids
-from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import errors, simulate, walkers
 
 RATE = 15
@@ -41,5 +40,5 @@ def test_clocks_are_found_with_numbers_in_place_of_ids():
     stamps, random = scene.estimate.stamps, np.random.RandomState(0)
     numbers = np.concatenate([random.permutation((stamps == stamp).sum()) for stamp in np.unique(stamps)])
     numbered = dataclasses.replace(scene.estimate, ids=numbers)
-    offset, angle, at_people, _ = errors(scene, align(measured_people(numbered), scene.reference))
+    offset, angle, at_people, _ = errors(scene, align(numbered.measured(), scene.reference))
     assert offset < 1e3 / RATE / 4 and angle < 0.5 and at_people < 5

@@ -11,7 +11,6 @@ from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.mocap.evaluation import compare
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.mocap.study import AXES, anatomical_axes, study
-from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import STANDING
 from skeleton_extract_3d.people import INFERRED
 
@@ -36,7 +35,7 @@ def comparison(estimate, truth):
     table = known_table(np.rint(np.arange(FRAMES) * 1e9 / RATE).astype(np.int64), np.ones(FRAMES, int), estimate,
                         MESSAGE_JOINTS)
     reference = JointRecording(('Ann',), np.arange(FRAMES) / RATE, truth[None])
-    return compare(table, reference, align(measured_people(table), reference, AlignmentParams(0.0, np.eye(4))))
+    return compare(table, reference, align(table.measured(), reference, AlignmentParams(0.0, np.eye(4))))
 
 
 def figures(estimate, truth):

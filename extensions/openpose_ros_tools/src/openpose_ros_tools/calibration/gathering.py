@@ -35,7 +35,7 @@ class Gathered:
         person, name: (P,) int, person (of one time) and joint in the joint set.
         camera, point: (M,) int, of each measurement.
         block: (M,) int; measurements of one block are of a track in a camera while the person stays in one place.
-        measured, velocity: (M, 3) points of the camera (see `CameraRecording.points`) and what they move by [1/s].
+        measured, velocity: (M, 3) points of the camera (see `CameraRecording.positions`) and what they move by [1/s].
         sigma: (M,) error per axis, as in `CameraPaths.sigma`.
     """
 

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from openpose_ros_pkg.output.files import write_whole
 
-FORMATS = ('png', 'pdf', 'svg')
-# Resolution of PNG, and of the rasterized parts of PDF and SVG [dots per inch].
+# Resolution of PNG, and of the rasterized parts of SVG [dots per inch].
 DOTS_PER_INCH = 120
 
 # Okabe and Ito, "Color Universal Design" (2008): distinguishable with any colour vision. In place of their yellow,
@@ -33,7 +32,7 @@ def new_figure(width: float, height: float, title: str = '') -> Figure:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure atomically, in the format of the path's suffix, one of FORMATS.
+    """Write a figure atomically, as the suffix says: PNG or SVG.
 
     Raises:
         OSError: it can not be written.
@@ -42,11 +41,11 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def figure_content(figure: Figure, kind: str) -> bytes:
-    """Return a figure as a file of one of FORMATS; the same figure gives the same bytes."""
+    """Return a figure as png or svg; the same figure gives the same bytes."""
     # the date, and random names of clip paths, would make each file another one
-    metadata: Dict[str, Any] = {'pdf': {'CreationDate': None}, 'svg': {'Date': None}}.get(kind, {})
+    metadata = {'Date': None} if kind == 'svg' else {}
     content = io.BytesIO()
-    with matplotlib.rc_context({'svg.hashsalt': 'openpose_ros_tools', 'pdf.fonttype': 42}):
+    with matplotlib.rc_context({'svg.hashsalt': 'openpose_ros_tools'}):
         figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
     return content.getvalue()
 

@@ -1,7 +1,7 @@
 """Write the images of a camera in a bag as an RGB-D folder; no ROS master is needed.
 
     rosrun openpose_ros_tools bag_to_images walk.bag -o walk/
-    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --only-pairs --depth-scale 1000
+    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --depth-scale 1000
     rosrun openpose_ros_tools bag_to_images lab.bag -o lab/ --image /camera/color/image_raw/compressed \\
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
@@ -193,7 +193,7 @@ def _run(options: argparse.Namespace) -> int:
         topics = find_topics(bag, options.image, options.depth, options.camera_info)
         camera = read_camera(bag, topics)
         written, failed = write_images(part, recorded_images(bag, topics), options.depth_scale)
-        files, remarks = number_files(part, written, options.only_pairs)
+        files, remarks = number_files(part, written)
         for remark in remarks + _remarks(topics, camera):
             _log.warning('%s', remark)
         write_lists(part, files)
@@ -240,6 +240,4 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark, 1000 for rgbd_player_node')
-    parser.add_argument('--only-pairs', action='store_true',
-                        help='leave out colour images without depth image, and the other way round')
     return parser

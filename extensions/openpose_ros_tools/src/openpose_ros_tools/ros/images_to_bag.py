@@ -51,7 +51,6 @@ from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_comma
 from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.ros.topics import CAMERA_NAMESPACE
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file
@@ -114,11 +113,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     if options.cameras is None:
-        cameras = [_camera(options, options.folder, options.camera_namespace, options.frame_id)]
-    elif options.frame_id is not None:
-        raise ParameterError('--frame-id is for one camera, and contradicts --cameras')
+        cameras = [_camera(options, options.folder, CAMERA_NAMESPACE, '')]
     else:
-        cameras = [_camera(options, folder, f'{folder.name}/qhd', f'{folder.name}_rgb_optical_frame')
+        cameras = [_camera(options, folder, f'/{folder.name}/qhd', f'{folder.name}_rgb_optical_frame')
                    for folder in _camera_folders(options.folder, options.cameras)]
     with output_file(options.output, options.overwrite) as part:
         counts, failed = write_bag(part, cameras, options.compression)
@@ -126,7 +123,7 @@ def _run(options: argparse.Namespace) -> int:
     return SOME_FAILED if failed else DONE
 
 
-def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: Optional[str]
+def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: str
             ) -> Tuple[RgbdFolder, MessageOptions]:
     folder = read_rgbd_folder(place, options.rate)
     for remark in folder.remarks:
@@ -139,9 +136,8 @@ def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: 
         _log.warning('the camera is not calibrated: K is 0; camera_info will say the same')
     else:
         calibrated_camera(calibration)  # checks it
-    return folder, MessageOptions(
-        '/' + namespace.strip('/') if namespace.strip('/') else '', frame_id or folder.frame_id or DEFAULT_FRAME,
-        calibration, options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed)
+    return folder, MessageOptions(namespace, frame_id or folder.frame_id or DEFAULT_FRAME, calibration,
+                                  options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed)
 
 
 def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
@@ -210,11 +206,6 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--intrinsics', type=number(-1e6, 1e6), nargs=4, metavar=('FX', 'FY', 'CX', 'CY'),
                        help='without distortion [px], in place of a file')
     group = parser.add_argument_group('bag')
-    group.add_argument('--frame-id', type=frame_name,
-                       help="of the camera's optical frame (default: as sequence.yaml or meta.json says, else "
-                            f'{DEFAULT_FRAME})')
-    group.add_argument('--camera-namespace', default=CAMERA_NAMESPACE, metavar='NS',
-                       help='of the topics (default: %(default)s)')
     group.add_argument('--compressed', action='store_true',
                        help='colour as CompressedImage: JPEG and PNG files pass through untouched, others become PNG')
     group.add_argument('--compression', choices=COMPRESSIONS, default='none',
