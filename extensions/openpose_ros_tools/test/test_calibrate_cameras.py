@@ -71,14 +71,6 @@ def test_a_camera_without_depth_needs_a_calibration(tmp_path, cameras, capsys):
     assert "no camera 'top'; there are camera_0, camera_1" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('wrong', [[], ['a.bag', '--distance', 'a', 'b', '-1'],
-                                   ['a.bag', '--camera-info', 'a']])
-def test_wrong_options(wrong, tmp_path):
-    with pytest.raises(SystemExit) as ended:
-        main([*wrong, '-o', str(tmp_path / 'rig')])
-    assert ended.value.code == 2
-
-
 def test_fused_people_are_of_no_camera():
     arrays = 'openpose_ros_msgs/PersonDetection_3dArray'
     types = {f'/{name}/{SPACE}': arrays for name in ('left', 'people', 'room')}

@@ -1,8 +1,5 @@
 """Keypoints between bags and CSV: equal to what rostopic echo writes, and back again; no master is needed."""
-import os
 import subprocess
-import sys
-from pathlib import Path
 
 import genpy
 import genpy.dynamic
@@ -193,34 +190,6 @@ def test_a_recording_that_was_cut_off_asks_for_reindex(tmp_path, capsys):
     bag.write_bytes(bag.read_bytes()[:-1])
     assert 'rosbag reindex' in refusal(capsys, bag, '-o', tmp_path / 'poses.csv')
     assert {path.name for path in tmp_path.iterdir()} == {bag.name}
-
-
-def test_nothing_is_overwritten_unasked(tmp_path, capsys):
-    bag = recording(tmp_path, 3)
-    output = tmp_path / 'poses.csv'
-    output.write_text('precious')
-    assert '--overwrite' in refusal(capsys, bag, '-o', output)
-    assert output.read_text() == 'precious'
-    assert run(bag, '-o', output, '--overwrite') == 0 and output.read_text().startswith('%time')
-    assert csv_to_bag.main([str(output), '-o', str(bag)]) == 2
-
-
-@pytest.mark.parametrize('arguments', [[], ['x.bag', '--live'], ['x.bag', '--missing-joints'],
-                                       ['--live', '--time', 'stamp'], ['x.bag', '--hands', '--extended']])
-def test_arguments_that_contradict_each_other(arguments):
-    with pytest.raises(SystemExit) as caught:
-        run(*arguments)
-    assert caught.value.code == 2
-
-
-def test_a_full_disk_is_told(tmp_path):
-    script = 'import sys; from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main; sys.exit(main())'
-    with Path('/dev/full').open('w') as full:
-        done = subprocess.run([sys.executable, '-c', script, str(recording(tmp_path, 3)), '--extended'], stdout=full,
-                              stderr=subprocess.PIPE, env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
-                              timeout=60, check=False)
-    assert done.returncode == 2
-    assert done.stderr == b'keypoints_to_csv: stdout: No space left on device\n'
 
 
 # ---- bags out of CSV

@@ -82,8 +82,3 @@ def test_what_is_not_in_the_file(poses, capsys, options, text):
     assert main([str(poses), '-o', str(poses.parent), *options]) == 2
     error = capsys.readouterr().err
     assert error.startswith(f'plot_keypoints: {poses}: ') and text in error and error.count('\n') == 1
-
-
-def test_an_unknown_joint_is_refused():
-    with pytest.raises(SystemExit):
-        main(['poses.csv', '-o', 'plots', '--joints', 'elbow'])

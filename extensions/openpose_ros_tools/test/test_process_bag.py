@@ -211,14 +211,6 @@ def test_topics_of_one_camera_of_several_are_in_its_namespace(tmp_path, preset):
                                   f'/left{ALIGNED[7:]}/camera_info')
 
 
-@pytest.mark.parametrize('camera, words', [('realsens', "did you mean 'realsense'"), ('zed', 'has no such topic'),
-                                           ('auto', 'has the topics of no camera')])
-def test_a_camera_that_is_not_in_the_bag_is_refused(run, tmp_path, capsys, camera, words):
-    assert run(write_recording(tmp_path / 'own.bag', image='/a/image', points='/a/depth', info='/a/info'),
-               '--camera', camera) == 2
-    assert words in capsys.readouterr().err
-
-
 def lidar(bag):
     for number in range(FRAMES):
         bag.write('/lidar/points', PointCloud2(header=Header(0, stamp_of(number), 'lidar'), height=1,

@@ -97,18 +97,8 @@ def test_report(files, tmp_path, capsys):
     assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
 
-def test_given_alignment(files, capsys):
-    arguments = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '--clock-offset', str(12.5 - 1.6e9),
-                 '--transform', '0', '0', '0', '0', '0', '0', '1']
-    assert main(arguments) == 0
-    out = capsys.readouterr().out
-    assert out.count('given') == 2 and '\nright wrist' in out
-
-
 @pytest.mark.parametrize('arguments, message', [
-    (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
-    (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
-    (['poses.csv', 'mocap.trc', '--transform', '1'], '--transform'),
+    (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
     (['poses.csv', 'mocap.trc', '--topic', '/a'], '--topic'),
     (['poses.csv', 'mocap.trc', '--clock-offset', '0'], 'same time')])
 def test_wrong_input_is_told_in_a_line(files, arguments, message, capsys, monkeypatch):

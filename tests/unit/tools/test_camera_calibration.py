@@ -183,11 +183,3 @@ def test_without_ankles_there_is_no_floor():
     found = calibrate(recordings)
     assert found.floor is None and 'z is not up' in found.warnings[-1]
     np.testing.assert_allclose(found.rig.cameras[0].translation, 0, atol=1e-12)
-
-
-def test_wrong_parameters():
-    recordings = short(around(2), seconds=2)
-    for names, told in ((('camera_0', 'top'), "no camera 'top', but camera_0, camera_1"),
-                        (('camera_0', 'camera_1'), 'depth tells the scale')):
-        with pytest.raises(BadInputError, match=told):
-            calibrate(recordings, CalibrationParams(distance=(*names, 3.0)))

@@ -57,16 +57,6 @@ def of(person, joint):
 # ---- samples
 
 
-@pytest.mark.parametrize('up, expected', [
-    ((0, 0, 1), [[0, 1, 0], [0, 0, 1], [1, 0, 0]]), ((0, -1, 0), np.diag([1, -1, -1])), ((0, 5, 0), np.eye(3))])
-def test_y_is_up(up, expected):
-    np.testing.assert_allclose(y_up(np.array(up, float)), expected, atol=1e-12)
-    turn = y_up(np.array([0.1, -0.9, 0.3]))  # any direction may be up
-    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
-    np.testing.assert_allclose(turn @ [0.1, -0.9, 0.3], [0, np.sqrt(0.91), 0], atol=1e-12)
-    assert np.linalg.det(turn) > 0
-
-
 def test_samples_are_where_the_person_was_whatever_the_stamps():
     person = sampled(moving(), jitter=0.004)
     assert (person.rate, person.names) == (pytest.approx(RATE, rel=0.03), COCO_18.joints)

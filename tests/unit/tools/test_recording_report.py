@@ -7,9 +7,9 @@ import pytest
 from animated_skeleton import SITTING, STANDING, Limb, frames, held, swinging, then
 from known_tables import known_table
 from long_recording import UP, long_recording
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
+from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import PersonSignals, Posture
-from openpose_ros_tools.report.recording import Recording, facts_of, frames_of, skeleton_of, z_up
+from openpose_ros_tools.report.recording import Recording, facts_of, frames_of, z_up
 from openpose_ros_tools.tables.keypoint_selection import select
 from openpose_ros_tools.tables.signal_timeline import (
     GESTURE,
@@ -101,8 +101,3 @@ def test_a_camera_looks_along_x_of_the_page():
         rotation, _ = z_up(np.array(up))
         assert np.allclose(rotation @ up, (0, 0, np.linalg.norm(up)))
         assert np.linalg.det(rotation) == pytest.approx(1)
-
-
-@pytest.mark.parametrize('model', [COCO_18, BODY_25, MPI_15])
-def test_the_joint_set_is_the_one_of_the_joints(model):
-    assert skeleton_of(model.joints) is model
