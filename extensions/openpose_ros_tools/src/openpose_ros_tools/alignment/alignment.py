@@ -173,11 +173,7 @@ def _speed_correlation(correlations: Correlations, best: Refined, ids: np.ndarra
 
 
 def _doubts(best: Refined, rival: float, correlation: Optional[float], frame_time: float, option: str) -> List[str]:
-    """Return what makes the result doubtful.
-
-    Raises:
-        BadInputError: it is not even doubtful.
-    """
+    """Return what makes the result doubtful; BadInputError: it is not even that."""
     doubts = []
     if correlation is not None and best.residual > _LARGE_RESIDUAL and correlation < _SAFE_CORRELATION:
         raise BadInputError(

@@ -118,12 +118,7 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], wide: fl
 
 
 def _blocks(views: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the block of each measurement, (M,) int: it ends where the person is `_RENEWED` from where it began.
-
-    Args:
-        views: (M, 3) int, camera, slot and time of each.
-        places: (M, 3) [m] of the person.
-    """
+    """Return the blocks (M,) of views (M, 3), camera, slot, time: one ends where the place (M, 3) is `_RENEWED` off."""
     block, count, before, begin = np.zeros(len(views), int), -1, None, places[0]
     for row in np.lexsort(views.T[::-1]).tolist():
         track = tuple(views[row, :2])

@@ -125,12 +125,7 @@ def overlap(first: CameraPaths, second: CameraPaths) -> float:
 
 
 def _slots(times: np.ndarray, ids: np.ndarray) -> np.ndarray:
-    """Return the slot of each row, (R,): tracks that are well apart share one.
-
-    Args:
-        times: (R,) [s], ascending.
-        ids: (R,); of an id that is in a frame twice, the last counts.
-    """
+    """Return the slot of each row (R,), by ascending times [s]: tracks that are well apart share one."""
     slots: Dict[int, int] = {}
     ends: List[float] = []
     for track in dict.fromkeys(ids.tolist()):

@@ -114,12 +114,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
 
 def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray
              ) -> np.ndarray:
-    """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N).
-
-    Args:
-        frame_of: (R,) of each row of the estimate.
-        positions, truth: (R, K, 3) of the estimate, (S, T, K, 3) [m].
-    """
+    """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N)."""
     import pandas as pd
     rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
     for frame in frames:

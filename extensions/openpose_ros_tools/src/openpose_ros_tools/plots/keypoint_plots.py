@@ -158,11 +158,7 @@ def _coordinate_labels(selection: Selection) -> Tuple[List[str], int]:
 
 
 def _broken(seconds: np.ndarray, values: np.ndarray, gap: float, hold: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times and values (R,) with NaN inserted where times are further apart than `gap` [s]: the line breaks.
-
-    Args:
-        hold: time for which the last value before a gap still holds [s].
-    """
+    """Return times and values (R,) with NaN where times are further apart than `gap`, `hold` after the last [s]."""
     values = np.asarray(values, float)
     breaks = np.flatnonzero(np.diff(seconds) > gap) + 1
     moments, held = seconds[breaks - 1] + hold, values[breaks - 1]

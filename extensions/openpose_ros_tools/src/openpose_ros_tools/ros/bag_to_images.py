@@ -98,12 +98,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> CameraTopics:
-    """Return the topics of the camera in a bag; `image_info` is the calibration of the folder, where there is one.
-
-    Args:
-        image, camera_info: that are named, or empty.
-        depth: topic of depth images or clouds; empty: to be found; 'none': none.
-    """
+    """Return the topics, as named (depth: or 'none'), else found; `image_info` is the calibration of the folder."""
     finder, no_depth = topic_finder(bag), depth == 'none'
     is_cloud = finder.types.get(depth) == CLOUD
     named = CameraTopics(image, depth * is_cloud, '' if is_cloud or no_depth else depth, camera_info)

@@ -1,9 +1,8 @@
 """Find where cameras stand to one another, from the people that they see alone: no checkerboard, no markers.
 
 Let one to three people walk through what the cameras see together, for half a minute or longer. FILE is a bag with the
-results of the nodes or of process_bag (NAMESPACE/openpose_ros/skeleton_3d/detected_poses_3d, or of a camera without
-depth NAMESPACE/openpose_ros/detected_poses and its CameraInfo), several of them, or CSV files of keypoints_to_csv, one
-per camera. A camera is named by the namespace of its topics; in the root namespace and in a CSV by the file. In FOLDER:
+results of the nodes or of process_bag (of a camera without depth with its CameraInfo), several of them, or CSV files of
+keypoints_to_csv, one per camera. A camera is named by the namespace of its topics, or by the file. In FOLDER:
 
     rig.yaml     the cameras in the frame of the room: z up from the floor below the first camera, which looks along x;
                  and clock offsets, which are to be added to the stamps of a camera

@@ -11,11 +11,9 @@ known may be given.
         --transform 0.1 0 1.35 -0.5 0.5 -0.5 0.5
     rosrun openpose_ros_tools evaluate_mocap others.csv others_mocap.csv --transform report/summary.json
 
-The table goes to stdout: of each joint the share that is answered, mean (MPJPE), median and 90th percentile of the
-error [mm], the share within 50, 100 and 150 mm of all joints that the reference has (PCK), and how many joints were
-measured and inferred, with their median errors; below it, as validation studies report, RMSE and Pearson's r of
-trajectories by body region and axis, and RMSE of the angles of knee, hip, elbow and shoulder. With -o, a folder gets
-report.html, all figures as summary.json, and each single error in errors.csv.
+A table of the errors of each joint [mm] goes to stdout; below it, as validation studies report, RMSE and Pearson's r
+of trajectories by body region and axis, and RMSE of angles. With -o, a folder gets report.html, all figures as
+summary.json, and each single error in errors.csv.
 
 The transform that is found minimises the distances of the measured joints, so what all joints err by alike is in the
 transform and not in the errors; a constant delay of the estimate is in the clock offset. For absolute errors give both.

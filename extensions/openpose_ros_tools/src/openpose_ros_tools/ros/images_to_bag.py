@@ -140,11 +140,7 @@ def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: 
 
 
 def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
-    """Return the folders of the cameras with these names, or of all.
-
-    Raises:
-        ParameterError: there are none, or two would have the same topics.
-    """
+    """Return the folders of the cameras with these names, or of all."""
     folders = [folder / name for name in names] or sorted(
         (path for path in folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
     if not folders:

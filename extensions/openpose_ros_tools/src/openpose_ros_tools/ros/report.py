@@ -134,11 +134,7 @@ def _with_images(recording: Recording, options: argparse.Namespace) -> Recording
 
 
 def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List[Thumbnail], Optional[CameraModel]]:
-    """Return images of frames, evenly over time, which pass one by one, and their camera if people are in its frame.
-
-    Raises:
-        BadInputError: there are no images, or several topics come into question.
-    """
+    """Return images of frames, evenly over time, and their camera if people are in its frame; BadInputError: none."""
     images: Path = options.images or options.recording
     with open_bag(images) as bag:
         finder = topic_finder(bag)

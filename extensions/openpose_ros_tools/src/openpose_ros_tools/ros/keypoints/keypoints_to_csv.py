@@ -8,12 +8,8 @@
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --signals -o signals.csv
     rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
 
-The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
-and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. --hands and --faces write
-hands and faces in the long form, one row per frame, hand and point; --signals what people do, one row per frame, person
-and gesture. docs/recordings.md says what each column means.
-Without --topic, joints in space come before those in the image, and a topic with one message per person before that
-with one per frame, which holds the same people.
+The columns are those of the original project; docs/recordings.md says what each column means. Without --topic, joints
+in space come before those in the image, and a topic with one message per person before that with one per frame.
 
 What comes from a running topic is in FILE at once, and stays there; the table of a bag appears when it is complete.
 

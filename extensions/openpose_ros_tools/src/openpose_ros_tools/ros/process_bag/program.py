@@ -1,9 +1,8 @@
 """Find the people in recordings: every frame once, as fast as the machine computes, without a master.
 
 The results are those of the nodes, on the same topics: openpose_ros/skeleton_3d/... where the bag has points (a cloud,
-or depth images and camera info), openpose_ros/... where it has images alone. Each result has the time of recording of
-its frame, and the stamp of its image or cloud; header.seq is the number of the frame. The outputs appear when all is
-done, and do not depend on --workers or threads: the same bag and parameters give the same table to the byte.
+or depth images and camera info), openpose_ros/... where it has images alone. The outputs appear when all is done; the
+same bag and parameters give the same table to the byte.
 
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --csv walk.csv
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --copy all
@@ -12,18 +11,15 @@ done, and do not depend on --workers or threads: the same bag and parameters giv
     rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap      # ROS 2, for Foxglove and ROS 2
 
 Several bags, or a folder of them, are spread over processes of this machine, or with --scheduler over the workers of a
-cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. The
-bag of a worker that dies is done again. In parts of one recording (rosbag record --split) people keep their ids, and
-latched messages hold in later parts. Bags whose results are there are skipped; --overwrite makes them again.
+cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. In
+parts of one recording (rosbag record --split) people keep their ids. Bags whose results are there are skipped.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
 
 With --cameras, the cameras of one bag, or of one bag each, see the same people: each camera is processed by itself,
-with results under /NAME/openpose_ros/, then fused into one set of people in the fixed frame on
-/people/openpose_ros/skeleton_3d/detected_poses_3d and .../detected_poses_keypoints_3d; --csv is the table of these. A
-camera without depth takes part with its images and camera info. Poses and clocks of the cameras are those of tf in the
-bags, or of --rig and --clock-offset; tf is copied into OUT.
+with results under /NAME/openpose_ros/, then fused under /people/openpose_ros/; --csv is the table of these. Poses and
+clocks of the cameras are those of tf in the bags, or of --rig and --clock-offset; tf is copied into OUT.
 
     rosrun openpose_ros_tools process_bag room.bag -o people.bag --cameras left right door --csv people.csv
     rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left --rgb-cameras door \\
@@ -237,11 +233,7 @@ def _camera_names(options: argparse.Namespace) -> List[str]:
 
 
 def _jobs(options: argparse.Namespace, settings: Settings, several: bool) -> List[BagJob]:
-    """Return what is to be done.
-
-    Raises:
-        ParameterError: a bag is not there, a folder has none, or options contradict each other.
-    """
+    """Return what is to be done; ParameterError: a bag is not there, a folder has none, or options contradict."""
     bags, names = _bags(options.inputs), _camera_names(options)
     recordings = parts_of_recordings(bags) if several else []
     earlier = {path: tuple(parts[:number]) for parts in recordings for number, path in enumerate(parts)}
@@ -309,11 +301,7 @@ def _check_outputs(jobs: Sequence[BagJob]) -> None:
 
 
 def _todo(jobs: Sequence[BagJob], overwrite: bool) -> Dict[str, List[BagJob]]:
-    """Return the jobs of each recording; of several recordings without those whose outputs are there.
-
-    Raises:
-        ParameterError: some outputs of a recording are there.
-    """
+    """Return the jobs of each recording; of several without those whose outputs are there. Some are refused."""
     recordings: Dict[str, List[BagJob]] = {}
     for job in jobs:
         recordings.setdefault(str(job.recording), []).append(job)

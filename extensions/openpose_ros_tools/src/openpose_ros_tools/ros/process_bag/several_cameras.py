@@ -210,10 +210,7 @@ def _write_rig(rig: RigInput, bag: rosbag.Bag, time: genpy.Time) -> None:
 
 
 def _copied(rig: RigInput, path: Path, wanted: Sequence[str]) -> Dict[str, str]:
-    """Return the topics of a bag that are copied, and their names in the output.
-
-    Of several bags they are in the namespaces of the cameras, but for tf. Without a rig tf is copied in any case.
-    """
+    """Return the topics of a bag that are copied, by name in the output: of several bags below the camera."""
     name = next(camera.camera for camera in rig.cameras if camera.bag == path)
     with open_bag(path) as bag:
         copied = copied_topics(bag, wanted)
