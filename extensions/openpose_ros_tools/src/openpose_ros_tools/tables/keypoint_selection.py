@@ -1,7 +1,7 @@
 """The part of a recording that is plotted: people and joints; and which way is up."""
 from dataclasses import dataclass
 from datetime import datetime, timezone
-from typing import List, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -27,7 +27,6 @@ class Selection:
     table: KeypointTable  # rows of the chosen people
     all_people: KeypointTable
     frames: np.ndarray  # (N,) int64 [ns] stamps of the frames, ascending
-    knows_empty_frames: bool  # frames without people are among them
     joints: Tuple[str, ...]  # the chosen ones that anything is known of, in the order of the table
     persons: Tuple[int, ...]  # ids of the chosen people, ascending
     left_out: int  # people that were not chosen as there are too many
@@ -50,13 +49,6 @@ class Selection:
     def gap(self) -> float:
         """Frames that are further apart than this have a gap between them [s]."""
         return _GAP_PERIODS * self.period
-
-    @property
-    def gaps(self) -> List[Tuple[float, float]]:
-        """Times without frames [s]: a period after the frame before, to the frame after."""
-        seconds = self.seconds(self.frames)
-        return [(float(seconds[row] + self.period), float(seconds[row + 1]))
-                for row in np.flatnonzero(np.diff(seconds) > self.gap)]
 
     @property
     def span(self) -> Tuple[float, float]:
@@ -99,7 +91,7 @@ def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Op
     for joint in joints or ():
         if joint not in known:
             raise BadInputError(f"joint '{joint}' is not in it; there are: {', '.join(known)}")
-    return Selection(table.select(np.isin(table.ids, chosen)), table, stamps, frames is not None,
+    return Selection(table.select(np.isin(table.ids, chosen)), table, stamps,
                      tuple(joint for joint in known if not joints or joint in joints), tuple(chosen.tolist()),
                      len(ids) - len(chosen))
 

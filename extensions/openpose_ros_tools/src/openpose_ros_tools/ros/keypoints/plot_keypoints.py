@@ -3,7 +3,7 @@
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
 nodes, in space or in the image. No master is needed. The plots in FOLDER:
 
-    detections         marks of frames and people over time, rates, number of people in view
+    detections         marks of frames and people over time, number of people in view
     top_view           paths of the people from above (of keypoints in the image: image_paths)
     trajectory_JOINT   coordinates of a joint over time, measured and inferred ones
 

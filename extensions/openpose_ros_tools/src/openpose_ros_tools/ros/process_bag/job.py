@@ -85,8 +85,7 @@ class RigInput:
 
     cameras: Tuple[Input, ...]
     fixed_frame: str  # of the fused people
-    rig: Optional[Rig] = None  # where the cameras stand; None: tf of their bags says so
-    clock_offsets: Mapping[str, float] = field(default_factory=dict)  # are added to the stamps of each camera [s]
+    rig: Optional[Rig] = None  # where the cameras stand, and their clocks; None: tf of their bags says so
 
     @property
     def bags(self) -> List[Path]:
@@ -95,7 +94,7 @@ class RigInput:
 
     def clock_offset(self, camera: str) -> int:
         """Return what is added to the stamps of a camera [ns]."""
-        return round(self.clock_offsets.get(camera, 0.0) * 1e9)
+        return 0 if self.rig is None else round(self.rig.camera(camera).clock_offset * 1e9)
 
     def time_shift(self, camera: str) -> int:
         """Return what is added to the times of recording of a camera [ns]: one bag has one clock."""

@@ -19,11 +19,11 @@ parts of one recording (rosbag record --split) people keep their ids. Bags whose
 
 With --cameras, the cameras of one bag, or of one bag each, see the same people: each camera is processed by itself,
 with results under /NAME/openpose_ros/, then fused under /people/openpose_ros/; --csv is the table of these. Poses and
-clocks of the cameras are those of tf in the bags, or of --rig and --clock-offset; tf is copied into OUT.
+clocks of the cameras are those of tf in the bags, or of --rig; tf is copied into OUT.
 
     rosrun openpose_ros_tools process_bag room.bag -o people.bag --cameras left right door --csv people.csv
     rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left --rgb-cameras door \\
-        --rig rig.yaml --clock-offset door=0.07
+        --rig rig.yaml
 
 --set hands=true and --set face=true add detected_hands(_3d) and detected_faces(_3d). JSON files have OpenPose's layout;
 pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING, or INFERRED without a joint in the image.
@@ -41,7 +41,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 
 from openpose_ros_fusion.rig import read_rig
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
-from openpose_ros_pkg.command_options import command_parser, named_value, plain_path, seconds, whole_number
+from openpose_ros_pkg.command_options import command_parser, plain_path, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
@@ -211,9 +211,6 @@ def _parser() -> argparse.ArgumentParser:
                        help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
     group.add_argument('--rig', type=plain_path, metavar='FILE',
                        help='where the cameras stand, and by which time their clocks differ (default: tf says where)')
-    group.add_argument('--clock-offset', action='append', default=[], metavar='NAME=S',
-                       type=named_value(seconds, 'left=0.07'),
-                       help='is added to the stamps of a camera [s], in place of that of --rig; may be repeated')
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
     group.add_argument('--config', action='append', default=[], type=plain_path, metavar='FILE',
@@ -251,9 +248,9 @@ def _jobs(options: argparse.Namespace, settings: Settings, several: bool) -> Lis
         if options.scheduler:
             raise ParameterError('--scheduler is for several recordings; --cameras makes one of them')
         rig = rig_input(inputs, names, len(options.cameras), options.fixed_frame,
-                        options.rig and read_rig(options.rig), dict(options.clock_offset))
+                        options.rig and read_rig(options.rig))
         return [BagJob(rig, outputs, settings)]
-    for key in ('fixed_frame', 'rig', 'clock_offset'):
+    for key in ('fixed_frame', 'rig'):
         if getattr(options, key):
             raise ParameterError(f"--{key.replace('_', '-')} belongs to --cameras")
     if not several:

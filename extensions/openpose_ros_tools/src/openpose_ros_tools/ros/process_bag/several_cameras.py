@@ -67,8 +67,8 @@ class RigReport(NamedTuple):
         return '\n'.join(lines)
 
 
-def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, frame: str, rig: Optional[Rig],
-              clock_offsets: Mapping[str, float]) -> RigInput:
+def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, frame: str, rig: Optional[Rig]
+              ) -> RigInput:
     """Return several cameras as an input.
 
     Args:
@@ -76,7 +76,6 @@ def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, fr
         names: of the cameras.
         with_depth: number of cameras, the first ones, whose points are used.
         frame: of the fused people; empty: that of the rig, or `world`.
-        clock_offsets: in place of those of the rig [s].
 
     Raises:
         ParameterError: they contradict each other.
@@ -89,16 +88,14 @@ def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, fr
             raise ParameterError(f"--cameras names '{name}', which is for the fused people; allowed: other names")
     if len(inputs) not in (1, len(names)):
         raise ParameterError(f'there are {len(inputs)} bags for {len(names)} cameras; give one bag, or one for each')
-    unknown = [name for name in clock_offsets if name not in names]
-    if unknown:
-        raise ParameterError(f'--clock-offset {unknown[0]} is none of the cameras {", ".join(names)}')
     if rig is not None:
         if frame not in ('', rig.fixed_frame):
             raise ParameterError(f"--fixed-frame {frame} contradicts the rig, which has '{rig.fixed_frame}'")
-        clock_offsets = {name: clock_offsets.get(name, rig.camera(name).clock_offset) for name in names}
+        for name in names:
+            rig.camera(name)  # or it has none
     cameras = tuple(replace(inputs[number % len(inputs)], camera=name, is_alone=len(inputs) > 1,
                             only_2d=inputs[0].only_2d or number >= with_depth) for number, name in enumerate(names))
-    return RigInput(cameras, frame or (WORLD_FRAME if rig is None else rig.fixed_frame), rig, clock_offsets)
+    return RigInput(cameras, frame or (WORLD_FRAME if rig is None else rig.fixed_frame), rig)
 
 
 def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, total: None) -> RigReport:
@@ -150,8 +147,8 @@ def _check_common_time(rig: RigInput, views: Sequence[OpenCamera]) -> None:
         others = [span for other, span in spans.items() if other != name]
         if others and not any(begin <= last and first <= end for first, last in others):
             texts = ', '.join(f'{each} {first:.3f} to {last:.3f} s' for each, (first, last) in spans.items())
-            raise BadInputError(f'{name} was recorded while no other camera was: {texts}; --clock-offset, or the rig, '
-                                'says by which time clocks differ')
+            raise BadInputError(f'{name} was recorded while no other camera was: {texts}; --rig says '
+                                'by which time clocks differ')
 
 
 def _fuse(rig: RigInput, people: Sequence[CameraPeople], settings: BagSettings, outputs: Outputs
