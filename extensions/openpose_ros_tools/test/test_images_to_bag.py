@@ -170,16 +170,6 @@ def test_a_folder_of_the_tum_benchmark_has_its_scale_and_its_stamps(tmp_path):
     assert (tmp_path / 'again.bag').read_bytes() == (tmp_path / 'out.bag').read_bytes()
 
 
-def test_compressed_images_are_the_files(tmp_path):
-    make_folder(tmp_path / 'in', suffix='.jpg')
-    cv2.imwrite(str(tmp_path / 'in/rgb/3.bmp'), np.zeros((H, W, 3), np.uint8))
-    assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--compressed', '--rate', 10) == DONE
-    sent = messages(tmp_path / 'out.bag')[f'{NS}/image_color/compressed']
-    assert [bytes(message.data) for message in sent[:3]] == [path.read_bytes() for path in
-                                                             sorted((tmp_path / 'in/rgb').glob('*.jpg'))]
-    assert [message.format for message in sent[2:]] == ['bgr8; jpeg compressed bgr8', 'bgr8; png compressed bgr8']
-
-
 def test_the_pose_is_latched(tmp_path):
     make_folder(tmp_path / 'in')
     describe(tmp_path / 'in')

@@ -123,34 +123,6 @@ def test_a_recording_begins_with_its_first_frame_also_without_people(tmp_path):
     assert read_mocap(tmp_path / 'person_10.trc').times[0] == pytest.approx(3e-9 * PERIOD, abs=1e-3)
 
 
-def other_definition(change):
-    """Return the class of a PersonDetection_3d with another definition, as a bag may hold it."""
-    return genpy.dynamic.generate_dynamic(PersonDetection_3d._type, change(PersonDetection_3d._full_text))[
-        PersonDetection_3d._type]
-
-
-def test_bags_of_the_original_project_are_read(tmp_path):
-    # its messages have no header, no status, and only the 18 parts of COCO and the chest
-    parts = '\n'.join(f'BodypartDetection_3d {joint}' for joint in MESSAGE_JOINTS[:19])
-    kind = other_definition(lambda _: f'uint32 num_people_detected\nuint32 person_ID\n{parts}\n{"=" * 80}\n'
-                            'MSG: openpose_ros_msgs/BodypartDetection_3d\n'
-                            'float32 x\nfloat32 y\nfloat32 z\nfloat32 confidence\n')
-    with rosbag.Bag(str(tmp_path / 'original.bag'), 'w') as bag:
-        for number in range(4):
-            message = kind(num_people_detected=2, person_ID=number % 2)
-            message.nose.x, message.nose.confidence, message.neck.x = 1.5, 0.5, NAN
-            bag.write('/people', message, when(FIRST + number // 2 * PERIOD + number * 1000))
-    path = tmp_path / 'original.bag'
-    assert converted(tmp_path, path).splitlines()[0] == echoed(path, '/people').splitlines()[0]
-    (tmp_path / 'echoed.csv').write_text(echoed(path, '/people'))
-    (tmp_path / 'ours.csv').write_text(converted(tmp_path, path))
-    for table in (read_keypoint_bag(path), read_keypoint_csv(tmp_path / 'echoed.csv'),
-                  read_keypoint_csv(tmp_path / 'ours.csv')):
-        assert (table.stamps - FIRST).tolist() == [0, 0, PERIOD + 2000, PERIOD + 2000]
-        assert table.status[:, :3].tolist() == [[MEASURED, MISSING, MISSING]] * 4
-        assert np.isnan(table.positions[:, 1:]).all() and np.isnan(table.sigma).all()
-
-
 # ---- which topic
 
 
