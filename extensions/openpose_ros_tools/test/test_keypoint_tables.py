@@ -151,7 +151,7 @@ def test_errors_name_the_topics(tmp_path, capsys):
         with rosbag.Bag(str(path), 'w') as bag:
             for name in topics:
                 bag.write(name, String('x') if name == '/words' else PersonDetection_3d(), when(FIRST))
-        assert expected in refusal(capsys, path, *(['--topic', topic] if topic else []))
+        assert expected in refusal(capsys, path, '-o', tmp_path / 'no.csv', *(['--topic', topic] if topic else []))
 
 
 # ---- bags and files that can not be read or written

@@ -113,8 +113,6 @@ def test_tables_have_a_row_for_each_point(processed, tmp_path):
         str(message.header.stamp.to_nsec()), message.header.frame_id, 'left', 'wrist', 'measured')
     assert float(first['x']) == hand.keypoints[0].x and float(first['sigma']) == hand.keypoints[0].sigma
     assert [row['point'] for row in hands[:HAND_POINTS - 1]] == list(HAND_POINT_NAMES[:-1])
-    everything = rows(tmp_path / 'all.csv', out, '--hands', '--missing-joints')
-    assert len(everything) == HAND_POINTS * len(found) and everything[HAND_POINTS - 1]['status'] == 'missing'
     faces = rows(tmp_path / 'faces.csv', out, '--faces')
     assert list(faces[0]) == landmark_columns('faces', 3) and faces[1]['point'] == '1'
     assert np.linalg.norm([float(faces[0][f'orientation_{axis}']) for axis in 'xyzw']) == pytest.approx(1)

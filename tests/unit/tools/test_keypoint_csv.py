@@ -20,9 +20,9 @@ def row(dimensions=3, time=STAMP, stamp=STAMP, person=1, number=1, sequence=0, f
     return PersonRow(time, sequence, stamp, frame_id, number, person, parts)
 
 
-def text_of(rows, layout, dimensions=3, **options):
+def text_of(rows, layout, dimensions=3):
     handle = io.StringIO()
-    writer = KeypointCsvWriter(handle, layout, dimensions, **options)
+    writer = KeypointCsvWriter(handle, layout, dimensions)
     writer.write(rows)
     return handle.getvalue()
 
@@ -95,9 +95,6 @@ def test_the_long_form_has_a_row_per_joint():
                      f'{STAMP},0,camera,3,nose,1.0,2.0,3.0,0.5,measured,0.25',
                      f'{STAMP},0,camera,5,neck,1.0,2.0,3.0,0.0,inferred,0.5',
                      f'{STAMP + 1},1,camera,3,left_ear,1.0,2.0,3.0,0.5,7,0.25']
-    every = text_of(rows, 'tidy', missing_joints=True).splitlines()
-    assert len(every) == 1 + 3 * 27 and set(lines) < set(every)
-    assert f'{STAMP},0,camera,3,chest,nan,nan,nan,0.0,missing,nan' in every
     assert text_of([row(2, nose=(1.0, 2.0, 0.5))], 'tidy', 2).splitlines() == [
         'time,frame,frame_id,person_ID,joint,x,y,confidence,status', f'{STAMP},0,camera,1,nose,1.0,2.0,0.5,measured']
 

@@ -69,15 +69,13 @@ class KeypointCsvWriter:
 
     Args:
         layout, dimensions: as `columns`.
-        missing_joints: whether the long form (tidy) has rows for missing joints.
     """
 
-    def __init__(self, handle: TextIO, layout: str, dimensions: int, missing_joints: bool = False) -> None:
+    def __init__(self, handle: TextIO, layout: str, dimensions: int) -> None:
         self.dimensions = dimensions
         self._rows = csv.writer(handle, lineterminator='\n')
         self._rows.writerow(columns(layout, dimensions))
         self._wide_layout = None if layout == 'tidy' else _wide_layout(layout, dimensions)
-        self._missing_joints = missing_joints
         self._frames, self._frame = FrameSplitter(), -1
 
     def write(self, rows: Sequence[PersonRow]) -> int:
@@ -95,7 +93,7 @@ class KeypointCsvWriter:
         self._frame += self._frames.begins(row)
         for joint, part in zip(MESSAGE_JOINTS, part_values(row)):
             cells, known = tidy_cells(part, self.dimensions)
-            if known or self._missing_joints:
+            if known:
                 yield [row.stamp or row.time, self._frame, row.frame_id, row.person, joint, *cells]
 
 

@@ -97,8 +97,8 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
     return list(computed_signals(table, up)), False
 
 
-def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> Iterator[List[object]]:
-    """Yield a row of each point of the hands or faces of an array message, for a `LongCsvWriter`."""
+def landmark_rows(message: Any, topic: KeypointTopic) -> Iterator[List[object]]:
+    """Yield a row of each known point of the hands or faces of an array message, for a `LongCsvWriter`."""
     read = attrgetter(*FIELDS[topic.dimensions])
     for each in getattr(message, topic.part):
         side = [_SIDES.get(each.side, '')] if topic.part == 'hands' else []
@@ -106,7 +106,7 @@ def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> I
         orientation = [] if turn is None else [turn.x, turn.y, turn.z, turn.w, each.orientation_sigma]
         for name, point in zip(POINTS[topic.part], each.keypoints):
             cells, known = tidy_cells(read(point), topic.dimensions)
-            if known or missing_points:
+            if known:
                 yield [message.header.frame_id, each.person_ID, *side, name, *cells, *orientation]
 
 

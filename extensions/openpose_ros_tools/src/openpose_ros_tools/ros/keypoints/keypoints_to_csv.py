@@ -3,7 +3,7 @@
     rosrun openpose_ros_tools keypoints_to_csv recording.bag -o poses.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --extended -o poses.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --tidy -o joints.csv
-    rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses -o poses_2d.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --hands -o hands.csv      # or --faces
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --signals -o signals.csv
     rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
@@ -21,7 +21,6 @@ import queue
 import sys
 import time
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, Callable, Iterator, Optional, Sequence, TextIO
 
 import rosgraph
@@ -29,7 +28,7 @@ import roslib.message
 import rospy
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
-from openpose_ros_pkg.command_options import command_parser, plain_path
+from openpose_ros_pkg.command_options import add_output, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_pkg.ros.topics import PARTS, KeypointTopic, choose_topic
@@ -61,7 +60,7 @@ def follow_topic(topic: KeypointTopic, write: Write, handle: TextIO, bar: Progre
             except queue.Empty:
                 continue
             rows += count
-            bar.update(count)
+            bar.update()
     except KeyboardInterrupt:
         pass  # the way to end it
     finally:
@@ -81,20 +80,15 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         parser.error('give a bag, or --live to listen to a running topic')
     if options.time and not options.bag:
         parser.error('--time is for bags; on a running topic %time is the stamp of the header')
-    if options.missing_joints and options.layout != 'tidy' and options.part == 'people':
-        parser.error('--missing-joints is for --tidy; the other layouts have all joints')
     if options.part != 'people' and options.layout == 'extended':
         parser.error('hands, faces and signals have one form alone; give no --extended')
     return run_command(_NAME, lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:
-    if options.output:
-        check_outputs([options.output], options.overwrite, [options.bag] if options.bag else [])
+    check_outputs([options.output], options.overwrite, [options.bag] if options.bag else [])
     topic, rows = _topic(options), 0
-    # no progress bar where it would run into rows that are shown
-    unit = 'message' if options.bag else 'row'
-    with _output(options) as handle, Progress(unit=unit, disable=handle.isatty()) as bar:
+    with _output(options) as handle, Progress(unit='message') as bar:
         write = _writer(handle, topic, options)
         if options.bag:
             with open_bag(options.bag) as bag:
@@ -103,14 +97,13 @@ def _run(options: argparse.Namespace) -> int:
                     bar.update()
         else:
             rows = follow_topic(topic, write, handle, bar)
-    if options.output:
-        sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
+    sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
 
 
 def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Write:
     if topic.part == 'people':
-        people = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        people = KeypointCsvWriter(handle, options.layout, topic.dimensions)
         return lambda message, time: people.write(list(keypoint_bag.rows_of(message, topic.dimensions, time)))
     if topic.part == 'signals':
         signals = LongCsvWriter(handle, SIGNAL_COLUMNS)
@@ -118,16 +111,13 @@ def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -
             message.header.frame_id, signals_from_array(message)))
     points = LongCsvWriter(handle, landmark_columns(topic.part, topic.dimensions))
     return lambda message, time: points.write(message.header.stamp.to_nsec() or time or 0, keypoint_bag.landmark_rows(
-        message, topic, options.missing_joints)) if getattr(message, topic.part) else 0
+        message, topic)) if getattr(message, topic.part) else 0
 
 
 @contextmanager
 def _output(options: argparse.Namespace) -> Iterator[TextIO]:
-    """Give the file to write to, which for a bag is in its place when the block ends; or stdout."""
-    if not options.output:
-        with naming(Path('stdout')):
-            yield sys.stdout
-    elif options.bag:
+    """Give the file to write to, which for a bag is in its place when the block ends."""
+    if options.bag:
         with output_file(options.output, options.overwrite, [options.bag]) as part, \
                 part.open('w', newline='', encoding='utf-8') as handle:
             yield handle
@@ -161,14 +151,12 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
     parser.add_argument('bag', nargs='?', type=plain_path, metavar='BAG', help='a recording')
-    parser.add_argument('-o', '--output', type=plain_path, metavar='FILE', help='CSV file to write (default: stdout)')
+    add_output(parser, 'file')
     layout = parser.add_mutually_exclusive_group()
     layout.add_argument('--extended', dest='layout', action='store_const', const='extended', default='original',
                         help='the columns of rostopic echo -p: adds header, status, sigma and the other joints')
     layout.add_argument('--tidy', dest='layout', action='store_const', const='tidy',
                         help='the long form: one row per frame, person and joint; joints that are missing have none')
-    parser.add_argument('--missing-joints', action='store_true',
-                        help='with --tidy, --hands or --faces: rows for missing joints and points as well')
     part = parser.add_mutually_exclusive_group()
     part.add_argument('--hands', dest='part', action='store_const', const='hands', default='people',
                       help='hands in place of people: one row per frame, hand and point')
@@ -181,5 +169,4 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--time', choices=('recorded', 'stamp'),
                         help='what %%time is: when the message was recorded, as rostopic echo -p -b has it (default), '
                              "or the camera's stamp, equal for all people of a frame, as on a running topic")
-    parser.add_argument('--overwrite', action='store_true', help='replace the file if it is there')
     return parser
