@@ -113,11 +113,11 @@ def _processes(workers: int) -> Iterator[Submit]:
         closed.set()
         for future in running:
             future.cancel()
-        told: Set[Optional[int]] = set()
+        signalled: Set[Optional[int]] = set()
         while wait(running, 0.1).not_done:
             for process in multiprocessing.active_children():
-                if process.pid not in told:
-                    told.add(process.pid)
+                if process.pid not in signalled:
+                    signalled.add(process.pid)
                     process.terminate()
         threads.shutdown()
 

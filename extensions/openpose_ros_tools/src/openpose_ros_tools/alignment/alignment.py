@@ -19,7 +19,6 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
 from openpose_ros_tools.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
-from openpose_ros_tools.alignment.people import steady_ids
 from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
@@ -154,9 +153,8 @@ def _observed(estimate: Any, reference: Any, use_sigma: bool) -> Tuple[Observed,
         if length > _LONGEST:
             raise BadInputError(f'the times of the {name} span {length:g} s, expected {_LONGEST:g} s or less; are some '
                                 'of them 0?')
-    ids = steady_ids(times[order], estimate.ids[order], positions[order])
     steps = np.diff(np.unique(times[order]))
-    return Observed(times[order], ids, positions[order], weights[order],
+    return Observed(times[order], estimate.ids[order], positions[order], weights[order],
                     float(np.median(steps)) if len(steps) else 1 / 30), joints
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
-from openpose_ros_tools.alignment.people import steady_ids
 
 # Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
 _MAX_GAP = 0.1
@@ -69,8 +68,7 @@ class CameraPaths:
         self.times = (frames - begin) * 1e-9
         rows = np.searchsorted(frames, stamps)
         points = self.recording.positions
-        ids = steady_ids(self.times[rows], self.recording.ids, points) if self.has_depth else self.recording.ids
-        slots = _slots(self.times[rows], ids)
+        slots = _slots(self.times[rows], self.recording.ids)
         shape = (slots.max() + 1, len(frames), points.shape[1])
         self.positions, self._sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
         self.positions[slots, rows] = points
