@@ -2,7 +2,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -32,11 +32,7 @@ from skeleton_extract_3d.ros.convert import cloud_from_message
 _SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
 
 
-class Moment(NamedTuple):
-    """The images of one stamp."""
-
-    stamp: int  # [ns]
-    files: Dict[str, Tuple[int, Path]]  # by stream the number of the image in it and its path
+Moment = Tuple[int, Dict[str, Tuple[int, Path]]]
 
 
 @dataclass(frozen=True)
@@ -68,12 +64,12 @@ class FolderMessages:
         return first_size(self.folder)
 
     def moments(self) -> List[Moment]:
-        """Return the images by stamp, ascending."""
+        """Return stamps, ascending, and their images: by stream the number of an image in it and its path."""
         by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
         for stream, files in self.folder.streams.items():
             for number, file in enumerate(files):
                 by_stamp.setdefault(file.stamp, {})[stream] = number, file.path
-        return [Moment(stamp, files) for stamp, files in sorted(by_stamp.items())]
+        return sorted(by_stamp.items())
 
     def messages(self, moment: Moment) -> Tuple[List[Tuple[str, genpy.Message]], List[str]]:
         """Return topics and messages of one stamp in the order of writing, and reasons of files that failed to decode.
@@ -83,8 +79,9 @@ class FolderMessages:
         """
         made: Dict[str, genpy.Message] = {}
         failed = []
-        for stream, (number, path) in moment.files.items():
-            header = Header(seq=number, stamp=genpy.Time(0, moment.stamp), frame_id=self.frame_id)
+        stamp, files = moment
+        for stream, (number, path) in files.items():
+            header = Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self.frame_id)
             try:
                 content, pixels = _read_image(stream, path)
             except BadInputError as error:

@@ -80,18 +80,18 @@ def write_bag(path: Path, cameras: Sequence[FolderMessages], compression: str = 
     """
     counts: Dict[str, int] = Counter()
     planned = sorted(((camera, moment) for camera in cameras for moment in camera.moments()),
-                     key=lambda one: one[1].stamp)
+                     key=lambda one: one[1][0])
     with new_bag(path, compression) as bag, \
             Progress(total=len(planned), unit='frame') as bar, \
             closing(ordered_map(lambda one: one[0].messages(one[1]), planned)) as results:
-        poses = _poses(cameras, planned[0][1].stamp)
+        poses = _poses(cameras, planned[0][1][0])
         if poses:
             write_static_transforms(bag, poses, poses[0].header.stamp, _NAME)
             counts[TF_TOPIC] += 1
         failed = 0
-        for (messages, reasons), (_, moment) in zip(results, planned):
+        for (messages, reasons), (_, (stamp, _)) in zip(results, planned):
             for topic, message in messages:
-                bag.write(topic, message, genpy.Time(0, moment.stamp))
+                bag.write(topic, message, genpy.Time(0, stamp))
                 counts[topic] += 1
             for reason in reasons:
                 _log.warning('%s; left out', reason)
