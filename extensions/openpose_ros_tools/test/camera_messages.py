@@ -31,7 +31,7 @@ def frames(recording):
 
 def in_space(recording, rows, header):
     """The message of a frame of a camera with depth."""
-    points = recording.points[rows]
+    points = recording.positions[rows]
     known = np.isfinite(points).all(axis=2)
     return people_to_array(People3D(COCO_18, points, known * 1.0, np.where(known, MEASURED, MISSING).astype(np.uint8),
                                     np.where(known, recording.sigma[rows], np.nan), recording.ids[rows],
@@ -41,7 +41,7 @@ def in_space(recording, rows, header):
 def in_image(recording, rows, header):
     """The message of a frame of a camera without depth."""
     people = []
-    for points, number in zip(recording.points[rows], recording.ids[rows]):
+    for points, number in zip(recording.positions[rows], recording.ids[rows]):
         pixels = MODEL.project(points)
         parts = {joint: BodypartDetection(*pixel, 0.9) for joint, pixel in zip(COCO_18.joints, pixels)
                  if np.isfinite(pixel).all()}

@@ -78,18 +78,6 @@ def test_frames_that_begin_or_pause_around_a_reset_have_the_transforms_of_their_
     assert places(tmp_path / 'a.bag', images) == pytest.approx([x for _, _, x in images])
 
 
-def test_until_transforms_come_after_a_reset_there_are_none(tmp_path):
-    images = write_runs(tmp_path / 'a.bag', [(0.0, 10.0), (5.0, 10.0)])
-    time = 5010.03  # before the first one of the second run
-    with rosbag.Bag(str(tmp_path / 'a.bag')) as bag, rosbag.Bag(str(tmp_path / 'b.bag'), 'w') as late:
-        for topic, message, recorded in bag.read_messages():
-            if not time < recorded.to_sec() < time + 4:
-                late.write(topic, message, recorded)
-    x = dict(zip(images, places(tmp_path / 'b.bag', images)))
-    first, *_, last = [image for image in images if image[2] > 2000]
-    assert x[first] is None and x[last] == pytest.approx(last[2])
-
-
 def test_a_transform_with_an_old_stamp_is_no_reset(tmp_path):
     images = write_runs(tmp_path / 'a.bag', [(100.0, 110.0)])
     with rosbag.Bag(str(tmp_path / 'a.bag'), 'a') as bag:

@@ -168,28 +168,12 @@ def test_a_folder_of_the_tum_benchmark_has_its_scale_and_its_stamps(tmp_path):
                                   recorded['depth'][1])
     assert to_bag(tmp_path / 'back', tmp_path / 'again.bag') == DONE
     assert (tmp_path / 'again.bag').read_bytes() == (tmp_path / 'out.bag').read_bytes()
-    assert to_images(tmp_path / 'out.bag', tmp_path / 'pairs', '--only-pairs') == DONE
-    assert [len(list((tmp_path / 'pairs' / stream).iterdir())) for stream in ('rgb', 'depth')] == [2, 2]
 
 
-def test_compressed_images_are_the_files(tmp_path):
-    make_folder(tmp_path / 'in', suffix='.jpg')
-    cv2.imwrite(str(tmp_path / 'in/rgb/3.bmp'), np.zeros((H, W, 3), np.uint8))
-    assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--compressed', '--rate', 10) == DONE
-    sent = messages(tmp_path / 'out.bag')[f'{NS}/image_color/compressed']
-    assert [bytes(message.data) for message in sent[:3]] == [path.read_bytes() for path in
-                                                             sorted((tmp_path / 'in/rgb').glob('*.jpg'))]
-    assert [message.format for message in sent[2:]] == ['bgr8; jpeg compressed bgr8', 'bgr8; png compressed bgr8']
-
-
-def test_topics_and_frame_can_be_named_and_the_pose_is_latched(tmp_path):
+def test_the_pose_is_latched(tmp_path):
     make_folder(tmp_path / 'in')
     describe(tmp_path / 'in')
-    options = '--rate 10 --camera-namespace camera --frame-id f --intrinsics 9 9 5 4'
-    assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', *options.split()) == DONE
-    found = messages(tmp_path / 'out.bag')
-    assert set(found) == {'/camera/image_color', '/camera/image_depth_rect', '/camera/camera_info', '/tf_static'}
-    assert (found['/camera/camera_info'][0].K[0], found['/tf_static'][0].transforms[0].child_frame_id) == (9, 'f')
+    assert to_bag(tmp_path / 'in', tmp_path / 'out.bag') == DONE
     with rosbag.Bag(str(tmp_path / 'out.bag')) as bag:
         sent, = bag.read_messages(topics=['/tf_static'], return_connection_header=True)
     assert '1' in str(sent.connection_header['latching'])
@@ -207,10 +191,8 @@ def test_several_cameras_have_topics_and_frames_of_their_own(tmp_path, capsys):
     assert {message.header.frame_id for message in found['/left/qhd/image_color']} == {'left_rgb_optical_frame'}
     assert [one.child_frame_id for one in found['/tf_static'][0].transforms] == [
         'left_rgb_optical_frame', 'right_rgb_optical_frame']
-    for arguments, words in ((('--cameras', 'left', '--frame-id', 'a'), '--frame-id is for one camera'),
-                             (('--cameras', 'left/rgb', 'right/rgb'), 'would both be written to topics below /rgb')):
-        assert to_bag(tmp_path / 'in', tmp_path / 'no.bag', *arguments) == REFUSED
-        assert words in capsys.readouterr().err
+    assert to_bag(tmp_path / 'in', tmp_path / 'no.bag', '--cameras', 'left/rgb', 'right/rgb') == REFUSED
+    assert 'would both be written to topics below /rgb' in capsys.readouterr().err
 
 
 def test_a_damaged_image_is_left_out_with_a_warning(tmp_path, caplog):

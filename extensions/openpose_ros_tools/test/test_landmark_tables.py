@@ -101,12 +101,6 @@ def test_signals_are_in_the_bag_for_each_frame_and_in_a_table(processed, tmp_pat
     assert found[0]['time'] == str(people[0][0].header.stamp.to_nsec())
 
 
-def test_images_alone_have_hands_in_the_image(processed):
-    out, _ = processed('--set', 'hands=true', points=None)
-    assert len(messages(out, '/openpose_ros/detected_hands')) == FRAMES
-    assert messages(out, '/openpose_ros/detected_faces') == []
-
-
 def test_tables_have_a_row_for_each_point(processed, tmp_path):
     out, _ = processed(*BOTH)
     hands = rows(tmp_path / 'hands.csv', out, '--hands')
@@ -119,24 +113,6 @@ def test_tables_have_a_row_for_each_point(processed, tmp_path):
         str(message.header.stamp.to_nsec()), message.header.frame_id, 'left', 'wrist', 'measured')
     assert float(first['x']) == hand.keypoints[0].x and float(first['sigma']) == hand.keypoints[0].sigma
     assert [row['point'] for row in hands[:HAND_POINTS - 1]] == list(HAND_POINT_NAMES[:-1])
-    everything = rows(tmp_path / 'all.csv', out, '--hands', '--missing-joints')
-    assert len(everything) == HAND_POINTS * len(found) and everything[HAND_POINTS - 1]['status'] == 'missing'
     faces = rows(tmp_path / 'faces.csv', out, '--faces')
     assert list(faces[0]) == landmark_columns('faces', 3) and faces[1]['point'] == '1'
     assert np.linalg.norm([float(faces[0][f'orientation_{axis}']) for axis in 'xyzw']) == pytest.approx(1)
-
-
-def test_without_the_parameters_there_are_neither_and_tables_say_so(processed, tmp_path, capsys, caplog):
-    out, frames = processed()
-    assert messages(out, '/openpose_ros/skeleton_3d/detected_hands') == []
-    assert all(person['hand_left_keypoints_2d'] == [] for people in frames for person in people)
-    assert keypoints_to_csv([str(out), '-o', str(tmp_path / 'hands.csv'), '--hands']) == 2
-    assert 'there are no hands in' in capsys.readouterr().err + caplog.text
-
-
-def test_missing_weights_end_it(tmp_path, capsys, caplog):
-    source = write_recording(tmp_path / 'walk.bag')
-    assert main([str(source), '-o', str(tmp_path / 'out.bag'), '--set', 'hands=true', '--set',
-                 f'model_folder={tmp_path}'], known_people) == 2
-    assert 'hand_landmark is missing' in capsys.readouterr().err + caplog.text
-    assert not (tmp_path / 'out.bag').exists()

@@ -155,6 +155,11 @@ def test_cameras_without_depth_give_people_in_space(run, tmp_path, out, room):
     assert np.median(errors_of(fused(tmp_path / 'c.bag'))) < MEDIAN_ERROR['depth']
 
 
+def rig(**clocks):
+    return Rig('world', tuple(rig_camera(name, f'{name}_frame', (pose[:3, :3], pose[:3, 3]), clocks.get(name, 0.0))
+                              for name, pose in POSES.items()))
+
+
 def test_bags_of_clocks_that_differ(run, room, tmp_path, out, capsys):
     """The second camera's clock is 100 s ahead; both bags have the same topics."""
     bags = []
@@ -164,7 +169,8 @@ def test_bags_of_clocks_that_differ(run, room, tmp_path, out, capsys):
             bag.write('/notes', String(name), stamp_of(0) + genpy.Duration.from_sec(clock))
     assert run(bags) == 2
     assert 'left was recorded while no other camera was' in capsys.readouterr().err
-    assert run(bags, '--clock-offset', 'right=-100', '--copy', '/notes') == 0
+    write_rig(tmp_path / 'rig.yaml', rig(right=-100.0))
+    assert run(bags, '--rig', tmp_path / 'rig.yaml', '--copy', '/notes') == 0
     assert run(room, output=tmp_path / 'one.bag') == 0
     for one, other in zip(fused(out), fused(tmp_path / 'one.bag')):
         assert one.header == other.header
@@ -177,8 +183,7 @@ def test_bags_of_clocks_that_differ(run, room, tmp_path, out, capsys):
 
 
 def test_a_rig_takes_the_place_of_tf(run, room, tmp_path, out):
-    cameras = tuple(rig_camera(name, f'{name}_frame', (pose[:3, :3], pose[:3, 3])) for name, pose in POSES.items())
-    write_rig(tmp_path / 'rig.yaml', Rig('world', cameras))
+    write_rig(tmp_path / 'rig.yaml', rig())
     assert run(write_room(tmp_path / 'without_tf.bag', tf=()), '--rig', tmp_path / 'rig.yaml') == 0
     assert run(room, output=tmp_path / 'by_tf.bag') == 0
     for one, other in zip(fused(out), fused(tmp_path / 'by_tf.bag')):
@@ -204,7 +209,6 @@ def test_a_camera_without_transform_is_left_out_and_told(run, tmp_path, out, cap
     (('left', 'left'), (), "names 'left' twice"),
     (('left', 'people'), (), "names 'people', which is for the fused people"),
     (('left', 'right'), ('--rgb-cameras', 'right'), "names 'right' twice"),
-    (('left', 'right'), ('--clock-offset', 'door=1'), '--clock-offset door is none of the cameras left, right'),
     (('left', 'right'), ('--rig', '/nowhere.yaml'), 'rig /nowhere.yaml can not be read'),
     (('left', 'right'), ('--set', 'target_frame=world'), 'contradicts --cameras'),
     (('left', 'right'), ('--scheduler', 'tcp://x'), '--scheduler is for several recordings'),

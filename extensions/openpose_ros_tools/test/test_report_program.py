@@ -98,18 +98,3 @@ def test_recordings_without_people_in_space_are_refused(tmp_path, capsys):
     rosbag.Bag(str(tmp_path / 'b.bag'), 'w').close()
     assert main([str(tmp_path / 'b.bag')]) == 2
     assert not list(tmp_path.glob('*.html'))
-
-
-def test_the_page_is_beside_the_recording_and_no_file_is_replaced(tmp_path, capsys):
-    path, images = write_results(tmp_path / 'a.1.bag'), tmp_path / 'images.bag'
-    write_recording(images, image=IMAGE)
-    before = [each.read_bytes() for each in (path, images)]
-    assert main([str(path)]) == 0
-    assert main([str(path)]) == 2
-    assert main([str(path), '--overwrite']) == 0
-    assert (tmp_path / 'a.1.html').is_file()
-    capsys.readouterr()
-    for output in (path, images):
-        assert main([str(path), '--images', str(images), '-o', str(output), '--overwrite']) == 2
-        assert 'is an input' in capsys.readouterr().err
-    assert [each.read_bytes() for each in (path, images)] == before

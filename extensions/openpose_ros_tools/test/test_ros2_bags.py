@@ -18,8 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools.ros.bag_files import new_bag, open_bag, topic_types
+from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
 from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag.program import main
@@ -147,17 +146,6 @@ def test_mcap_is_what_foxglove_and_ros_2_read(results):
     assert person.nose.x == pytest.approx(true.nose.x) and np.isfinite(true.nose.x)
 
 
-@needs_files
-def test_results_of_several_are_named_after_them(recording, tmp_path):
-    inputs = tmp_path / 'in'
-    inputs.mkdir()
-    to_ros2(recording, inputs / 'morning')
-    (inputs / 'evening.bag').write_bytes(recording.read_bytes())
-    process(inputs, tmp_path / 'out')
-    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['evening.bag', 'morning.mcap']
-    assert {topic for topic, _, _ in all_of(tmp_path / 'out' / 'morning.mcap')} >= {KEYPOINTS}
-
-
 def test_definitions_that_a_recording_lacks_are_those_of_ros_2_and_the_installed_ones(tmp_path):
     folder = write_one(tmp_path / 'signals', PersonSignalsArray(header=Header(frame_id='map')),
                        PersonSignalsArray._full_text.replace('uint32 seq\n', ''))
@@ -183,16 +171,3 @@ def test_a_file_that_is_no_recording_is_refused(results, tmp_path, capsys, name,
     path.write_bytes(whole[:len(whole) // 2] if content is None else content)
     assert keypoints_to_csv([str(path), '-o', str(tmp_path / 'out.csv')]) == 2
     assert f'{path} is no recording of ROS 2, or is damaged' in capsys.readouterr().err
-
-
-@needs_files
-def test_compressions_of_mcap(tmp_path):
-    with pytest.raises(ParameterError, match='bz2 is not available for MCAP, expected none or lz4'), \
-            new_bag(tmp_path / 'x.mcap', 'bz2'):
-        pass
-    for compression in ('none', 'lz4'):
-        path = tmp_path / f'{compression}.mcap'
-        with new_bag(path, compression) as bag:
-            bag.write('/text', Header(frame_id='a' * 1000), genpy.Time(3))
-        assert [message.frame_id for _, message, _ in all_of(path)] == ['a' * 1000]
-    assert (tmp_path / 'lz4.mcap').stat().st_size < (tmp_path / 'none.mcap').stat().st_size

@@ -1,6 +1,5 @@
 """Files of motion capture systems: hand-written ones of each format, and what may be wrong with them."""
 import logging
-import sys
 
 import numpy as np
 import pytest
@@ -65,19 +64,6 @@ def test_c3d_units_residuals_labels_and_frame_numbers(tmp_path, unit, expected):
     np.testing.assert_allclose(of(read, 'B')[:, 0], [expected, np.nan, expected])
 
 
-def test_c3d_of_integers_without_all_labels(tmp_path):
-    read = read_mocap(c3d_file(tmp_path / 'file.c3d', scale=0.1, labels=('A   ',)))
-    np.testing.assert_allclose(of(read, 'A')[0], [0.5] * 3, atol=1.01e-4)  # steps of 0.1 mm
-    assert read.names == ('A', 'point 2')
-
-
-def test_without_the_library_c3d(tmp_path, monkeypatch):
-    path = c3d_file(tmp_path / 'file.c3d')
-    monkeypatch.setitem(sys.modules, 'c3d', None)
-    with pytest.raises(BadInputError, match=r'library c3d is needed .*pip install c3d'):
-        read_mocap(path)
-
-
 @pytest.mark.parametrize('name, cut', [('walk.csv', MOTIVE[:-50]), ('walk.csv', MOTIVE + '12,0.24'),
                                        ('walk.trc', TRC + '4\t0.050\t13.0\t2')])
 def test_a_last_line_that_breaks_off_is_left_out(tmp_path, caplog, name, cut):
@@ -104,9 +90,3 @@ def test_a_last_line_that_breaks_off_is_left_out(tmp_path, caplog, name, cut):
 def test_wrong_files_are_refused(tmp_path, content, expected):
     with pytest.raises(BadInputError, match=expected):
         read_mocap(text_file(tmp_path, 'a.csv', content))
-
-
-@pytest.mark.parametrize('unit', ['ell', '    '])
-def test_c3d_files_of_unknown_units_are_refused(tmp_path, unit):
-    with pytest.raises(BadInputError, match=f"lengths in '{unit.strip()}'"):
-        read_mocap(c3d_file(tmp_path / 'file.c3d', unit))

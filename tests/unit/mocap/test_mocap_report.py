@@ -15,7 +15,7 @@ from openpose_ros_tools.mocap.evaluation import compare
 from openpose_ros_tools.mocap.report import summary, write_report
 from openpose_ros_tools.ros.evaluate_mocap import main, transform_of
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
-from openpose_ros_tools.tables.keypoint_table import PersonRow, measured_people
+from openpose_ros_tools.tables.keypoint_table import PersonRow
 from simulated_mocap import sequence_truth, simulate
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -28,7 +28,7 @@ def scene():
 
 @pytest.fixture(scope='module')
 def found(scene):
-    alignment = align(measured_people(scene.estimate), scene.reference)
+    alignment = align(scene.estimate.measured(), scene.reference)
     return alignment, compare(scene.estimate, scene.reference, alignment)
 
 
@@ -84,8 +84,7 @@ def files(scene, tmp_path_factory):
 def test_report(files, tmp_path, capsys):
     (tmp_path / 'report').mkdir()
     (tmp_path / 'report' / 'summary.json').write_text('of another tool')
-    command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report'),
-               '--joints', 'nose,neck,right_wrist']
+    command = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '-o', str(tmp_path / 'report')]
     assert main(command) == 2
     assert 'summary.json is there already' in capsys.readouterr().err
     assert main([*command, '--overwrite']) == 0
@@ -98,18 +97,8 @@ def test_report(files, tmp_path, capsys):
     assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
 
-def test_given_alignment(files, capsys):
-    arguments = [str(files / 'poses.csv'), str(files / 'mocap.trc'), '--clock-offset', str(12.5 - 1.6e9),
-                 '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']
-    assert main(arguments) == 0
-    out = capsys.readouterr().out
-    assert out.count('given') == 2 and '\nright wrist' in out and '\nneck' not in out
-
-
 @pytest.mark.parametrize('arguments, message', [
-    (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
-    (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
-    (['poses.csv', 'mocap.trc', '--transform', '1'], '--transform'),
+    (['none.csv', 'mocap.trc'], 'none.csv'), (['poses.csv', 'mocap.trc', '--markers', 'none.yaml'], 'none.yaml'),
     (['poses.csv', 'mocap.trc', '--topic', '/a'], '--topic'),
     (['poses.csv', 'mocap.trc', '--clock-offset', '0'], 'same time')])
 def test_wrong_input_is_told_in_a_line(files, arguments, message, capsys, monkeypatch):

@@ -10,9 +10,8 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.alignment.candidates import rigid_transform
 from openpose_ros_tools.mocap.joints import JointRecording
-from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import Simulated, errors, sequence_truth, simulate, walkers
-from skeleton_extract_3d.people import MEASURED, MISSING
+from skeleton_extract_3d.people import MISSING
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 FRAME_MS = 1e3 / 15
@@ -33,7 +32,7 @@ def matrix(scene):
 def refused_or_doubted(estimate, reference, params=None):
     """Whether there is an error or a warning."""
     try:
-        return bool(align(measured_people(estimate), reference, params).warnings)
+        return bool(align(estimate.measured(), reference, params).warnings)
     except BadInputError:
         return True
 
@@ -42,7 +41,7 @@ def refused_or_doubted(estimate, reference, params=None):
 def test_shipped_sequence(seed):
     """Limits: a quarter of a frame, 0.5 degrees, 5 mm at the people and at the camera."""
     scene = simulate(sequence_truth(SHIPPED), seed)
-    found = align(measured_people(scene.estimate), scene.reference)
+    found = align(scene.estimate.measured(), scene.reference)
     offset, angle, at_people, at_camera = errors(scene, found)
     assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5 and at_camera < 5
     assert not found.warnings and not found.clock_given and not found.transform_given
@@ -50,7 +49,7 @@ def test_shipped_sequence(seed):
 
 
 def test_part_of_a_long_recording(long_scene):
-    found = align(measured_people(long_scene.estimate), long_scene.reference)
+    found = align(long_scene.estimate.measured(), long_scene.reference)
     offset, angle, at_people, at_camera = errors(long_scene, found)
     assert offset < 2 and angle < 0.1 and at_people < 3 and at_camera < 5
     assert np.abs(long_scene.clock_offset) > 1e9  # the clocks are years apart
@@ -61,7 +60,7 @@ def test_standard_deviations_are_those_of_the_errors():
     truth, ratios = walkers(4, 1, seed=5), []
     for seed in range(10):
         scene = simulate(truth, seed)
-        found = align(measured_people(scene.estimate), scene.reference)
+        found = align(scene.estimate.measured(), scene.reference)
         offset, angle, _, _ = errors(scene, found)
         ratios.append((offset / (1e3 * found.clock_std), angle / found.rotation_std))
     assert np.all(np.abs(np.sqrt(np.mean(np.square(ratios), axis=0)) - 1) < 0.5)
@@ -69,34 +68,24 @@ def test_standard_deviations_are_those_of_the_errors():
 
 def test_what_is_given_is_kept(long_scene):
     params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
-    both = align(measured_people(long_scene.estimate), long_scene.reference, params)
+    both = align(long_scene.estimate.measured(), long_scene.reference, params)
     assert both.clock_offset == long_scene.clock_offset and both.speed_correlation is None
     np.testing.assert_array_equal(both.rotation, long_scene.rotation)
     np.testing.assert_array_equal(both.translation, long_scene.translation)
     assert both.clock_given and both.transform_given and np.isnan([both.clock_std, both.rotation_std]).all()
-    clock = align(measured_people(long_scene.estimate), long_scene.reference,
+    clock = align(long_scene.estimate.measured(), long_scene.reference,
                   AlignmentParams(clock_offset=long_scene.clock_offset))
     assert errors(long_scene, clock)[1] < 0.1 and errors(long_scene, clock)[2] < 3
-    place = align(measured_people(long_scene.estimate), long_scene.reference,
+    place = align(long_scene.estimate.measured(), long_scene.reference,
                   AlignmentParams(transform=matrix(long_scene)))
     assert errors(long_scene, place)[0] < 2
-
-
-def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
-    given = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
-    row = int((long_scene.estimate.status == MEASURED).sum(axis=1).argmax())
-    one = long_scene.estimate.select(np.array([row]))
-    found = align(measured_people(one), long_scene.reference, given)
-    assert 0 < found.samples < 30 and found.residual < 0.05 and not found.warnings
-    with pytest.raises(BadInputError, match='nothing in common'):
-        align(measured_people(one), long_scene.reference)
 
 
 def test_offset_is_searched_within_its_limit(long_scene):
     """With clocks of one epoch. A true offset above the limit is not found, and that is told."""
     shifted = dataclasses.replace(long_scene.estimate, stamps=long_scene.estimate.stamps
                                   + np.int64(round(1e9 * (long_scene.clock_offset - 4.0))))
-    found = align(measured_people(shifted), long_scene.reference, AlignmentParams(max_clock_offset=10))
+    found = align(shifted.measured(), long_scene.reference, AlignmentParams(max_clock_offset=10))
     assert abs(found.clock_offset - 4.0) < 0.002
     assert refused_or_doubted(shifted, long_scene.reference, AlignmentParams(max_clock_offset=1))
 
@@ -107,8 +96,8 @@ def test_standing_people_tell_no_clock():
                            np.repeat(truth.joints.positions[:, :1], len(truth.joints.times), axis=1))
     scene = simulate(dataclasses.replace(truth, joints=still), seed=1)
     with pytest.raises(BadInputError, match='--clock-offset'):
-        align(measured_people(scene.estimate), scene.reference)
-    found = align(measured_people(scene.estimate), scene.reference,
+        align(scene.estimate.measured(), scene.reference)
+    found = align(scene.estimate.measured(), scene.reference,
                   AlignmentParams(clock_offset=scene.clock_offset))
     assert errors(scene, found)[1] < 0.3 and errors(scene, found)[2] < 3
 
@@ -127,7 +116,7 @@ def stamps_from_0(table):
     (stamps_from_0, 'times of the poses span')], ids=['no people', 'no measured joints', 'a stamp of 0'])
 def test_poses_that_tell_nothing_are_refused(long_scene, change, told):
     with pytest.raises(BadInputError, match=told):
-        align(measured_people(change(long_scene.estimate)), long_scene.reference)
+        align(change(long_scene.estimate).measured(), long_scene.reference)
 
 
 def test_sigma_weighs(long_scene):
@@ -138,8 +127,8 @@ def test_sigma_weighs(long_scene):
     noisy = dataclasses.replace(
         long_scene.estimate, positions=long_scene.estimate.positions + noise,
         sigma=np.where(bad, 0.14, long_scene.estimate.sigma).astype(np.float32))
-    weighed = align(measured_people(noisy), long_scene.reference, AlignmentParams(use_sigma=True))
-    plain = align(measured_people(noisy), long_scene.reference)
+    weighed = align(noisy.measured(), long_scene.reference, AlignmentParams(use_sigma=True))
+    plain = align(noisy.measured(), long_scene.reference)
     assert errors(long_scene, weighed)[1] < 0.15 and weighed.rotation_std < plain.rotation_std
 
 

@@ -1,6 +1,5 @@
 """Calibrations: read in all formats, written so that the same is read again."""
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,12 +108,6 @@ def test_the_camera_is_that_of_the_images_after_the_region_and_binning(region, b
     np.testing.assert_allclose(camera.scaled(2 * size[0], 2 * size[1]).project(points), 2 * expected + 0.5, atol=1e-9)
 
 
-@pytest.mark.parametrize('region', [(600, 0, 480, 320, False), (0, 1, 480, 640, False), (2, 0, 0, 0, False)])
-def test_a_region_beyond_the_sensor_is_refused(region):
-    with pytest.raises(BadInputError, match=rf'at \({region[0]}, {region[1]}\) .* 640 x 480'):
-        calibrated_camera(replace(PLAIN, region=region))
-
-
 @pytest.mark.parametrize('text, words', [
     ('', 'no calibration'), ('[1, 2', 'can not be read'), ('{"K": ', 'can not be read'),
     ('fps: 3', 'camera_matrix, K or'),
@@ -125,9 +118,3 @@ def test_what_is_no_calibration_is_refused(tmp_path, text, words):
     (tmp_path / 'camera.yaml').write_text(text)
     with pytest.raises(BadInputError, match=words):
         read_calibration(tmp_path / 'camera.yaml')
-
-
-@pytest.mark.parametrize('distortion, model', [((1, 2, 3, 4), 'plumb_bob'), (range(8), 'rational_polynomial')])
-def test_coefficients_without_a_model_are_those_of_opencv(distortion, model):
-    assert pinhole_calibration(64, 48, (50, 51), (31, 23), distortion).distortion_model == model
-    assert pinhole_calibration(64, 48, (50, 51), (31, 23), distortion, 'own').distortion_model == 'own'

@@ -51,7 +51,7 @@ def three():
 def test_no_people_and_one_camera_are_refused():
     first, second = short(around(2), seconds=2)
     empty = dataclasses.replace(second, **{name: getattr(second, name)[:0]
-                                           for name in ('stamps', 'ids', 'points', 'sigma')})
+                                           for name in ('stamps', 'ids', 'positions', 'sigma')})
     for recordings, told in (([], r'people of 0 cameras \(none\), expected of 2'),
                              ([first], r'people of 1 cameras \(camera_0\)'),
                              ([first, empty], 'camera_1 saw people in 0 frames'),
@@ -152,15 +152,15 @@ def test_four_images_of_people_partly_seen_by_a_detector_that_errs():
     cameras = around(4, depth=False)
     random, recordings = np.random.RandomState(0), []
     for recording in short(cameras, seconds=8, people=1):
-        points = recording.points.copy()
+        points = recording.positions.copy()
         mirrored = random.uniform(size=len(points)) < 0.03
         points[mirrored] = points[mirrored][:, COCO_18.swap]
         anywhere = random.uniform(size=points.shape[:2]) < 0.05
         points[anywhere, :2] += random.normal(scale=0.1, size=(anywhere.sum(), 2))
         points[random.uniform(size=points.shape[:2]) < 0.2] = np.nan
-        recordings.append(dataclasses.replace(recording, points=points))
-    cut = recordings[3].points[..., 1] > 0.15
-    recordings[3].points[cut] = np.nan
+        recordings.append(dataclasses.replace(recording, positions=points))
+    cut = recordings[3].positions[..., 1] > 0.15
+    recordings[3].positions[cut] = np.nan
     found = calibrate(recordings, dataclasses.replace(IMAGES, distance=apart(cameras)))
     check(found, cameras, angle=0.8, position=0.07)
 
@@ -178,16 +178,8 @@ def test_people_who_do_not_tell_the_poses_are_refused():
 
 def test_without_ankles_there_is_no_floor():
     ankles = np.isin(np.arange(18), [10, 13])[:, None]
-    recordings = [dataclasses.replace(one, points=np.where(ankles, np.nan, one.points))
+    recordings = [dataclasses.replace(one, positions=np.where(ankles, np.nan, one.positions))
                   for one in short(around(2))]
     found = calibrate(recordings)
     assert found.floor is None and 'z is not up' in found.warnings[-1]
     np.testing.assert_allclose(found.rig.cameras[0].translation, 0, atol=1e-12)
-
-
-def test_wrong_parameters():
-    recordings = short(around(2), seconds=2)
-    for names, told in ((('camera_0', 'top'), "no camera 'top', but camera_0, camera_1"),
-                        (('camera_0', 'camera_1'), 'depth tells the scale')):
-        with pytest.raises(BadInputError, match=told):
-            calibrate(recordings, CalibrationParams(distance=(*names, 3.0)))

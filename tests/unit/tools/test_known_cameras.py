@@ -230,16 +230,6 @@ def refused(capsys, *arguments):
     return capsys.readouterr().err
 
 
-def test_nothing_is_overwritten_unasked(tmp_path, capsys):
-    (tmp_path / 'Calib.toml').write_text(pose2sim_text())
-    (tmp_path / 'door.yaml').write_text('precious')
-    rig = tmp_path / 'rig.yaml'
-    assert 'door.yaml is there already' in refused(capsys, tmp_path / 'Calib.toml', '-o', rig)
-    assert (tmp_path / 'door.yaml').read_text() == 'precious' and not rig.exists()
-    assert 'also the file of a camera' in refused(capsys, tmp_path / 'Calib.toml', '-o', tmp_path / 'door.yaml',
-                                                  '--overwrite')
-
-
 @pytest.mark.parametrize('options, told', [
     (['--cameras', 'a b'], '2 names, expected 3, of door, window, shelf'), (['--cameras', 'a a b'], "the name 'a'"),
     (['--tilt', '3'], 'this one is in that of a room')])
@@ -250,14 +240,11 @@ def test_options_that_do_not_fit(tmp_path, capsys, options, told):
 
 
 @pytest.mark.parametrize('name, text, told', [
-    ('a.toml', '', 'no cameras'), ('a.toml', '[cam]\nname = "a"', "KeyError('size')"), ('a.toml', '[cam', 'a.toml'),
-    ('a.toml', pose2sim_text().replace('rotation = [', 'rotation = [7.0, '), 'a.toml'),
+    ('a.toml', '', 'no cameras'), ('a.toml', '[cam]\nname = "a"', "KeyError('size')"),
     ('a.toml', pose2sim_text().replace('matrix = [[910.0, 0.0', 'matrix = [[910.0, 3.0'), 'skew of 3'),
-    ('a.toml', pose2sim_text().replace('matrix = [[910.0', 'matrix = [[-910.0'), 'focal lengths'),
-    ('a.qca.txt', '<calibration/>', 'no cameras'), ('a.qca.txt', '<calibration', 'ParseError'),
-    ('a.qca.txt', '<!DOCTYPE a [<!ENTITY b "c">]><calibration/>', 'no document type'),
+    ('a.qca.txt', '<calibration', 'ParseError'),
     ('a.qca.txt', qualisys_text().replace('r11="', 'r11="1'), 'is no rotation'),
-    ('a.yaml', '', 'is no calibration'), ('a.yaml', '- 3', 'is no calibration'),
+    ('a.yaml', '- 3', 'is no calibration'),
     ('a.yaml', 'cam0: {camera_model: omni}', 'cam0 is of the model omni'),
     ('a.yaml', 'cam0: {camera_model: pinhole, distortion_model: fov, intrinsics: [5, 5, 2, 2], resolution: [4, 4], '
                'distortion_coeffs: [1]}', "distortion model 'fov' is unknown"),

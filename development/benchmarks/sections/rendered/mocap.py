@@ -16,7 +16,7 @@ from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.mocap.evaluation import compare
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.mocap.study import ANGLES, AXES, REGIONS, anatomical_axes, trajectories
-from openpose_ros_tools.tables.keypoint_table import PersonRow, measured_people, table_of
+from openpose_ros_tools.tables.keypoint_table import PersonRow, table_of
 from results import Options, Section, Table
 from results.counting import count, people_of
 from scoring.counts import Counts, tags_of
@@ -78,7 +78,7 @@ def score_trajectories(folder: Path, frames: chain_runs.Frames) -> Counts:
         reference = JointRecording(truth.joints.subjects, truth.joints.times,
                                    np.where(shown[..., None], joints, np.nan))
         try:
-            known = align(measured_people(table), reference, AlignmentParams(-chain_runs.BEGIN, np.eye(4)))
+            known = align(table.measured(), reference, AlignmentParams(-chain_runs.BEGIN, np.eye(4)))
             comparison = compare(table, reference, known)
         except BadInputError:  # no person is found in this scene
             continue

@@ -16,7 +16,8 @@ from openpose_ros_pkg.output.files import check_outputs, naming
 class _Output(NamedTuple):
     part: Path
     path: Path
-    move: Optional[Callable[[], object]]  # to its place; None: the part is deleted at the end
+    lock: int  # open file
+    move: Callable[[], object]  # to its place
 
 
 class PartFiles:
@@ -28,7 +29,6 @@ class PartFiles:
 
     def __init__(self) -> None:
         self._outputs: List[_Output] = []
-        self._locks: List[int] = []
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made.
@@ -36,31 +36,23 @@ class PartFiles:
         Raises:
             ParameterError: another program is making the same output.
         """
-        part = self._part(path)
-        self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT, 0o666), path)
+        part = _part(path)
+        self._add(part, path, os.O_RDWR | os.O_CREAT, lambda: part.replace(path))
         os.truncate(str(part), 0)
-        self._outputs.append(_Output(part, path, lambda: part.replace(path)))
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
-        """Return a new folder; its files will be moved into the folder `path`, beside the files that it has already.
+        """Return a new folder, whose content will be moved into the folder `path`, beside what is there already.
 
         Args:
             is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
-        return self._folder(path, lambda part: _merge(part, path, is_own))
-
-    def new_folder(self, path: Path) -> Path:
-        """Return a new folder that will take the place of the folder `path`."""
-        def move(part: Path) -> None:
-            _delete(path)
-            part.replace(path)
-
-        return self._folder(path, move)
-
-    def scratch_folder(self, path: Path) -> Path:
-        """Return a new folder for intermediate files of an output, which is deleted at the end."""
-        return self._folder(path.with_name(f'{path.name}.scratch'), None)
+        part = _part(path)
+        part.mkdir(exist_ok=True)
+        self._add(part, path, os.O_RDONLY, lambda: _merge(part, path, is_own))
+        for left in part.iterdir():
+            _delete(left)
+        return part
 
     def __enter__(self) -> 'PartFiles':
         return self
@@ -77,42 +69,27 @@ class PartFiles:
                 self._name_output(error)
             for output in self._outputs:
                 _delete(output.part)
-            for lock in self._locks:
-                os.close(lock)
+                os.close(output.lock)
 
-    @staticmethod
-    def _part(path: Path) -> Path:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.with_name(f'.{path.name}.part')
-
-    def _folder(self, path: Path, move: Optional[Callable[[Path], object]]) -> Path:
-        part = self._part(path)
-        part.mkdir(exist_ok=True)
-        self._lock(os.open(str(part), os.O_RDONLY), path)
-        for left in part.iterdir():
-            _delete(left)
-        self._outputs.append(_Output(part, path, None if move is None else lambda: move(part)))
-        return part
-
-    def _lock(self, opened: int, path: Path) -> None:
-        self._locks.append(opened)
+    def _add(self, part: Path, path: Path, flags: int, move: Callable[[], object]) -> None:
+        lock = os.open(str(part), flags, 0o666)
         try:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
+            os.close(lock)
             raise ParameterError(f'another program is making {path}') from None
         except OSError:
             pass  # a file system without locks
+        self._outputs.append(_Output(part, path, lock, move))
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
-        moved = [output for output in self._outputs if output.move is not None]
-        for output in moved:
+        for output in self._outputs:
             for file in filter(Path.is_file, (output.part, *output.part.rglob('*'))):
                 with naming(file), file.open('rb') as handle:
                     os.fsync(handle.fileno())
-        for output in moved:
-            if output.move is not None:
-                output.move()
+        for output in self._outputs:
+            output.move()
 
     def _name_output(self, error: OSError) -> None:
         for output in self._outputs:
@@ -156,11 +133,11 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
     with _refused(path), PartFiles() as parts:
-        yield parts.new_folder(path.resolve())
+        yield parts.folder(path.resolve(), own.__contains__)
 
 
 def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
-    """Return the files of a folder with names of an output, by name; none where the folder is not there.
+    """Return what a folder has with names of an output, by name; nothing where the folder is not there.
 
     Raises:
         ParameterError: it is no folder.
@@ -168,19 +145,6 @@ def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
     if folder.exists() and not folder.is_dir():
         raise ParameterError(f'{folder} is a file; name a folder')
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
-
-
-def delete_parts(path: Path) -> None:
-    """Delete what killed processes have left of an unfinished output."""
-    for name in (f'.{path.name}.part', f'.{path.name}.scratch.part'):
-        part = path.with_name(name)
-        with suppress(OSError):  # there is none, or a process is writing it
-            opened = os.open(str(part), os.O_RDONLY)
-            try:
-                fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                _delete(part)
-            finally:
-                os.close(opened)
 
 
 @contextmanager
@@ -191,14 +155,17 @@ def _refused(path: Path) -> Iterator[None]:
         raise ParameterError(f'{error.filename or path} can not be written: {error.strerror or error}') from error
 
 
+def _part(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path.with_name(f'.{path.name}.part')
+
+
 def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
-    new = {file.name for file in part.iterdir()}
     path.mkdir(parents=True, exist_ok=True)
-    for name in new:
-        (part / name).replace(path / name)
-    for file in files_of(path, is_own):
-        if file.name not in new:
-            file.unlink()
+    for former in files_of(path, is_own):
+        _delete(former)
+    for new in part.iterdir():
+        new.replace(path / new.name)
 
 
 def _delete(path: Path) -> None:

@@ -6,18 +6,17 @@ import threading
 import time
 from collections import deque
 from concurrent.futures import (
-    FIRST_COMPLETED,
     BrokenExecutor,
     CancelledError,
-    Executor,
     Future,
     ProcessPoolExecutor,
     ThreadPoolExecutor,
+    as_completed,
     wait,
 )
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from itertools import repeat
-from typing import Any, Callable, Deque, Dict, Generator, Iterable, Iterator, List, Mapping, Optional, Tuple, TypeVar
+from typing import Any, Callable, Deque, Generator, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, TypeVar
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 
@@ -26,12 +25,12 @@ Result = TypeVar('Result')
 # Reading and writing images mostly releases Python's lock; with more than four threads it becomes the bottleneck.
 _MOST_THREADS = 4
 _CONNECT_SECONDS = 20  # longest wait for the answer of a scheduler, and for its first worker
-_TRIES = 2  # of a task alone, after processes died
+_TRIES = 2  # of a task whose process dies
 _END: Any = object()
 
 
 class WorkerLostError(OpenposeRosError):
-    """Processes died on a task, or the cluster is gone."""
+    """The processes of a task died, or the cluster is gone."""
 
 
 def ordered_map(function: Callable[[Item], Result], items: Iterable[Item], threads: Optional[int] = None,
@@ -72,8 +71,7 @@ def run_tasks(work: Callable[[Any], Any], tasks: Mapping[str, Any], workers: int
               ) -> Generator[Tuple[str, Any], None, None]:
     """Yield the name of each task with its result or error, as they end; close the generator to end the workers.
 
-    The task of a process that died is done again. What is under way beside it dies with it; these tasks are then done
-    one by one, and the one that ends its process again is an error.
+    Each task has a process of its own; where that dies, the task is done again, once.
 
     Args:
         work: gets a task; can be pickled.
@@ -84,84 +82,75 @@ def run_tasks(work: Callable[[Any], Any], tasks: Mapping[str, Any], workers: int
     Raises:
         ParameterError: Dask distributed is not installed, no scheduler answers, or it has no workers.
     """
-    waiting = deque(tasks)
-    if scheduler:
-        gone = WorkerLostError(f'the scheduler at {scheduler} is gone')
-        with _cluster(scheduler) as client:
-            # with more than one for each thread, a worker may queue tasks while another idles
-            threads = max(sum(client.nthreads().values()), 1)
-            for name, outcome in _outcomes(client.get_executor(pure=False), work, tasks, waiting, threads):
-                yield name, gone if isinstance(outcome, CancelledError) else outcome
-        yield from ((name, gone) for name in waiting)
-        return
-    while waiting:
-        lost: List[str] = []
-        with _processes(workers) as executor:
-            for name, outcome in _outcomes(executor, work, tasks, waiting, workers):
-                if isinstance(outcome, BrokenExecutor):
-                    lost.append(name)
-                else:
-                    yield name, outcome
-        for name in lost:
-            result: Any = None
-            for _ in range(_TRIES):
-                with _processes(1) as executor:
-                    (_, result), = _outcomes(executor, work, tasks, deque([name]), 1)
-                if not isinstance(result, BrokenExecutor):
-                    break
-            yield name, (WorkerLostError(f'its process died, alone {_TRIES} times')
-                         if isinstance(result, BrokenExecutor) else result)
-
-
-def _outcomes(executor: Executor, work: Callable[[Any], Any], tasks: Mapping[str, Any], waiting: Deque[str],
-              at_once: int) -> Iterator[Tuple[str, Any]]:
-    """Do the tasks of the names that wait; where the executor breaks, the names that were not begun stay there."""
-    running: Dict[Future[Any], str] = {}
-    is_broken = False
-
-    def submit() -> None:
-        nonlocal is_broken
-        while waiting and len(running) < at_once and not is_broken:
+    with _cluster(scheduler) if scheduler else _processes(workers) as submit:
+        names = {submit(work, task): name for name, task in tasks.items()}
+        for future in as_completed(names):
             try:
-                running[executor.submit(work, tasks[waiting[0]])] = waiting[0]
-                waiting.popleft()
-            except BrokenExecutor:
-                is_broken = True
+                yield names[future], future.result()
+            except CancelledError:
+                yield names[future], WorkerLostError(f'the scheduler at {scheduler} is gone')
+            except Exception as error:  # of the task
+                yield names[future], error
 
-    submit()
-    while running:
-        future = next(iter(wait(running, return_when=FIRST_COMPLETED).done))
-        name, error = running.pop(future), CancelledError() if future.cancelled() else future.exception()
-        is_broken = is_broken or isinstance(error, (BrokenExecutor, CancelledError))
-        submit()  # before what was done is used
-        yield name, future.result() if error is None else error
+
+Submit = Callable[[Callable[[Any], Any], Any], 'Future[Any]']
 
 
 @contextmanager
-def _processes(workers: int) -> Iterator[Executor]:
-    # a fork would copy locks of threads and the state of the networks
-    executor = ProcessPoolExecutor(workers, multiprocessing.get_context('spawn'), _begin, (os.getpid(),))
+def _processes(workers: int) -> Iterator[Submit]:
+    """Yield what does a task in a process of its own."""
+    closed = threading.Event()
+    running: List[Future[Any]] = []
+    threads = ThreadPoolExecutor(workers)
+
+    def submit(work: Callable[[Any], Any], task: Any) -> 'Future[Any]':
+        running.append(threads.submit(_in_a_process, work, task, closed))
+        return running[-1]
+
     try:
-        yield executor
+        yield submit
     finally:
-        for process in multiprocessing.active_children():
-            process.kill()
-        executor.shutdown()
+        closed.set()
+        for future in running:
+            future.cancel()
+        signalled: Set[Optional[int]] = set()
+        while wait(running, 0.1).not_done:
+            for process in multiprocessing.active_children():
+                if process.pid not in signalled:
+                    signalled.add(process.pid)
+                    process.terminate()
+        threads.shutdown()
+
+
+def _in_a_process(work: Callable[[Any], Any], task: Any, closed: threading.Event) -> Any:
+    for _ in range(_TRIES):
+        # a fork would copy locks of threads and the state of the networks
+        with suppress(BrokenExecutor), ProcessPoolExecutor(1, multiprocessing.get_context('spawn'), _begin,
+                                                           (os.getpid(),)) as process:
+            return process.submit(work, task).result()
+        if closed.is_set():
+            break
+    raise WorkerLostError(f'its process died {_TRIES} times')
 
 
 def _begin(parent: int) -> None:
-    """Leave Ctrl-C to the parent, and end with it, even if it was killed."""
+    """Leave Ctrl-C to the parent, which ends this process by SIGTERM; end with it, even if it was killed."""
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(0.5)
         os._exit(1)
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _interrupt)
     threading.Thread(target=watch, daemon=True).start()
 
 
+def _interrupt(number: int, _: object) -> None:
+    raise KeyboardInterrupt(number)
+
+
 @contextmanager
-def _cluster(address: str) -> Iterator[Any]:
+def _cluster(address: str) -> Iterator[Submit]:
     try:
         import distributed
         connect: Any = distributed.Client
@@ -173,4 +162,4 @@ def _cluster(address: str) -> Iterator[Any]:
     except Exception as error:  # of many kinds, by the version of distributed
         raise ParameterError(f'--scheduler {address}: no cluster with workers answers ({error})') from error
     with client:
-        yield client
+        yield client.get_executor(pure=False).submit

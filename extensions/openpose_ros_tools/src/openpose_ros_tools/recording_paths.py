@@ -16,8 +16,3 @@ def is_bag(path: Path) -> bool:
 def is_ros2(path: Path) -> bool:
     """Return whether a path is that of a recording of ROS 2: a folder with metadata.yaml, .mcap or .db3."""
     return (path / METADATA).is_file() or (path.suffix in _ROS2_SUFFIXES and path.is_file())
-
-
-def main_file(path: Path) -> Path:
-    """Return the file that changes when a recording is made anew: of a folder, that of its metadata."""
-    return path / METADATA if path.is_dir() else path

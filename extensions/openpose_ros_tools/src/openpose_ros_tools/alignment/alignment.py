@@ -12,14 +12,13 @@ camera unless people turn; with many joints and people that turn it cancels. A c
 estimate is a part of the clock offset.
 """
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Callable, Iterable, List, Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
 from openpose_ros_tools.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
-from openpose_ros_tools.alignment.people import steady_ids
 from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
@@ -36,27 +35,6 @@ _LEAST_CORRELATION, _SAFE_CORRELATION = 0.2, 0.5
 _RIVAL = 0.9
 # Residuals above make the result doubtful [m], as an uncertain clock does, in frames.
 _LARGE_RESIDUAL, _UNCERTAIN_FRAMES = 0.1, 0.25
-
-
-class MeasuredPeople(NamedTuple):
-    """The joints that a camera measured, one row per person and frame, in any order."""
-
-    stamps: np.ndarray  # (R,) int64 [ns], one for the people of a frame
-    ids: np.ndarray  # (R,) int64, of tracks
-    positions: np.ndarray  # (R, K, 3) float64 [m] in the frame of the camera; NaN where a joint was not measured
-    sigma: np.ndarray  # (R, K) [m] standard deviation in space; NaN where not known
-
-
-class Reference(Protocol):
-    """Joints of S people at T times, by any clock and in any frame."""
-
-    @property
-    def times(self) -> np.ndarray:
-        """(T,) float64 [s], increasing."""
-
-    @property
-    def positions(self) -> np.ndarray:
-        """(S, T, K, 3) float64 [m]; NaN where missing. The K joints are those of the estimate."""
 
 
 @dataclass(frozen=True)
@@ -97,13 +75,14 @@ class Alignment:
         return np.asarray(positions, np.float64) @ self.rotation.T + self.translation
 
 
-def align(estimate: MeasuredPeople, reference: Reference, params: Optional[AlignmentParams] = None,
+def align(estimate: Any, reference: Any, params: Optional[AlignmentParams] = None,
           progress: Callable[[Iterable], Iterable] = iter) -> Alignment:
     """Find what is not given of clock offset and transform.
 
     Args:
-        estimate: of a camera.
-        reference: at any rate, in any frame.
+        estimate: what a camera measured, in any order: `stamps`, `ids`, `positions` and `sigma` as of `KeypointTable`.
+        reference: at any rate, in any frame: `times`, (T,) [s], increasing, and `positions`, (S, T, K, 3) [m] of the
+            joints of the estimate; NaN where missing.
         progress: wraps the candidates, to show how far the search is.
 
     Raises:
@@ -150,7 +129,7 @@ def align(estimate: MeasuredPeople, reference: Reference, params: Optional[Align
         tuple(_doubts(best, rival, correlation, observed.frame_time, params.clock_option)))
 
 
-def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -> Tuple[Observed, np.ndarray]:
+def _observed(estimate: Any, reference: Any, use_sigma: bool) -> Tuple[Observed, np.ndarray]:
     """Return the measured joints that the reference has, and the numbers (K',) of those joints."""
     if not len(estimate.stamps):
         raise BadInputError('the estimate has no rows')
@@ -174,9 +153,8 @@ def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -
         if length > _LONGEST:
             raise BadInputError(f'the times of the {name} span {length:g} s, expected {_LONGEST:g} s or less; are some '
                                 'of them 0?')
-    ids = steady_ids(times[order], estimate.ids[order], positions[order])
     steps = np.diff(np.unique(times[order]))
-    return Observed(times[order], ids, positions[order], weights[order],
+    return Observed(times[order], estimate.ids[order], positions[order], weights[order],
                     float(np.median(steps)) if len(steps) else 1 / 30), joints
 
 
@@ -193,11 +171,7 @@ def _speed_correlation(correlations: Correlations, best: Refined, ids: np.ndarra
 
 
 def _doubts(best: Refined, rival: float, correlation: Optional[float], frame_time: float, option: str) -> List[str]:
-    """Return what makes the result doubtful.
-
-    Raises:
-        BadInputError: it is not even doubtful.
-    """
+    """Return what makes the result doubtful; BadInputError: it is not even that."""
     doubts = []
     if correlation is not None and best.residual > _LARGE_RESIDUAL and correlation < _SAFE_CORRELATION:
         raise BadInputError(

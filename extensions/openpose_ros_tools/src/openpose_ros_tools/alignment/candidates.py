@@ -27,7 +27,7 @@ class Observed:
     """The measured joints, in the order of time."""
 
     times: np.ndarray  # (R,) [s] from the beginning
-    ids: np.ndarray  # (R,) that stay with people, see `steady_ids`
+    ids: np.ndarray  # (R,) of tracks
     positions: np.ndarray  # (R, K, 3) [m], NaN where not measured
     weights: np.ndarray  # (R, K)
     frame_time: float  # usual between two frames [s]

@@ -80,10 +80,7 @@ def _matched(distances: np.ndarray) -> np.ndarray:
 
 
 def _derivatives(points: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return the matrices (N, 3, 7) by which rotation vector, translation and lag take away the residual:
-
-    rotation x points + translation - velocity lag, points (N, 3) from the middle of the rotation.
-    """
+    """Return the derivatives (N, 3, 7) of rotation x points + translation - velocity lag."""
     rows = np.zeros((len(points), 3, 7))
     for axis in range(3):
         rows[:, :, axis] = np.cross(np.eye(3)[axis], points)

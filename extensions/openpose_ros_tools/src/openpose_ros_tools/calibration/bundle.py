@@ -154,9 +154,7 @@ class _Problem:
         return coo_matrix((value, (row, column)), (int(row.max()) + 1, self.first_joint + state.joints.size)).tocsr()
 
     def _geometry(self, state: _State) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return of each measurement: rotation of its camera, joint from there in the frames of root and camera, and
-        the corrected point.
-        """
+        """Return of each measurement rotation, joint from its camera in both frames, and corrected point."""
         data, camera = self.gathered, self.gathered.camera
         rotation, arm = state.rotations[camera], state.joints[data.point] - state.translations[camera]
         bias = np.where(self.deep, state.bias[data.name[data.point]], 0)

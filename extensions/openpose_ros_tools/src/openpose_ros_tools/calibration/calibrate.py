@@ -129,10 +129,7 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
 
 def _first_poses(cameras: Sequence[CameraPaths], params: CalibrationParams, progress: Callable[[Iterable], Iterable]
                  ) -> List[CameraPose]:
-    """Return the poses of the cameras by the best edges.
-
-    Two cameras without depth are related only where others leave a gap.
-    """
+    """Return the poses of the cameras by the best edges; those of two cameras without depth only fill gaps."""
     pairs = list(itertools.combinations(range(len(cameras)), 2))
     images = [pair for pair in pairs if not any(cameras[camera].has_depth for camera in pair)]
     edges: List[Edge] = []
@@ -165,15 +162,7 @@ def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: Calibra
 
 
 def _scale_of_bones(people: np.ndarray, stature: float, constants: BodyConstants = BODY) -> float:
-    """Return by which factor people must grow so that their bones are those of bodies of a stature.
-
-    Args:
-        people: (N, 18, 3), each at one time; NaN where not known.
-        stature: mean of the people [m].
-
-    Raises:
-        BadInputError: no bone of `BodyConstants.sized_bones` is visible.
-    """
+    """Return by which factor people (N, 18, 3) must grow so that their bones are those of a mean stature [m]."""
     found = expected = 0.0
     for start, end, length in constants.sized_bones:
         bone = np.linalg.norm(people[:, COCO_18.index[start]] - people[:, COCO_18.index[end]], axis=1)

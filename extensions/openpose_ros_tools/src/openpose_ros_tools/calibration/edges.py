@@ -57,8 +57,8 @@ def align_in_space(first: CameraPaths, second: CameraPaths, clock_offset: Option
         BadInputError: they have nothing in common, or too little to tell.
     """
     search = _CLOCK_SEARCH if overlap(first, second) >= 0.5 else None
-    found = align(first.measured(), second, AlignmentParams(clock_offset, max_clock_offset=search, use_sigma=True,
-                                                            clock_option='--clocks-agree'))
+    found = align(first.recording, second, AlignmentParams(clock_offset, max_clock_offset=search, use_sigma=True,
+                                                           clock_option='--clocks-agree'))
     if found.residual > _LARGEST_RESIDUAL:
         raise BadInputError(f'half of the joints are more than {1e3 * found.residual:.0f} mm off at the best fit')
     if found.rival > _RIVAL:

@@ -35,7 +35,7 @@ class Gathered:
         person, name: (P,) int, person (of one time) and joint in the joint set.
         camera, point: (M,) int, of each measurement.
         block: (M,) int; measurements of one block are of a track in a camera while the person stays in one place.
-        measured, velocity: (M, 3) points of the camera (see `CameraRecording.points`) and what they move by [1/s].
+        measured, velocity: (M, 3) points of the camera (see `CameraRecording.positions`) and what they move by [1/s].
         sigma: (M,) error per axis, as in `CameraPaths.sigma`.
     """
 
@@ -118,12 +118,7 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], wide: fl
 
 
 def _blocks(views: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the block of each measurement, (M,) int: it ends where the person is `_RENEWED` from where it began.
-
-    Args:
-        views: (M, 3) int, camera, slot and time of each.
-        places: (M, 3) [m] of the person.
-    """
+    """Return the blocks (M,) of views (M, 3), camera, slot, time: one ends where the place (M, 3) is `_RENEWED` off."""
     block, count, before, begin = np.zeros(len(views), int), -1, None, places[0]
     for row in np.lexsort(views.T[::-1]).tolist():
         track = tuple(views[row, :2])

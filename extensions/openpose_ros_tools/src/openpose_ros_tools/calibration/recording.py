@@ -6,9 +6,7 @@ import numpy as np
 
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
-from openpose_ros_tools.alignment.people import steady_ids
 
 # Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
 _MAX_GAP = 0.1
@@ -29,10 +27,10 @@ class CameraRecording:
         frame_id: its optical frame.
         stamps: (R,) int64 [ns].
         ids: (R,) int64, of tracks.
-        points: (R, K, 3) float64 in the optical frame: [m] of a camera with depth, where a joint was measured; else
+        positions: (R, K, 3) float64 in the optical frame: [m] of a camera with depth, where a joint was measured; else
             x, y, 1 on its ray. NaN where missing.
         sigma: (R, K) [m] standard deviation in space; NaN where not known, and without depth.
-        has_depth: whether points are positions.
+        has_depth: whether positions are points, no rays.
         focal: focal length [px]; NaN where not known.
     """
 
@@ -40,7 +38,7 @@ class CameraRecording:
     frame_id: str
     stamps: np.ndarray
     ids: np.ndarray
-    points: np.ndarray
+    positions: np.ndarray
     sigma: np.ndarray
     has_depth: bool
     focal: float = float('nan')
@@ -50,29 +48,27 @@ class CameraPaths:
     """A recording as paths of its joints over time; people who follow each other share a slot.
 
     Attributes:
-        recording: as it came, its rows in the order of time.
+        recording: its rows in the order of time, with stamps from 0 on.
         name, has_depth: of the recording.
-        begin: [ns], the stamp that is time 0.
         times: (T,) float64 [s] of the frames with people.
         positions: (S, T, K, 3) points of S slots; NaN where missing.
     """
 
     def __init__(self, recording: CameraRecording, begin: int) -> None:
         order = np.argsort(recording.stamps, kind='stable')
-        order = order[np.isfinite(recording.points[order]).all(axis=2).any(axis=1)]
+        order = order[np.isfinite(recording.positions[order]).all(axis=2).any(axis=1)]
         stamps = recording.stamps[order]
         frames = np.unique(stamps)
         if len(frames) < _LEAST_FRAMES:
             raise BadInputError(f'camera {recording.name} saw people in {len(frames)} frames, expected '
                                 f'{_LEAST_FRAMES} or more')
-        self.recording = replace(recording, stamps=stamps, ids=recording.ids[order], points=recording.points[order],
-                                 sigma=recording.sigma[order])
-        self.name, self.has_depth, self.begin = recording.name, recording.has_depth, begin
+        self.recording = replace(recording, stamps=stamps - begin, ids=recording.ids[order],
+                                 positions=recording.positions[order], sigma=recording.sigma[order])
+        self.name, self.has_depth = recording.name, recording.has_depth
         self.times = (frames - begin) * 1e-9
         rows = np.searchsorted(frames, stamps)
-        points = self.recording.points
-        ids = steady_ids(self.times[rows], self.recording.ids, points) if self.has_depth else self.recording.ids
-        slots = _slots(self.times[rows], ids)
+        points = self.recording.positions
+        slots = _slots(self.times[rows], self.recording.ids)
         shape = (slots.max() + 1, len(frames), points.shape[1])
         self.positions, self._sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
         self.positions[slots, rows] = points
@@ -101,11 +97,6 @@ class CameraPaths:
         usual = np.nanmedian(self._sigma)
         return np.where(np.isfinite(sigma), np.maximum(sigma, 0.3 * usual), usual)
 
-    def measured(self) -> MeasuredPeople:
-        """Return the rows for the alignment, their stamps from 0 on."""
-        return MeasuredPeople(self.recording.stamps - self.begin, self.recording.ids, self.recording.points,
-                              self.recording.sigma)
-
 
 def paths_of(recordings: List[CameraRecording]) -> List[CameraPaths]:
     """Return the paths of all cameras, by one clock as far as their stamps are.
@@ -132,12 +123,7 @@ def overlap(first: CameraPaths, second: CameraPaths) -> float:
 
 
 def _slots(times: np.ndarray, ids: np.ndarray) -> np.ndarray:
-    """Return the slot of each row, (R,): tracks that are well apart share one.
-
-    Args:
-        times: (R,) [s], ascending.
-        ids: (R,); of an id that is in a frame twice, the last counts.
-    """
+    """Return the slot of each row (R,), by ascending times [s]: tracks that are well apart share one."""
     slots: Dict[int, int] = {}
     ends: List[float] = []
     for track in dict.fromkeys(ids.tolist()):

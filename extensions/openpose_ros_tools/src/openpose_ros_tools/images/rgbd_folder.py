@@ -7,7 +7,6 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.calibration import Calibration, calibration_text
-from openpose_ros_pkg.errors import ParameterError
 from skeleton_extract_3d.points.rgbd_folder import LISTS
 from skeleton_extract_3d.points.stamps import MAX_DIFFERENCE, SECOND, associate, seconds_text
 
@@ -20,34 +19,21 @@ class WrittenFile(NamedTuple):
     path: Path  # in the folder
 
 
-def number_files(folder: Path, files: Sequence[WrittenFile], only_pairs: bool
-                 ) -> Tuple[List[WrittenFile], List[str]]:
+def number_files(folder: Path, files: Sequence[WrittenFile]) -> Tuple[List[WrittenFile], List[str]]:
     """Rename the images of a folder to the numbers of their frames.
-
-    Args:
-        only_pairs: delete images without a partner.
 
     Returns:
         The files under their new names, and remarks on images without a partner.
-
-    Raises:
-        ParameterError: no image would be left.
     """
     colour, depth = (sorted((file for file in files if file.stream == stream), key=lambda file: file.stamp)
                      for stream in LISTS)
-    pairs = associate([file.stamp for file in colour], [file.stamp for file in depth])
-    frames = [[colour[i], depth[j]] for i, j in pairs]
-    alone = sorted({*colour, *depth} - {file for frame in frames for file in frame})
-    remarks = [f'{len(of_stream) - len(pairs)} of {len(of_stream)} {of_stream[0].stream} images have no partner within '
+    frames = [[colour[i], depth[j]] for i, j in associate([file.stamp for file in colour],
+                                                          [file.stamp for file in depth])]
+    pairs = len(frames)
+    frames += [[file] for file in sorted({*colour, *depth} - {file for frame in frames for file in frame})]
+    remarks = [f'{len(of_stream) - pairs} of {len(of_stream)} {of_stream[0].stream} images have no partner within '
                f'{MAX_DIFFERENCE / SECOND:g} s' for of_stream in (colour, depth)
-               if colour and depth and len(of_stream) > len(pairs)]
-    if not only_pairs:
-        frames += [[file] for file in alone]
-    elif not frames:
-        raise ParameterError('no image has a partner, so --only-pairs leaves nothing')
-    else:
-        for file in alone:
-            (folder / file.path).unlink()
+               if colour and depth and len(of_stream) > pairs]
     numbered = []
     for number, frame in enumerate(sorted(frames, key=lambda frame: min(file.stamp for file in frame))):
         for file in frame:

@@ -1,10 +1,10 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable, Dict, Iterable, Sequence, Tuple
+from typing import TYPE_CHECKING, Callable, Dict, Iterable, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.alignment.clock import SAME_TIME, JointPaths, bridged_gap
@@ -69,25 +69,21 @@ class Comparison:
 
 
 def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
-            names: Sequence[str] = (), max_gap: float = 0.1, progress: Callable[[Iterable], Iterable] = iter
-            ) -> Comparison:
+            max_gap: float = 0.1, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
     """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
 
     Args:
-        names: of joints to compare; none: all that both have. People and subjects are paired by all joints.
         max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         progress: wraps the frames.
 
     Raises:
-        ParameterError: a joint is unknown, or one that not both have.
-        BadInputError: the recordings have no time in common, or no person is near a subject.
+        BadInputError: the recordings have no joint or no time in common, or no person is near a subject.
     """
     theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
     ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
     joints = np.flatnonzero(ours & theirs)
-    compared = np.array([not names or joint in names for joint in MESSAGE_JOINTS])
-    common = [MESSAGE_JOINTS[joint] for joint in joints if compared[joint]]
-    _check_joints(names, common, [MESSAGE_JOINTS[joint] for joint in joints])
+    if not len(joints):
+        raise BadInputError('estimate and reference have no joint in common')
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
@@ -101,39 +97,24 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
     found = row >= 0
     if not found.any():
         raise BadInputError(f'no person of the estimate is within {_GATE:g} m of a subject of the reference')
-    kept = compared[joints]
-    positions = np.where(found[:, None, None], positions[row][:, kept], np.nan)
+    positions = np.where(found[:, None, None], positions[row], np.nan)
     steps = np.diff(stamps[inside])
     return Comparison(
-        joints=tuple(common), subjects=tuple(reference.subjects), times=stamps[frame], subject=subject, found=found,
-        track=np.where(found, estimate.ids[row], -1), estimate=positions, truth=truth[subject, frame][:, kept],
-        status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints[kept]], MISSING),
-        sigma=np.where(found[:, None], estimate.sigma[row][:, joints[kept]], np.nan).astype(np.float64),
+        joints=tuple(MESSAGE_JOINTS[joint] for joint in joints), subjects=tuple(reference.subjects),
+        times=stamps[frame], subject=subject, found=found,
+        track=np.where(found, estimate.ids[row], -1), estimate=positions, truth=truth[subject, frame],
+        status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints], MISSING),
+        sigma=np.where(found[:, None], estimate.sigma[row][:, joints], np.nan).astype(np.float64),
         frames=int(inside.sum()), frames_outside=int((~inside).sum()),
         frames_empty=int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0,
         extra_people=int(inside[frame_of].sum() - found.sum()),
-        only_reference=tuple(np.array(MESSAGE_JOINTS)[theirs & ~ours & compared].tolist()),
-        only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs & compared].tolist()))
-
-
-def _check_joints(names: Sequence[str], common: Sequence[str], of_both: Sequence[str]) -> None:
-    unknown = [name for name in names if name not in MESSAGE_JOINTS]
-    if unknown:
-        raise ParameterError(f"joints {', '.join(unknown)} are unknown; allowed: {', '.join(MESSAGE_JOINTS)}")
-    lacking = [name for name in names if name not in common]
-    if lacking or not common:
-        raise ParameterError(f"estimate and reference do not both have the joints {', '.join(lacking) or 'of a person'}"
-                             f"; both have: {', '.join(of_both) or 'none'}")
+        only_reference=tuple(np.array(MESSAGE_JOINTS)[theirs & ~ours].tolist()),
+        only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs].tolist()))
 
 
 def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray
              ) -> np.ndarray:
-    """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N).
-
-    Args:
-        frame_of: (R,) of each row of the estimate.
-        positions, truth: (R, K, 3) of the estimate, (S, T, K, 3) [m].
-    """
+    """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N)."""
     import pandas as pd
     rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
     for frame in frames:

@@ -72,10 +72,7 @@ def _errors(errors: 'pd.Series') -> Figures:
 
 
 def _bones(comparison: Comparison) -> Dict[str, Figures]:
-    """Return for each limb by how much its length is wrong, and how constant it is, beside the reference's.
-
-    The constancy is the standard deviation of a person's lengths as a share of their mean, over all people.
-    """
+    """Return the errors of the length of each limb, and its variation: standard deviation by mean, over a person."""
     import pandas as pd
     bones: Dict[str, Figures] = {}
     for limb in _LIMBS:

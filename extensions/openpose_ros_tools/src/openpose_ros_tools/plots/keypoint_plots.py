@@ -1,5 +1,5 @@
 """Keypoints of a recording as plots: paths of people, joints over time, and when people were in view."""
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, List, Tuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,9 +15,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED
 _MANY_FRAMES = 600
 # Size of the camera in the view from above [m].
 _CAMERA_SIZE = 0.25
-_GREY, _BLUE = plotting.HELP_COLOUR, plotting.PALETTE[0]
-# Times without data.
-_GAP_STYLE: Dict[str, Any] = {'facecolor': '#F2F2F2', 'edgecolor': _GREY, 'hatch': '////', 'linewidth': 0}
+_GREY = plotting.HELP_COLOUR
 
 
 def paths_of_people(selection: Selection) -> Figure:
@@ -88,7 +86,6 @@ def trajectory(selection: Selection, joint: str) -> Figure:
                                   linewidth=0)
     labels, inverted = _coordinate_labels(selection)
     for axis, axes in enumerate(panels):
-        _shade_gaps(axes, selection)
         plotting.tidy_axes(axes, ylabel=labels[axis])
         if axis == inverted:
             axes.invert_yaxis()
@@ -99,50 +96,29 @@ def trajectory(selection: Selection, joint: str) -> Figure:
                     for marker, fill, label in (('.', _GREY, 'measured'), ('o', 'white', 'inferred'))]
         if np.isfinite(selection.table.sigma).any():
             handles.append(Patch(color=_GREY, alpha=0.3, label='1 sigma'))
-    _legend_with_gaps(panels[0], selection, handles)
+    plotting.legend_above(panels[0], handles)
     return figure
 
 
 def detections(selection: Selection) -> Figure:
-    """Draw when there were frames and people, their rates, and the number of people in view."""
-    table, persons = selection.all_people, selection.persons
-    figure = plotting.new_figure(11.0, 5.6 + 0.24 * len(persons),
+    """Draw when there were frames and people, and the number of people in view."""
+    persons, frames = selection.persons, selection.seconds(selection.frames)
+    figure = plotting.new_figure(11.0, 4.0 + 0.24 * len(persons),
                                  f'Detections over time; first frame: {selection.first_moment}')
-    marks, rates, counts = figure.subplots(3, 1, sharex=True, gridspec_kw={
-        'height_ratios': (0.6 + 0.24 * len(persons), 1.6, 1.3)})
-    frames, span = selection.seconds(selection.frames), selection.span
+    marks, counts = figure.subplots(2, 1, sharex=True, gridspec_kw={'height_ratios': (0.6 + 0.24 * len(persons), 1.3)})
     times = [frames, *(selection.seconds(selection.table.of_person(person).stamps) for person in persons)]
     for row, (moments, colour) in enumerate(zip(times, ['#000000', *plotting.person_colours(persons).values()])):
         marks.vlines(moments, row - 0.38, row + 0.38, color=colour, linewidth=0.8 if len(frames) < 1000 else 0.3,
                      rasterized=len(frames) > _MANY_FRAMES)
     plotting.label_rows(marks, ['frames', *(f'person {person}' for person in persons)])
-    rates.plot(*plotting.rates_over_time(frames, span), color='#000000', label='frames')
-    rates.plot(*plotting.rates_over_time(selection.seconds(table.stamps), span),
-               color=_BLUE, label='people found in them')
-    rates.set_ylim(bottom=0.0)
     # of all rows: also of people that were not chosen
-    in_view = np.bincount(np.searchsorted(selection.frames, table.stamps), minlength=len(frames)).astype(float)
-    counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post',
-                color=_BLUE)
-    counts.set_ylim(0, max(in_view.max(initial=0.0), 1.0) + 0.5)
+    in_view = np.bincount(np.searchsorted(selection.frames, selection.all_people.stamps), minlength=len(frames))
+    counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post', color=plotting.PALETTE[0])
+    counts.set_ylim(0, max(in_view.max(initial=0), 1) + 0.5)
     counts.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    for axes, label in ((rates, 'per second'), (counts, 'people in view')):
-        plotting.tidy_axes(axes, ylabel=label)
-    for axes in (marks, rates, counts):
-        _shade_gaps(axes, selection)
-    plotting.time_axis(counts, span)
-    _legend_with_gaps(rates, selection, list(rates.get_lines()))
+    plotting.tidy_axes(counts, ylabel='people in view')
+    plotting.time_axis(counts, selection.span)
     return figure
-
-
-def _legend_with_gaps(axes: Any, selection: Selection, handles: Sequence[Any]) -> None:
-    gaps = [Patch(**_GAP_STYLE, label='no frames' if selection.knows_empty_frames else 'no people found, or no frames')]
-    plotting.legend_above(axes, [*handles, *gaps * bool(selection.gaps)])
-
-
-def _shade_gaps(axes: Any, selection: Selection) -> None:
-    for gap in selection.gaps:
-        axes.axvspan(*gap, **_GAP_STYLE, zorder=0)
 
 
 def _coordinate_labels(selection: Selection) -> Tuple[List[str], int]:
@@ -158,11 +134,7 @@ def _coordinate_labels(selection: Selection) -> Tuple[List[str], int]:
 
 
 def _broken(seconds: np.ndarray, values: np.ndarray, gap: float, hold: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times and values (R,) with NaN inserted where times are further apart than `gap` [s]: the line breaks.
-
-    Args:
-        hold: time for which the last value before a gap still holds [s].
-    """
+    """Return times and values (R,) with NaN where times are further apart than `gap`, `hold` after the last [s]."""
     values = np.asarray(values, float)
     breaks = np.flatnonzero(np.diff(seconds) > gap) + 1
     moments, held = seconds[breaks - 1] + hold, values[breaks - 1]

@@ -4,21 +4,17 @@ from pathlib import Path
 from typing import Any, Dict, Sequence, Tuple
 
 import matplotlib
-import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from openpose_ros_pkg.output.files import write_whole
 
-FORMATS = ('png', 'pdf', 'svg')
-# Resolution of PNG, and of the rasterized parts of PDF and SVG [dots per inch].
+# Resolution of PNG, and of the rasterized parts of SVG [dots per inch].
 DOTS_PER_INCH = 120
 
 # Okabe and Ito, "Color Universal Design" (2008): distinguishable with any colour vision. In place of their yellow,
 # which is hard to see on white, the wine of Tol's "muted" scheme (Colour Schemes, SRON technical note, 2021).
 PALETTE = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#56B4E9', '#E69F00', '#000000', '#882255')
-# Rates are counted in windows of at least this length [s], in at most this number of windows.
-_WINDOW, _MOST_WINDOWS = 1.0, 200
 # Colour of auxiliary lines and text.
 HELP_COLOUR = '#8C8C8C'
 
@@ -33,7 +29,7 @@ def new_figure(width: float, height: float, title: str = '') -> Figure:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure atomically, in the format of the path's suffix, one of FORMATS.
+    """Write a figure atomically, as the suffix says: PNG or SVG.
 
     Raises:
         OSError: it can not be written.
@@ -42,11 +38,11 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def figure_content(figure: Figure, kind: str) -> bytes:
-    """Return a figure as a file of one of FORMATS; the same figure gives the same bytes."""
+    """Return a figure as png or svg; the same figure gives the same bytes."""
     # the date, and random names of clip paths, would make each file another one
-    metadata: Dict[str, Any] = {'pdf': {'CreationDate': None}, 'svg': {'Date': None}}.get(kind, {})
+    metadata = {'Date': None} if kind == 'svg' else {}
     content = io.BytesIO()
-    with matplotlib.rc_context({'svg.hashsalt': 'openpose_ros_tools', 'pdf.fonttype': 42}):
+    with matplotlib.rc_context({'svg.hashsalt': 'openpose_ros_tools'}):
         figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
     return content.getvalue()
 
@@ -97,16 +93,3 @@ def label_rows(axes: Any, names: Sequence[str]) -> None:
     for side in ('top', 'right', 'left'):
         axes.spines[side].set_visible(False)
     axes.tick_params(axis='y', length=0)
-
-
-def rates_over_time(times: np.ndarray, span: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the middles of windows [s] and how many of the times (N,) [s] are in each, per second [Hz].
-
-    Of a recording from `span[0]` to `span[1]` [s] that is shorter than a window, nothing is returned.
-    """
-    length = span[1] - span[0]
-    windows = min(int(length / _WINDOW), _MOST_WINDOWS)
-    if windows < 1:
-        return np.zeros(0), np.zeros(0)
-    counts, edges = np.histogram(times, windows, span)
-    return (edges[:-1] + edges[1:]) / 2, counts * windows / length

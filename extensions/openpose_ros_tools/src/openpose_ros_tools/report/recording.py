@@ -31,13 +31,6 @@ class Landmarks(NamedTuple):
     faces: Optional[Faces3D] = None
 
 
-class Thumbnail(NamedTuple):
-    """An image of the recording."""
-
-    stamp: int  # [ns]
-    jpeg: bytes
-
-
 @dataclass(frozen=True)
 class Recording:
     """People and what they do.
@@ -54,7 +47,7 @@ class Recording:
     signals: Sequence[SignalFrame]
     up: np.ndarray
     notes: Tuple[str, ...] = ()
-    thumbnails: Tuple[Thumbnail, ...] = ()
+    thumbnails: Tuple[Tuple[int, bytes], ...] = ()  # stamp [ns] and JPEG
     landmarks: Mapping[int, Landmarks] = field(default_factory=dict)
     camera: Optional[CameraModel] = None
 
@@ -66,7 +59,7 @@ class Recording:
 
 def facts_of(recording: Recording) -> Message:
     """Return what `www/recording.js` reads before the frames."""
-    selection, timeline = recording.selection, timeline_of(recording.signals)
+    selection, (spans, falls) = recording.selection, timeline_of(recording.signals)
     colours = {person: person_colour(person)[::-1] for person in selection.persons}
     begin = selection.begin * 1e-9
     return {
@@ -78,12 +71,12 @@ def facts_of(recording: Recording) -> Message:
         'stamps': np.round(selection.seconds(selection.frames), 4).tolist(),
         'persons': [{'id': person, 'rgb': colour} for person, colour in colours.items()],
         'spans': [{**asdict(span), 'begin': round(span.begin - begin, 3), 'end': round(span.end - begin, 3)}
-                  for span in timeline.spans if span.person in colours],
-        'falls': [[person, round(fall.stamp - begin, 3)] for person, fall in timeline.falls if person in colours],
+                  for span in spans if span.person in colours],
+        'falls': [[person, round(fall.stamp - begin, 3)] for person, fall in falls if person in colours],
         'plots': _plots(recording, {person: '#' + ''.join(f'{round(_SHADE * value):02x}' for value in colour)
                                     for person, colour in colours.items()}),
-        'images': [[round((image.stamp - selection.begin) * 1e-9, 3), base64.b64encode(
-            protocol.image_message(0, image.stamp * 1e-9, image.jpeg)).decode()] for image in recording.thumbnails]}
+        'images': [[round((stamp - selection.begin) * 1e-9, 3), base64.b64encode(
+            protocol.image_message(0, stamp * 1e-9, jpeg)).decode()] for stamp, jpeg in recording.thumbnails]}
 
 
 def frames_of(recording: Recording) -> Iterator[List[Message]]:

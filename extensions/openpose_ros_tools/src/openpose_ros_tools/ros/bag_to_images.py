@@ -1,23 +1,17 @@
 """Write the images of a camera in a bag as an RGB-D folder; no ROS master is needed.
 
     rosrun openpose_ros_tools bag_to_images walk.bag -o walk/
-    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --only-pairs --depth-scale 1000
+    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --depth-scale 1000
     rosrun openpose_ros_tools bag_to_images lab.bag -o lab/ --image /camera/color/image_raw/compressed \\
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
 images_to_bag makes of the folder the same images, stamps, calibration and frame_id again, tools of the TUM RGB-D
-benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it.
-
-    rgb/, depth/        images with the same name for those of a frame, 000000 and so on
-    rgb.txt, depth.txt  the stamp of each image [s], with nine decimals
-    camera.yaml         as camera_calibration writes it
-    sequence.yaml       fps, frame_id, depth_scale, and the camera's pose in world where /tf_static has it
+benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it. images_to_bag --help says
+what is in the folder.
 
 Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG, depth in mm as 16-bit PNG
 and depth in m as TIFF of float32. Only raw Bayer and YUV images are converted, to bgr8. Where the bag has clouds and no
 depth image, depth is the z of the cloud.
-
-Topics are found by their types, encodings and names, or named. The folder appears when all is written.
 
 Exit status: 0 done; 1 done but for messages that contain no image; 2 nothing was written, as the command line or the
 bag is wrong; 130 interrupted, there is no folder.
@@ -27,7 +21,7 @@ import logging
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 import rosbag
@@ -67,24 +61,44 @@ _NAME = 'bag_to_images'
 _OWN = (*(names[0] for names in FOLDERS.values()), *LISTS.values(), 'camera.yaml', 'sequence.yaml')
 
 
-class RecordedImage(NamedTuple):
-    """An image in a bag."""
-
-    stream: str
-    stamp: int  # [ns]
-    message: StampedMessage
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
+    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
 
 
-def find_topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> CameraTopics:
-    """Return the topics of the camera in a bag; `image_info` is the calibration of the folder, where there is one.
+def _run(options: argparse.Namespace) -> int:
+    with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
+        topics = _topics(bag, options.image, options.depth, options.camera_info)
+        streams = {stream: topic for stream, topic in (
+            ('colour', topics.image), ('depth', topics.points or topics.depth)) if topic}
+        frames = {stream: next(stamped_messages(bag, [topic])).frame_id for stream, topic in streams.items()}
+        frame_id = next(iter(frames.values()))
+        calibration = _calibration(bag, topics)
+        pose = _pose_in_world(bag, frame_id)
+        written, failed = _write_images(part, bag, streams, options.depth_scale)
+        files, remarks = number_files(part, written)
+        if len(set(frames.values())) > 1:
+            texts = ', '.join(f'{stream} {name}' for stream, name in frames.items())
+            remarks.append(f'the streams have several frames: {texts}; sequence.yaml names that of the '
+                           f'{next(iter(frames))} images')
+        for remark in remarks:
+            _log.warning('%s', remark)
+        write_lists(part, files)
+        write_description(part, calibration, files, frame_id=frame_id, depth_scale=options.depth_scale or MILLIMETRES,
+                          T_world_camera=pose)
+    lines = [f'{options.output}: {len(files)} images', *(
+        f'  {sum(file.stream == stream for file in files):6d}  {FOLDERS[stream][0]}/ of {topic}'
+        for stream, topic in streams.items())]
+    if any(file.path.suffix == '.tiff' for file in files):
+        lines.append('  depth is in m as TIFF of float32, since the bag has it so; --depth-scale 1000 makes PNG in mm')
+    if failed:
+        lines.append(f'  {failed} messages left out, see the warnings')
+    sys.stdout.write('\n'.join([*lines, '']))
+    return SOME_FAILED if failed else DONE
 
-    Args:
-        image, camera_info: that are named, or empty.
-        depth: topic of depth images or clouds; empty: to be found; 'none': none.
 
-    Raises:
-        BadInputError: a topic is not there or has another type, or it is not clear which one to take.
-    """
+def _topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> CameraTopics:
+    """Return the topics, as named (depth: or 'none'), else found; `image_info` is the calibration of the folder."""
     finder, no_depth = topic_finder(bag), depth == 'none'
     is_cloud = finder.types.get(depth) == CLOUD
     named = CameraTopics(image, depth * is_cloud, '' if is_cloud or no_depth else depth, camera_info)
@@ -95,72 +109,69 @@ def find_topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> Ca
     return topics._replace(image_info=topics.image_info or (infos[0] if len(infos) == 1 else ''))
 
 
-class RecordedCamera(NamedTuple):
-    """What a bag says of a camera beside its images."""
-
-    frame_ids: Dict[str, str]  # by stream that of its first message
-    calibration: Optional[Calibration]  # of the first CameraInfo, or None
-    changed: int  # number of CameraInfo that differ from it
-    T_world_camera: Optional[np.ndarray]  # (4, 4) from the frame of the camera to WORLD_FRAME [m]; None: not connected
-
-    @property
-    def frame_id(self) -> str:
-        """Frame of the camera."""
-        return self.frame_ids.get('colour', self.frame_ids.get('depth', ''))
-
-
-def read_camera(bag: rosbag.Bag, topics: CameraTopics) -> RecordedCamera:
-    """Read what is not in the images; errors as `stamped_messages`."""
+def _calibration(bag: rosbag.Bag, topics: CameraTopics) -> Optional[Calibration]:
+    """Return the first calibration of the images; BadInputError: depth is of another camera."""
     infos = [calibration_from_message(deserialized(message))
              for message in stamped_messages(bag, [topics.image_info] * bool(topics.image_info))]
-    links = {one.child_frame_id.strip('/'): one for message in stamped_messages(bag, [TF_TOPIC])
-             for one in deserialized(message).transforms}
-    frame_ids = {stream: next(stamped_messages(bag, [topic])).frame_id for stream, topic in _streams(topics).items()}
-    camera = RecordedCamera(frame_ids, infos[0] if infos else None, sum(info != infos[0] for info in infos), None)
+    changed = sum(info != infos[0] for info in infos)
+    if not infos:
+        _log.warning('no calibration: there will be no camera.yaml')
+    if changed:
+        _log.warning('%d messages on %s differ from the first one, which camera.yaml is made of', changed,
+                     topics.image_info)
+    calibration = infos[0] if infos else None
     depth = topics.points or topics.depth
     info = topic_finder(bag).camera_info_of(depth) if depth else None
     lens = calibration_from_message(deserialized(next(stamped_messages(bag, [info])))) if info else None
     if lens is not None and lens.is_calibrated:
         width, height = lens.image_size
         flat = DepthImage(np.ones((height, width), np.float32), calibrated_camera(lens))
-        fault = registration_fault(flat, camera.calibration)
+        fault = registration_fault(flat, calibration)
         if fault:
             raise BadInputError(f'{depth}: {fault}, as the folder has it; --depth none leaves it out, and '
                                 'process_bag registers it')
-    in_world = [pose for frame, pose in frames_above(camera.frame_id, links) if frame == WORLD_FRAME]
-    if not in_world:
-        return camera
-    return camera._replace(T_world_camera=np.vstack([np.column_stack(in_world[0]), [0, 0, 0, 1]]))
+    return calibration
 
 
-def _streams(topics: CameraTopics) -> Dict[str, str]:
-    depth = topics.points or topics.depth
-    return {'colour': topics.image, **({'depth': depth} if depth else {})}
+def _pose_in_world(bag: rosbag.Bag, frame_id: str) -> Optional[List[List[float]]]:
+    """Return the transform (4, 4) from a frame to WORLD_FRAME [m] by /tf_static; None: they are not connected."""
+    links = {one.child_frame_id.strip('/'): one for message in stamped_messages(bag, [TF_TOPIC])
+             for one in deserialized(message).transforms}
+    poses = [pose for frame, pose in frames_above(frame_id, links) if frame == WORLD_FRAME]
+    return [*np.column_stack(poses[0]).tolist(), [0.0, 0.0, 0.0, 1.0]] if poses else None
 
 
-def recorded_images(bag: rosbag.Bag, topics: CameraTopics) -> Iterator[RecordedImage]:
-    """Yield the images of a camera in a bag.
-
-    Raises:
-        BadInputError: a stamp is missing, or there twice, or the bag is damaged.
-    """
-    stream_of = {topic: stream for stream, topic in _streams(topics).items()}
-    taken: Set[Tuple[str, int]] = set()
-    for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
-                            total=sum(map(bag.get_message_count, stream_of))):
-        stamp = message.stamp or 0
-        if not stamp or (message.topic, stamp) in taken:
-            raise BadInputError(f"a message on '{message.topic}' has "
-                                f"{'the stamp of another one' if stamp else 'no stamp in its header'}")
-        taken.add((message.topic, stamp))
-        yield RecordedImage(stream_of[message.topic], stamp, message)
-
-
-def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Optional[float]
-                 ) -> Tuple[List[WrittenFile], int]:
+def _write_images(folder: Path, bag: rosbag.Bag, streams: Dict[str, str], depth_scale: Optional[float]
+                  ) -> Tuple[List[WrittenFile], int]:
     """Write images into a folder, named after their stamps; return the files and how many could not be decoded."""
-    files, failed = [], 0
-    with closing(ordered_map(lambda image: _write_image(folder, depth_scale, image), images)) as results:
+    stream_of = {topic: stream for stream, topic in streams.items()}
+
+    def messages() -> Iterator[StampedMessage]:
+        taken: Set[Tuple[str, Optional[int]]] = set()
+        for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
+                                total=sum(map(bag.get_message_count, stream_of))):
+            if not message.stamp or (message.topic, message.stamp) in taken:
+                raise BadInputError(f"a message on '{message.topic}' has "
+                                    f"{'the stamp of another one' if message.stamp else 'no stamp in its header'}")
+            taken.add((message.topic, message.stamp))
+            yield message
+
+    def write(message: StampedMessage) -> Union[WrittenFile, str]:
+        """Write an image; return why if it can not be decoded."""
+        stream, seconds = stream_of[message.topic], seconds_text(message.stamp or 0)
+        source = f'{stream} image of {seconds} s'
+        try:
+            suffix, content = file_of_message(stream, deserialized(message), depth_scale, source)
+        except BadInputError as error:
+            return f'{source}: {error}'
+        path = Path(FOLDERS[stream][0]) / (seconds + suffix)
+        (folder / path).parent.mkdir(exist_ok=True)
+        (folder / path).write_bytes(content)
+        return WrittenFile(stream, message.stamp or 0, path)
+
+    files: List[WrittenFile] = []
+    failed = 0
+    with closing(ordered_map(write, messages())) as results:
         for result in results:
             if isinstance(result, WrittenFile):
                 files.append(result)
@@ -168,66 +179,6 @@ def write_images(folder: Path, images: Iterator[RecordedImage], depth_scale: Opt
                 _log.warning('%s; left out', result)
                 failed += 1
     return files, failed
-
-
-def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImage) -> Union[WrittenFile, str]:
-    """Write an image; return why if it can not be decoded."""
-    source = f'{image.stream} image of {seconds_text(image.stamp)} s'
-    try:
-        suffix, content = file_of_message(image.stream, deserialized(image.message), depth_scale, source)
-    except BadInputError as error:
-        return f'{source}: {error}'
-    path = Path(FOLDERS[image.stream][0]) / (seconds_text(image.stamp) + suffix)
-    (folder / path).parent.mkdir(exist_ok=True)
-    (folder / path).write_bytes(content)
-    return WrittenFile(image.stream, image.stamp, path)
-
-
-def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    return run_command(_NAME, lambda: _run(_parser().parse_args(arguments)))
-
-
-def _run(options: argparse.Namespace) -> int:
-    with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
-        topics = find_topics(bag, options.image, options.depth, options.camera_info)
-        camera = read_camera(bag, topics)
-        written, failed = write_images(part, recorded_images(bag, topics), options.depth_scale)
-        files, remarks = number_files(part, written, options.only_pairs)
-        for remark in remarks + _remarks(topics, camera):
-            _log.warning('%s', remark)
-        write_lists(part, files)
-        write_description(part, camera.calibration, files, frame_id=camera.frame_id,
-                          depth_scale=options.depth_scale or MILLIMETRES,
-                          T_world_camera=None if camera.T_world_camera is None else camera.T_world_camera.tolist())
-    sys.stdout.write(_summary(options.output, topics, files, failed))
-    return SOME_FAILED if failed else DONE
-
-
-def _remarks(topics: CameraTopics, camera: RecordedCamera) -> List[str]:
-    remarks = []
-    if camera.calibration is None:
-        remarks.append('no calibration: there will be no camera.yaml')
-    if camera.changed:
-        remarks.append(f"{camera.changed} messages on {topics.image_info} differ from the first one, which "
-                       'camera.yaml is made of')
-    if set(camera.frame_ids.values()) - {camera.frame_id}:
-        frames = ', '.join(f'{stream} {name}' for stream, name in camera.frame_ids.items())
-        remarks.append(f'the streams have several frames: {frames}; sequence.yaml names that of the '
-                       f"{'colour' if 'colour' in camera.frame_ids else 'depth'} images")
-    return remarks
-
-
-def _summary(folder: Path, topics: CameraTopics, files: Sequence[WrittenFile], failed: int) -> str:
-    lines = [f'{folder}: {len(files)} images']
-    for stream, topic in _streams(topics).items():
-        count = sum(file.stream == stream for file in files)
-        lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topic}')
-    if any(file.path.suffix == '.tiff' for file in files):
-        lines.append('  depth is in m as TIFF of float32, since the bag has it so; --depth-scale 1000 makes PNG in mm')
-    if failed:
-        lines.append(f'  {failed} messages left out, see the warnings')
-    return '\n'.join(lines) + '\n'
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -240,6 +191,4 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--depth-scale', type=number(0.001, 1e6), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark, 1000 for rgbd_player_node')
-    parser.add_argument('--only-pairs', action='store_true',
-                        help='leave out colour images without depth image, and the other way round')
     return parser

@@ -1,9 +1,8 @@
 """Find where cameras stand to one another, from the people that they see alone: no checkerboard, no markers.
 
 Let one to three people walk through what the cameras see together, for half a minute or longer. FILE is a bag with the
-results of the nodes or of process_bag (NAMESPACE/openpose_ros/skeleton_3d/detected_poses_3d, or of a camera without
-depth NAMESPACE/openpose_ros/detected_poses and its CameraInfo), several of them, or CSV files of keypoints_to_csv, one
-per camera. A camera is named by the namespace of its topics; in the root namespace and in a CSV by the file. In FOLDER:
+results of the nodes or of process_bag (of a camera without depth with its CameraInfo), several of them, or CSV files of
+keypoints_to_csv, one per camera. A camera is named by the namespace of its topics, or by the file. In FOLDER:
 
     rig.yaml     the cameras in the frame of the room: z up from the floor below the first camera, which looks along x;
                  and clock offsets, which are to be added to the stamps of a camera
@@ -14,7 +13,6 @@ per camera. A camera is named by the namespace of its topics; in the root namesp
     rosrun openpose_ros_tools calibrate_cameras kitchen.bag hall.bag -o rig/ --cameras "hall kitchen"
     rosrun openpose_ros_tools calibrate_cameras left.csv right.csv -o rig/ --clocks-agree
     rosrun openpose_ros_tools calibrate_cameras images.bag -o rig/ --distance left right 2.35
-    rosrun openpose_ros_tools calibrate_cameras --seconds 60 -o rig/        # of running nodes
 
 Exit status: 0 done; 2 nothing was written, as an input is wrong or the people do not tell where the cameras stand; 130
 interrupted.
@@ -26,7 +24,6 @@ from functools import partial
 from typing import Optional, Sequence
 
 import numpy as np
-import rospy
 
 from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
@@ -36,7 +33,7 @@ from openpose_ros_tools.calibration.calibrate import Calibrated, CalibrationPara
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.plots.rig_plot import rig_figure
-from openpose_ros_tools.ros.camera_recordings import CameraOptions, recordings_of_files, recordings_of_topics
+from openpose_ros_tools.ros.camera_recordings import recordings_of_files
 
 _log = logging.getLogger(__name__)
 _FILES = ('rig.yaml', 'rig.png', 'report.txt')
@@ -45,9 +42,7 @@ _FILES = ('rig.yaml', 'rig.png', 'report.txt')
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = _parser()
-    options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
-    if bool(options.files) == bool(options.seconds):
-        parser.error('give bags or CSV files, or --seconds to listen to running nodes')
+    options = parser.parse_args(arguments)
     try:
         options.distance = options.distance and (*options.distance[:2], _metres(options.distance[2]))
     except argparse.ArgumentTypeError as error:
@@ -56,11 +51,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    cameras = CameraOptions(options.cameras, dict(options.camera_info), options.rectified)
     params = CalibrationParams(options.fixed_frame, options.clocks_agree, options.stature, options.distance)
     with output_folder(options.output, options.overwrite, _FILES) as folder:
-        recorded = (recordings_of_files(options.files, cameras) if options.files else
-                    recordings_of_topics(options.seconds, cameras))
+        recorded = recordings_of_files(options.files, options.cameras, dict(options.camera_info), options.rectified)
         found = calibrate(recorded, params, partial(Progress, unit=' pairs', leave=False))
         write_rig(folder / 'rig.yaml', found.rig)
         save_figure(rig_figure(found), folder / 'rig.png')
@@ -96,9 +89,7 @@ _metres = number(0.001, 1000)
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('calibrate_cameras', __doc__)
-    parser.add_argument('files', nargs='*', type=plain_path, metavar='FILE', help='bags or CSV files with people')
-    parser.add_argument('--seconds', type=number(0.1, 86400), metavar='S',
-                        help='listen to running nodes for this time instead')
+    parser.add_argument('files', nargs='+', type=plain_path, metavar='FILE', help='bags or CSV files with people')
     add_output(parser, 'folder')
     parser.add_argument('--cameras', type=str.split, default=[], metavar='"A B"',
                         help='only these, the first one is where the frame of the room begins (default: all, by name)')

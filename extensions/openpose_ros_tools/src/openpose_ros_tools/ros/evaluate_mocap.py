@@ -11,11 +11,9 @@ known may be given.
         --transform 0.1 0 1.35 -0.5 0.5 -0.5 0.5
     rosrun openpose_ros_tools evaluate_mocap others.csv others_mocap.csv --transform report/summary.json
 
-The table goes to stdout: of each joint the share that is answered, mean (MPJPE), median and 90th percentile of the
-error [mm], the share within 50, 100 and 150 mm of all joints that the reference has (PCK), and how many joints were
-measured and inferred, with their median errors; below it, as validation studies report, RMSE and Pearson's r of
-trajectories by body region and axis, and RMSE of the angles of knee, hip, elbow and shoulder. With -o, a folder gets
-report.html, all figures as summary.json, and each single error in errors.csv.
+A table of the errors of each joint [mm] goes to stdout; below it, as validation studies report, RMSE and Pearson's r
+of trajectories by body region and axis, and RMSE of angles. With -o, a folder gets report.html, all figures as
+summary.json, and each single error in errors.csv.
 
 The transform that is found minimises the distances of the measured joints, so what all joints err by alike is in the
 transform and not in the errors; a constant delay of the estimate is in the clock offset. For absolute errors give both.
@@ -38,7 +36,7 @@ from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
-from openpose_ros_tools.tables.keypoint_table import KeypointTable, measured_people
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
 
 # A rotation that was written with few digits still counts as one.
 _ROTATION_TOLERANCE = 1e-2
@@ -119,10 +117,9 @@ def _run(options: argparse.Namespace) -> int:
     recording = read_mocap(options.mocap)
     marker_map = chosen_map(recording) if options.markers is None else read_marker_map(options.markers)
     reference = joints_of(recording, marker_map)
-    alignment = align(measured_people(poses), reference, AlignmentParams(options.clock_offset, transform),
+    alignment = align(poses.measured(), reference, AlignmentParams(options.clock_offset, transform),
                       partial(Progress, desc='aligning', leave=False))
-    names = [name.strip().replace(' ', '_') for name in (options.joints or '').split(',') if name.strip()]
-    comparison = compare(poses, reference, alignment, names, progress=partial(Progress, desc='comparing', leave=False))
+    comparison = compare(poses, reference, alignment, progress=partial(Progress, desc='comparing', leave=False))
     inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name, 'marker map': Path(
         marker_map.name).name + ', chosen by the names of the markers' * (options.markers is None)}
     if poses.frame_ids[0]:
@@ -151,6 +148,4 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--transform', nargs='+', metavar='VALUE',
                         help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y "
                         'z [m] qx qy qz qw, or the summary.json of a report')
-    parser.add_argument('--joints', metavar='NAMES',
-                        help='compare only these, separated by commas (default: all that both have)')
     return parser

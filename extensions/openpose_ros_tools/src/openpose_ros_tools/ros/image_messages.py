@@ -1,7 +1,8 @@
 """Messages of a camera and files of its images, turned into each other with nothing lost."""
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -31,54 +32,44 @@ from skeleton_extract_3d.ros.convert import cloud_from_message
 _SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
 
 
-@dataclass(frozen=True)
-class MessageOptions:
-    """The messages that are written of an RGB-D folder."""
+Moment = Tuple[int, Dict[str, Tuple[int, Path]]]
 
+
+@dataclass(frozen=True)
+class FolderMessages:
+    """Makes the messages of an RGB-D folder; several threads may call it.
+
+    Raises:
+        BadInputError: sizes do not fit each other or the calibration.
+    """
+
+    folder: RgbdFolder  # its first image sets the size of all
     namespace: str  # of the topics
     frame_id: str  # of all headers
     calibration: Optional[Calibration]  # of the camera, or None
     depth_scale: float = MILLIMETRES  # units of 16-bit depth per metre
     compressed: bool = False  # CompressedImage in place of Image for the colour images
 
-
-class Moment(NamedTuple):
-    """The images of one stamp."""
-
-    stamp: int  # [ns]
-    files: Dict[str, Tuple[int, Path]]  # by stream the number of the image in it and its path
-
-
-def moments(folder: RgbdFolder) -> List[Moment]:
-    """Return the images of a folder by stamp, ascending."""
-    by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
-    for stream, files in folder.streams.items():
-        for number, file in enumerate(files):
-            by_stamp.setdefault(file.stamp, {})[stream] = number, file.path
-    return [Moment(stamp, files) for stamp, files in sorted(by_stamp.items())]
-
-
-class MessageMaker:
-    """Makes the messages of moments; several threads may call it.
-
-    Args:
-        options: of the messages.
-        folder: its first image sets the size of all.
-
-    Raises:
-        BadInputError: sizes do not fit each other or the calibration.
-    """
-
-    def __init__(self, options: MessageOptions, folder: RgbdFolder) -> None:
-        self._options = options
-        self._main = next(iter(folder.streams))
-        self._size, calibration = first_size(folder), options.calibration
-        if calibration is not None and calibration.image_size != self._size:
+    def __post_init__(self) -> None:
+        if self.calibration is not None and self.calibration.image_size != self._size:
             raise BadInputError(f"the {self._main} images are {_times(self._size)}, expected the calibration's "
-                                f'{_times(calibration.image_size)}')
-        self._topics = {key: f'{options.namespace}/{name}' for key, name in TOPICS.items()}
-        if options.compressed:
-            self._topics['image'] += '/compressed'
+                                f'{_times(self.calibration.image_size)}')
+
+    @property
+    def _main(self) -> str:
+        return next(iter(self.folder.streams))
+
+    @cached_property
+    def _size(self) -> Tuple[int, int]:
+        return first_size(self.folder)
+
+    def moments(self) -> List[Moment]:
+        """Return stamps, ascending, and their images: by stream the number of an image in it and its path."""
+        by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
+        for stream, files in self.folder.streams.items():
+            for number, file in enumerate(files):
+                by_stamp.setdefault(file.stamp, {})[stream] = number, file.path
+        return sorted(by_stamp.items())
 
     def messages(self, moment: Moment) -> Tuple[List[Tuple[str, genpy.Message]], List[str]]:
         """Return topics and messages of one stamp in the order of writing, and reasons of files that failed to decode.
@@ -88,8 +79,9 @@ class MessageMaker:
         """
         made: Dict[str, genpy.Message] = {}
         failed = []
-        for stream, (number, path) in moment.files.items():
-            header = Header(seq=number, stamp=genpy.Time(0, moment.stamp), frame_id=self._options.frame_id)
+        stamp, files = moment
+        for stream, (number, path) in files.items():
+            header = Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self.frame_id)
             try:
                 content, pixels = _read_image(stream, path)
             except BadInputError as error:
@@ -100,13 +92,14 @@ class MessageMaker:
                 made['depth'] = self._depth_message(pixels, header)
             else:
                 made['image'] = self._image_message(pixels, content, path, header)
-            if self._options.calibration is not None:
-                made.setdefault('camera_info', calibration_to_message(self._options.calibration, header))
-        return [(self._topics[key], made[key]) for key in TOPICS if key in made], failed
+            if self.calibration is not None:
+                made.setdefault('camera_info', calibration_to_message(self.calibration, header))
+        return [(f'{self.namespace}/{name}' + '/compressed' * (key == 'image' and self.compressed), made[key])
+                for key, name in TOPICS.items() if key in made], failed
 
     def _image_message(self, pixels: np.ndarray, content: bytes, path: Path, header: Header) -> genpy.Message:
         encoding = image_files.encoding_of(pixels, str(path))
-        if not self._options.compressed:
+        if not self.compressed:
             return pixels_to_image(pixels, encoding, header)
         kind = image_kind(content)
         if kind is None:
@@ -116,7 +109,7 @@ class MessageMaker:
         return CompressedImage(header=header, format=f'{encoding}; {kind} compressed {of_codec}', data=content)
 
     def _depth_message(self, depth: np.ndarray, header: Header) -> genpy.Message:
-        scale = self._options.depth_scale
+        scale = self.depth_scale
         if depth.dtype != np.float32 and scale == MILLIMETRES:
             return pixels_to_image(depth, '16UC1', header)
         metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, scale)

@@ -14,10 +14,7 @@ FOLDER holds, as bag_to_images writes it and rgbd_player_node plays it:
     rgb.txt, depth.txt  a stamp [s] and a file on each line, as in the TUM RGB-D benchmark, whose folders are read as
                         they are: without depth_scale, 5000 units are then 1 m
 
-All but the images may be missing. Stamps are those of the lists, to the nanosecond; without lists they follow from the
-numbers and the rate: where numbers are missing, time passes all the same. Images without a partner are counted, and
-come into the bag as well. Topics are those that the launch files of this project listen to; stamps of the bag are those
-of the headers.
+All but the images may be missing. Stamps are those of the lists; without lists they follow from numbers and rate.
 
     /kinect2/qhd/image_color        sensor_msgs/Image (bgr8, mono8, ...), or .../compressed with --compressed
     /kinect2/qhd/image_depth_rect   sensor_msgs/Image: 16UC1 of 16-bit depth in mm, else 32FC1 [m]
@@ -51,13 +48,12 @@ from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_comma
 from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.ros.topics import CAMERA_NAMESPACE
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
-from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_size, moments
+from openpose_ros_tools.ros.image_messages import FolderMessages, first_size
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_folder import RgbdFolder, read_rgbd_folder
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
@@ -69,12 +65,10 @@ _log = logging.getLogger(__name__)
 _NAME = 'images_to_bag'
 
 
-def write_bag(path: Path, cameras: Sequence[Tuple[RgbdFolder, MessageOptions]], compression: str = 'none'
-              ) -> Tuple[Dict[str, int], int]:
+def write_bag(path: Path, cameras: Sequence[FolderMessages], compression: str = 'none') -> Tuple[Dict[str, int], int]:
     """Write the images of cameras into a bag, in the order of the stamps.
 
     Args:
-        cameras: the images of each, and how messages are made of them.
         compression: one of COMPRESSIONS.
 
     Returns:
@@ -85,20 +79,19 @@ def write_bag(path: Path, cameras: Sequence[Tuple[RgbdFolder, MessageOptions]], 
         OSError: the bag can not be written.
     """
     counts: Dict[str, int] = Counter()
-    makers = [(MessageMaker(options, folder), folder) for folder, options in cameras]
-    planned = sorted(((maker, moment) for maker, folder in makers for moment in moments(folder)),
-                     key=lambda one: one[1].stamp)
+    planned = sorted(((camera, moment) for camera in cameras for moment in camera.moments()),
+                     key=lambda one: one[1][0])
     with new_bag(path, compression) as bag, \
             Progress(total=len(planned), unit='frame') as bar, \
             closing(ordered_map(lambda one: one[0].messages(one[1]), planned)) as results:
-        poses = _poses(cameras, planned[0][1].stamp)
+        poses = _poses(cameras, planned[0][1][0])
         if poses:
             write_static_transforms(bag, poses, poses[0].header.stamp, _NAME)
             counts[TF_TOPIC] += 1
         failed = 0
-        for (messages, reasons), (_, moment) in zip(results, planned):
+        for (messages, reasons), (_, (stamp, _)) in zip(results, planned):
             for topic, message in messages:
-                bag.write(topic, message, genpy.Time(0, moment.stamp))
+                bag.write(topic, message, genpy.Time(0, stamp))
                 counts[topic] += 1
             for reason in reasons:
                 _log.warning('%s; left out', reason)
@@ -114,20 +107,23 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     if options.cameras is None:
-        cameras = [_camera(options, options.folder, options.camera_namespace, options.frame_id)]
-    elif options.frame_id is not None:
-        raise ParameterError('--frame-id is for one camera, and contradicts --cameras')
+        cameras = [_camera(options, options.folder, CAMERA_NAMESPACE, '')]
     else:
-        cameras = [_camera(options, folder, f'{folder.name}/qhd', f'{folder.name}_rgb_optical_frame')
+        cameras = [_camera(options, folder, f'/{folder.name}/qhd', f'{folder.name}_rgb_optical_frame')
                    for folder in _camera_folders(options.folder, options.cameras)]
     with output_file(options.output, options.overwrite) as part:
         counts, failed = write_bag(part, cameras, options.compression)
-    sys.stdout.write(_summary(options.output, [folder for folder, _ in cameras], counts, failed))
+    stamps = [file.stamp for camera in cameras for files in camera.folder.streams.values() for file in files]
+    lines = [f'{options.output}: {(max(stamps) - min(stamps)) / SECOND:.3f} s, '
+             f'{options.output.stat().st_size / 1e6:.1f} MB; stamps from {cameras[0].folder.timing}',
+             *(f'  {count:6d}  {topic}' for topic, count in counts.items())]
+    if failed:
+        lines.append(f'  {failed} images left out, see the warnings')
+    sys.stdout.write('\n'.join([*lines, '']))
     return SOME_FAILED if failed else DONE
 
 
-def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: Optional[str]
-            ) -> Tuple[RgbdFolder, MessageOptions]:
+def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: str) -> FolderMessages:
     folder = read_rgbd_folder(place, options.rate)
     for remark in folder.remarks:
         _log.warning('%s', remark)
@@ -139,17 +135,12 @@ def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: 
         _log.warning('the camera is not calibrated: K is 0; camera_info will say the same')
     else:
         calibrated_camera(calibration)  # checks it
-    return folder, MessageOptions(
-        '/' + namespace.strip('/') if namespace.strip('/') else '', frame_id or folder.frame_id or DEFAULT_FRAME,
-        calibration, options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed)
+    return FolderMessages(folder, namespace, frame_id or folder.frame_id or DEFAULT_FRAME, calibration,
+                          options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed)
 
 
 def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
-    """Return the folders of the cameras with these names, or of all.
-
-    Raises:
-        ParameterError: there are none, or two would have the same topics.
-    """
+    """Return the folders of the cameras with these names, or of all."""
     folders = [folder / name for name in names] or sorted(
         (path for path in folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
     if not folders:
@@ -171,24 +162,15 @@ def _calibration(options: argparse.Namespace, folder: RgbdFolder) -> Optional[Ca
     return pinhole_calibration(*first_size(folder), (fx, fy), (cx, cy))
 
 
-def _poses(cameras: Sequence[Tuple[RgbdFolder, MessageOptions]], stamp: int) -> List[TransformStamped]:
+def _poses(cameras: Sequence[FolderMessages], stamp: int) -> List[TransformStamped]:
     header = Header(stamp=genpy.Time(0, stamp), frame_id=WORLD_FRAME)
-    transforms = [transform_from_matrix(folder.T_world_camera, header, options.frame_id)
-                  for folder, options in cameras if folder.T_world_camera is not None]
+    transforms = [transform_from_matrix(camera.folder.T_world_camera, header, camera.frame_id)
+                  for camera in cameras if camera.folder.T_world_camera is not None]
     for rotation in (transform.transform.rotation for transform in transforms):
         for key in rotation.__slots__:
             # 12 digits, and no -0: then the way to a matrix and back gives the same bits
             setattr(rotation, key, round(getattr(rotation, key), 12) + 0.0)
     return transforms
-
-
-def _summary(path: Path, folders: Sequence[RgbdFolder], counts: Dict[str, int], failed: int) -> str:
-    stamps = [file.stamp for folder in folders for files in folder.streams.values() for file in files]
-    lines = [f'{path}: {(max(stamps) - min(stamps)) / SECOND:.3f} s, {path.stat().st_size / 1e6:.1f} MB; stamps from '
-             f'{folders[0].timing}', *(f'  {number:6d}  {topic}' for topic, number in counts.items())]
-    if failed:
-        lines.append(f'  {failed} images left out, see the warnings')
-    return '\n'.join(lines) + '\n'
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -210,11 +192,6 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--intrinsics', type=number(-1e6, 1e6), nargs=4, metavar=('FX', 'FY', 'CX', 'CY'),
                        help='without distortion [px], in place of a file')
     group = parser.add_argument_group('bag')
-    group.add_argument('--frame-id', type=frame_name,
-                       help="of the camera's optical frame (default: as sequence.yaml or meta.json says, else "
-                            f'{DEFAULT_FRAME})')
-    group.add_argument('--camera-namespace', default=CAMERA_NAMESPACE, metavar='NS',
-                       help='of the topics (default: %(default)s)')
     group.add_argument('--compressed', action='store_true',
                        help='colour as CompressedImage: JPEG and PNG files pass through untouched, others become PNG')
     group.add_argument('--compression', choices=COMPRESSIONS, default='none',

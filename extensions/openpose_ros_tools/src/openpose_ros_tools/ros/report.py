@@ -32,7 +32,7 @@ from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, choose_topic
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.report.recording import Landmarks, Recording, Thumbnail, facts_of, frames_of
+from openpose_ros_tools.report.recording import Landmarks, Recording, facts_of, frames_of
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     bag_messages,
@@ -133,12 +133,9 @@ def _with_images(recording: Recording, options: argparse.Namespace) -> Recording
                    notes=(*recording.notes, *([note] if note else [])))
 
 
-def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List[Thumbnail], Optional[CameraModel]]:
-    """Return images of frames, evenly over time, which pass one by one, and their camera if people are in its frame.
-
-    Raises:
-        BadInputError: there are no images, or several topics come into question.
-    """
+def _thumbnails(options: argparse.Namespace, selection: Selection
+                ) -> Tuple[List[Tuple[int, bytes]], Optional[CameraModel]]:
+    """Return images of frames, evenly over time, and their camera if people are in its frame; BadInputError: none."""
     images: Path = options.images or options.recording
     with open_bag(images) as bag:
         finder = topic_finder(bag)
@@ -149,7 +146,7 @@ def _thumbnails(options: argparse.Namespace, selection: Selection) -> Tuple[List
         times = {message.stamp: genpy.Time(0, message.time) for message in stamped_messages(bag, [topic])}
         there = sorted({*selection.frames.tolist()} & {*times})
         chosen = np.unique(np.linspace(0, len(there) - 1, min(_IMAGES, len(there))).round().astype(int))
-        taken = [Thumbnail(message.stamp, jpeg_of(any_image_to_bgr(deserialized(message)), _QUALITY, _WIDTH))
+        taken = [(message.stamp or 0, jpeg_of(any_image_to_bgr(deserialized(message)), _QUALITY, _WIDTH))
                  for stamp in (there[index] for index in chosen)
                  for message in stamped_messages(bag, [topic], times[stamp], times[stamp]) if message.stamp == stamp]
         calibration = finder.camera_info_of(topic)

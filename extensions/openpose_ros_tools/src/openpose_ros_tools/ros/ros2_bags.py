@@ -195,8 +195,7 @@ def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
 
 
 def _store_of(kind: Type[genpy.Message], ros2: Any) -> Any:
-    """Return what encodes a type: the store of ROS 2 where it has the type with the same fields, else one of its own.
-    """
+    """Return what encodes a type: the store of ROS 2 where it has the same fields, else one of its own."""
     if _is_same(kind, ros2):
         return ros2
     typesys = import_module('rosbags.typesys')

@@ -6,10 +6,8 @@ import csv
 import logging
 import re
 from io import StringIO
-from itertools import chain
-from operator import itemgetter
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, TextIO, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
@@ -29,6 +27,9 @@ from openpose_ros_tools.tables.keypoint_table import (
     with_status,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _log = logging.getLogger(__name__)
 
 LAYOUTS = ('original', 'extended', 'tidy')
@@ -42,9 +43,9 @@ _ORIGINAL_HEAD = ('time', 'number', 'person')
 _PART_COLUMN = re.compile(rf'field\.({"|".join(MESSAGE_JOINTS)})\.({"|".join(FIELDS[3])})')
 # Greatest whole numbers, as in messages: of times [ns], and of uint32.
 _LAST_TIME, _GREATEST = 2 ** 32 * 10 ** 9 - 1, 2 ** 32 - 1
-_STATUSES = np.arange(256)
-# What pandas, R and spreadsheets write for a missing number.
-_NOT_THERE = ('', 'NA', 'N/A', 'null')
+# Types of the columns that are read.
+_KINDS: Dict[str, Any] = {**dict.fromkeys(_HEAD.values(), str), **{
+    f'field.{joint}.{field}': np.float64 for joint in MESSAGE_JOINTS for field in FIELDS[3]}}
 
 
 def columns(layout: str, dimensions: int) -> List[str]:
@@ -68,15 +69,13 @@ class KeypointCsvWriter:
 
     Args:
         layout, dimensions: as `columns`.
-        missing_joints: whether the long form (tidy) has rows for missing joints.
     """
 
-    def __init__(self, handle: TextIO, layout: str, dimensions: int, missing_joints: bool = False) -> None:
+    def __init__(self, handle: TextIO, layout: str, dimensions: int) -> None:
         self.dimensions = dimensions
         self._rows = csv.writer(handle, lineterminator='\n')
         self._rows.writerow(columns(layout, dimensions))
         self._wide_layout = None if layout == 'tidy' else _wide_layout(layout, dimensions)
-        self._missing_joints = missing_joints
         self._frames, self._frame = FrameSplitter(), -1
 
     def write(self, rows: Sequence[PersonRow]) -> int:
@@ -94,7 +93,7 @@ class KeypointCsvWriter:
         self._frame += self._frames.begins(row)
         for joint, part in zip(MESSAGE_JOINTS, part_values(row)):
             cells, known = tidy_cells(part, self.dimensions)
-            if known or self._missing_joints:
+            if known:
                 yield [row.stamp or row.time, self._frame, row.frame_id, row.person, joint, *cells]
 
 
@@ -116,36 +115,33 @@ def read_csv(path: Path) -> KeypointCsv:
     """Read a CSV file of keypoints: columns of the original, extended, or of `rostopic echo -p`, in 2D or 3D.
 
     Columns are found by their names, in any order. Other columns are ignored, and joints may be missing. Lines that
-    repeat the names are skipped. A last line without its end, as in a recording that was cut off, is dropped with a
-    warning if it can not be read. A joint has the status of the file; without such a column it is MEASURED where its
-    position is known.
+    repeat the names are skipped. A last line that breaks off, as in a recording that was cut off, is dropped with a
+    warning. A joint has the status of the file; without such a column it is MEASURED where its position is known.
 
     Raises:
-        BadInputError: the file is not there or contains something else; the text names line and column.
+        BadInputError: the file is not there or contains something else.
     """
+    import pandas as pd
     try:
         text = Path(path).read_bytes().decode('utf-8-sig', errors='replace')
     except OSError as error:
         raise BadInputError(f'{path}: {error.strerror}') from error
-    reader = csv.reader(StringIO(text, newline=''))
+    lines = text.splitlines()
     try:
-        names = [name.strip() for name in next(reader, [])]
-        rows: Dict[int, List[str]] = {}  # by line
-        for row in reader:
-            if row and not ([row[0].strip()] == names[:1] and [name.strip() for name in row] == names):
-                rows[reader.line_num] = row
-    except csv.Error as error:
-        raise BadInputError(f'{path}, line {reader.line_num}: {error}') from error
-    _check_names(path, names, bool(text))
-    try:
-        return _parsed(path, names, rows)
-    except BadInputError as error:
-        if text.endswith(('\n', '\r')) or not rows:
-            raise
-        del rows[max(rows)]
-        rest = _parsed(path, names, rows)
-        _log.warning('the last line is dropped, as it was cut off: %s', error)
-        return rest
+        names = [name.strip() for name in next(csv.reader(lines), [])]
+        _check_names(path, names, bool(text))
+        rows = {number: line for number, line in enumerate(lines, 1) if line.strip() not in ('', lines[0].strip())}
+        wrong = {number: len(row) for number, row in zip(rows, csv.reader(rows.values())) if len(row) != len(names)}
+        if [*wrong] == [*rows][-1:] and not text.endswith(('\n', '\r')):
+            _log.warning('%s: the last line, line %d, is dropped, as it was cut off', path, *wrong)
+            del rows[wrong.popitem()[0]]
+        for number, count in wrong.items():
+            raise BadInputError(f'{path}, line {number}: {count} values, expected {len(names)} as line 1 has names')
+        table = pd.read_csv(StringIO('\n'.join([','.join(names), *rows.values()])), usecols=lambda name: name in _KINDS,
+                            dtype=_KINDS, skipinitialspace=True, float_precision='round_trip')
+    except (csv.Error, ValueError, OverflowError) as error:
+        raise BadInputError(f'{path}: {error}') from error
+    return _content(path, table)
 
 
 def _check_names(path: Path, names: Sequence[str], has_text: bool) -> None:
@@ -171,71 +167,37 @@ def _check_names(path: Path, names: Sequence[str], has_text: bool) -> None:
         raise BadInputError(f"{path}, line 1: column '{twice[0]}' is there twice")
 
 
-def _dimensions(names: Sequence[str]) -> int:
+def _dimensions(names: Iterable[str]) -> int:
     return 3 if any(match and match[2] == 'z' for match in map(_PART_COLUMN.fullmatch, names)) else 2
 
 
-def _parsed(path: Path, names: Sequence[str], rows: Dict[int, List[str]]) -> KeypointCsv:
-    """Return the content of rows, by their lines in the file; errors as `read_csv`."""
-    short = [line for line, row in rows.items() if len(row) != len(names)]
-    if short:
-        raise BadInputError(f'{path}, line {short[0]}: {len(rows[short[0]])} values, expected {len(names)} as line 1 '
-                            'has names')
-    texts = dict(zip(names, zip(*rows.values()) if rows else [()] * len(names)))
-
-    def column(name: str, convert: Callable[[str], Any], expected: str) -> List[Any]:
-        """Return the values of a column; 0 where the file has no such column."""
-        values = []
-        for line, text in zip(rows, texts.get(name, ['0'] * len(rows))):
-            try:
-                values.append(convert(text))
-            except ValueError:
-                raise BadInputError(f"{path}, line {line}, column '{name}': expected {expected}, got '{text[:40]}'"
-                                    ) from None
-        return values
-
-    dimensions = _dimensions(names)
-    heads = {field: column(name, *_whole(_LAST_TIME if field in ('time', 'stamp') else _GREATEST))
-             for field, name in _HEAD.items() if field != 'frame_id'}
-    frames = [frame_name(text) for text in texts.get(_HEAD['frame_id'], [''] * len(rows))]
+def _content(path: Path, table: 'pd.DataFrame') -> KeypointCsv:
+    """Return the content of a table; errors as `read_csv`."""
+    dimensions, count = _dimensions(table.columns), len(table)
+    heads: Dict[str, List[Any]] = {}
+    for field, name in _HEAD.items():
+        most = _LAST_TIME if field in ('time', 'stamp') else _GREATEST
+        texts = table[name].fillna('').str.strip() if name in table else ['0'] * count
+        if field == 'frame_id':
+            heads[field] = [frame_name(text) for text in texts] if name in table else [''] * count
+            continue
+        wrong = [text for text in texts if not (text.isdecimal() and int(text) <= most)]
+        if wrong:
+            raise BadInputError(f"{path}, column '{name}': expected a whole number from 0 to {most}, got "
+                                f"'{wrong[0][:40]}'")
+        heads[field] = list(map(int, texts))
     unknown = (*MISSING_PART[3][:4], np.nan, np.nan) if dimensions == 3 else MISSING_PART[2]
-    parts = np.tile(np.array(unknown, np.float32), (len(rows), len(MESSAGE_JOINTS), 1))
-    cells = [(number, place, name) for number, joint in enumerate(MESSAGE_JOINTS)
-             for place, field in enumerate(FIELDS[dimensions]) for name in [f'field.{joint}.{field}'] if name in texts]
-    values_of = itemgetter(*(names.index(name) for *_, name in cells))
-    numbers = map(float, chain.from_iterable(map(values_of, rows.values())))
-    try:
-        values = np.fromiter(numbers, np.float64, len(rows) * len(cells)).reshape(len(rows), len(cells)).T
-    except ValueError:  # slower
-        values = np.array([column(name, _real, 'a number') for *_, name in cells])
-    for (number, place, name), of_cell in zip(cells, values):
-        if FIELDS[dimensions][place] == 'status' and not np.isin(of_cell, _STATUSES).all():
-            column(name, _status, 'a whole number from 0 to 255')
-        parts[:, number, place] = of_cell
+    parts = np.tile(np.array(unknown, np.float32), (count, len(MESSAGE_JOINTS), 1))
+    for number, joint in enumerate(MESSAGE_JOINTS):
+        for place, field in enumerate(FIELDS[dimensions]):
+            name = f'field.{joint}.{field}'
+            if name in table:
+                parts[:, number, place] = table[name]
+                if field == 'status' and not table[name].dropna().isin(range(256)).all():
+                    raise BadInputError(f"{path}, column '{name}': expected whole numbers from 0 to 255")
     if dimensions == 2:
         parts[np.isnan(parts).any(axis=2)] = MISSING_PART[2]
     else:
         parts = with_status(parts)
-    return KeypointCsv([PersonRow(frame_id=frame, parts=part, **dict(zip(heads, values)))
-                        for frame, part, *values in zip(frames, parts, *heads.values())],
-                       dimensions, _HEAD['stamp'] in texts)
-
-
-def _whole(greatest: int) -> Tuple[Callable[[str], int], str]:
-    def convert(text: str) -> int:
-        if not 0 <= int(text) <= greatest:
-            raise ValueError(text)
-        return int(text)
-
-    return convert, f'a whole number from 0 to {greatest}'
-
-
-def _real(text: str) -> float:
-    return np.nan if text.strip() in _NOT_THERE else float(text)
-
-
-def _status(text: str) -> float:
-    value = _real(text)
-    if not (np.isnan(value) or value in range(256)):
-        raise ValueError(text)
-    return value
+    return KeypointCsv([PersonRow(parts=part, **dict(zip(heads, values)))
+                        for part, *values in zip(parts, *heads.values())], dimensions, _HEAD['stamp'] in table)

@@ -1,7 +1,7 @@
-"""The part of a recording that is plotted: people, joints, time; and which way is up."""
+"""The part of a recording that is plotted: people and joints; and which way is up."""
 from dataclasses import dataclass
 from datetime import datetime, timezone
-from typing import List, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -22,19 +22,22 @@ _UPRIGHT = 0.6
 
 @dataclass(frozen=True)
 class Selection:
-    """The part of a recording that is plotted. Times are [s] since the first frame of the whole recording."""
+    """The part of a recording that is plotted. Times are [s] since its first frame."""
 
-    table: KeypointTable  # rows of the chosen people, in the chosen time
-    all_people: KeypointTable  # rows of all people in that time
-    frames: np.ndarray  # (N,) int64 [ns] stamps of the frames in that time, ascending
-    knows_empty_frames: bool  # frames without people are among them
-    begin: int  # [ns] stamp of the first frame of the recording
+    table: KeypointTable  # rows of the chosen people
+    all_people: KeypointTable
+    frames: np.ndarray  # (N,) int64 [ns] stamps of the frames, ascending
     joints: Tuple[str, ...]  # the chosen ones that anything is known of, in the order of the table
     persons: Tuple[int, ...]  # ids of the chosen people, ascending
     left_out: int  # people that were not chosen as there are too many
 
+    @property
+    def begin(self) -> int:
+        """Stamp of the first frame [ns]."""
+        return int(self.frames[0])
+
     def seconds(self, stamps: np.ndarray) -> np.ndarray:
-        """Return stamps [ns] as float64 [s] since the first frame of the recording."""
+        """Return stamps [ns] as float64 [s] since the first frame."""
         return (stamps - self.begin) * 1e-9
 
     @property
@@ -46,13 +49,6 @@ class Selection:
     def gap(self) -> float:
         """Frames that are further apart than this have a gap between them [s]."""
         return _GAP_PERIODS * self.period
-
-    @property
-    def gaps(self) -> List[Tuple[float, float]]:
-        """Times without frames [s]: a period after the frame before, to the frame after."""
-        seconds = self.seconds(self.frames)
-        return [(float(seconds[row] + self.period), float(seconds[row + 1]))
-                for row in np.flatnonzero(np.diff(seconds) > self.gap)]
 
     @property
     def span(self) -> Tuple[float, float]:
@@ -75,46 +71,29 @@ class Selection:
         return ', '.join(sorted(set(self.all_people.frame_ids.tolist()) - {''}))
 
 
-def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Optional[Sequence[str]] = None,
-           persons: Optional[Sequence[int]] = None, start: Optional[float] = None,
-           end: Optional[float] = None) -> Selection:
-    """Choose the part that is plotted.
+def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Optional[Sequence[str]] = None
+           ) -> Selection:
+    """Choose the `MOST_PERSONS` people with most rows.
 
     Args:
         frames: (N,) int64 [ns] stamps of all frames, if those without people are known.
         joints: names; None: all that are known in any row.
-        persons: ids; None: the `MOST_PERSONS` with most rows.
-        start, end: time that is shown [s] since the first frame; None: all.
 
     Raises:
-        BadInputError: no people are in the recording or in that time, or a joint or person is not.
+        BadInputError: no people are in the recording, or a joint is not.
     """
     if not len(table):
         raise BadInputError('no people are in it: no rows')
     stamps = np.unique(table.stamps if frames is None else np.concatenate([table.stamps, frames]))
-    begin, low, high = int(stamps[0]), -np.inf if start is None else start, np.inf if end is None else end
-
-    def is_shown(stamps: np.ndarray) -> np.ndarray:
-        seconds = (stamps - begin) * 1e-9
-        return (seconds >= low) & (seconds <= high)
-
-    shown = table.select(is_shown(table.stamps))
-    if not len(shown):
-        raise BadInputError(f'no people are in it from {low:g} to {high:g} s; the recording has '
-                            f'{(stamps[-1] - begin) * 1e-9:.1f} s')
-    ids, counts = np.unique(shown.ids, return_counts=True)
-    absent = sorted(set(persons or ()) - set(ids.tolist()))
-    if absent:
-        raise BadInputError(f'person {absent[0]} is not in it; there are: {", ".join(map(str, ids.tolist()))}')
-    most = ids[np.argsort(-counts, kind='stable')[:MOST_PERSONS]].tolist()
-    chosen = tuple(sorted(set(most if persons is None else persons)))
-    known = [joint for joint, status in zip(shown.joints, shown.status.T) if (status != MISSING).any()]
+    ids, counts = np.unique(table.ids, return_counts=True)
+    chosen = np.sort(ids[np.argsort(-counts, kind='stable')[:MOST_PERSONS]])
+    known = [joint for joint, status in zip(table.joints, table.status.T) if (status != MISSING).any()]
     for joint in joints or ():
         if joint not in known:
             raise BadInputError(f"joint '{joint}' is not in it; there are: {', '.join(known)}")
-    return Selection(shown.select(np.isin(shown.ids, chosen)), shown, stamps[is_shown(stamps)], frames is not None,
-                     begin, tuple(joint for joint in known if not joints or joint in joints), chosen,
-                     len(ids) - len(chosen) if persons is None else 0)
+    return Selection(table.select(np.isin(table.ids, chosen)), table, stamps,
+                     tuple(joint for joint in known if not joints or joint in joints), tuple(chosen.tolist()),
+                     len(ids) - len(chosen))
 
 
 def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:

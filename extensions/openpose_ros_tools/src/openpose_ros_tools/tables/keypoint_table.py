@@ -7,7 +7,6 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, SkeletonModel
 from openpose_ros_pkg.stream.pairing import PAIRING
-from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 # Fields of a joint in the order of openpose_ros_msgs/BodypartDetection and BodypartDetection_3d, by dimensions.
@@ -112,8 +111,10 @@ class KeypointTable:
         return self.select(rows[np.argsort(self.stamps[rows], kind='stable')])
 
     def measured(self) -> 'KeypointTable':
-        """Return the table without the positions that are not MEASURED."""
-        return replace(self, positions=np.where((self.status == MEASURED)[..., None], self.positions, np.nan))
+        """Return the table without the positions that are not MEASURED, and their sigma."""
+        measured = self.status == MEASURED
+        return replace(self, positions=np.where(measured[..., None], self.positions, np.nan),
+                       sigma=np.where(measured, self.sigma, np.nan))
 
 
 def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
@@ -149,14 +150,6 @@ def people_of_rows(rows: KeypointTable, model: SkeletonModel) -> People3D:
     columns = [rows.joints.index(joint) for joint in model.joints]
     return People3D(model, rows.positions[:, columns], rows.confidence[:, columns], rows.status[:, columns],
                     rows.sigma[:, columns], rows.ids)
-
-
-def measured_people(table: KeypointTable) -> MeasuredPeople:
-    """Return the MEASURED joints of a table in space, for an alignment."""
-    positions = table.measured().positions.astype(np.float64)
-    known = np.isfinite(positions).all(axis=2)
-    return MeasuredPeople(table.stamps, table.ids, np.where(known[..., None], positions, np.nan),
-                          np.where(known, table.sigma.astype(np.float64), np.nan))
 
 
 def with_status(parts: np.ndarray) -> np.ndarray:

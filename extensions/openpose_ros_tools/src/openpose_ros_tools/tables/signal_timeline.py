@@ -33,15 +33,12 @@ class SignalFrame(NamedTuple):
     persons: Tuple[PersonSignals, ...]
 
 
-class SignalTimeline(NamedTuple):
-    """Spans in the order of their begin, and each fall with the id of its person."""
+def timeline_of(frames: Iterable[SignalFrame], gap: float = SIGNALS.person.gap
+                ) -> Tuple[List[Span], List[Tuple[int, Fall]]]:
+    """Return the spans of frames in the order of time, and each fall with the id of its person.
 
-    spans: Sequence[Span]
-    falls: Sequence[Tuple[int, Fall]]
-
-
-def timeline_of(frames: Iterable[SignalFrame], gap: float = SIGNALS.person.gap) -> SignalTimeline:
-    """Return the spans and falls of frames in the order of time; after a gap [s] without a person, spans begin anew."""
+    After a gap [s] without a person, spans begin anew.
+    """
     spans: List[Span] = []
     held: Dict[int, Dict[Tuple[str, str, str], int]] = {}  # by person, the numbers of the spans that may go on
     latest: Dict[int, float] = {}
@@ -59,7 +56,7 @@ def timeline_of(frames: Iterable[SignalFrame], gap: float = SIGNALS.person.gap) 
                 held[person.id][key] = before.get(key, len(spans) - 1)
             if person.fall is not None:
                 falls[person.id, round(1e3 * person.fall.stamp)] = (person.id, person.fall)
-    return SignalTimeline(spans, list(falls.values()))
+    return spans, list(falls.values())
 
 
 def _spans_of(person: PersonSignals, stamp: float) -> Iterator[Span]:

@@ -3,14 +3,9 @@
     rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag
     rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag --frame-id kinect2_rgb_optical_frame
 
-The file holds the columns of the original project, the extended ones, or those of `rostopic echo -p`;
-docs/recordings.md says what they mean. The topics are those of the nodes: detected_poses_keypoints_3d and
-detected_poses_3d under openpose_ros/skeleton_3d with joints in space, detected_poses_keypoints and detected_poses under
-openpose_ros otherwise. %time becomes the time in the bag.
-
-The bag has no more information than the file. The columns of the original have no status, so each joint with a
-position is MEASURED; sigma is NaN, frame_id is empty or that of --frame-id, and the stamp of a frame is the %time of
-its first row. Files have no velocities, and no rows for frames without people.
+The file holds the columns of the original project, the extended ones, or those of `rostopic echo -p`. The topics are
+those of the nodes; %time becomes the time in the bag. Of the columns of the original, each joint with a position is
+MEASURED, and the stamp of a frame is the %time of its first row.
 
 Exit status: 0 done; 2 nothing was written, as the command line or the file is wrong; 130 interrupted, there is no bag.
 """
@@ -66,11 +61,7 @@ def _pose_model(table: KeypointTable) -> str:
 
 
 def _write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> int:
-    """Write the people of a file into a bag; return the number of frames.
-
-    Args:
-        frame_id: where the file names none.
-    """
+    """Write the people of a file into a bag, in this frame where it names none; return the number of frames."""
     of_person, of_frame = _TOPICS[file.dimensions]
     kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
     count = 0

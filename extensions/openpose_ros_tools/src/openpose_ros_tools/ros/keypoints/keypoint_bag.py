@@ -1,8 +1,7 @@
 """Keypoints in messages and bags: which topic has them, their rows for tables, and messages of rows."""
-import json
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
+from typing import Any, Iterator, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -21,14 +20,7 @@ from openpose_ros_pkg.ros.topics import PARTS, KeypointTopic, absolute, choose_t
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array, turned_array
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import (
-    deserialized,
-    messages_of,
-    open_bag,
-    parts_of_recordings,
-    stamped_messages,
-    topic_types,
-)
+from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
@@ -47,41 +39,11 @@ from skeleton_extract_3d.points.transform import TURNED, UPRIGHT
 
 _SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
 
-RECORD = '/openpose_ros/process_bag'
-"""Topic of what process_bag has made a bag of, so that it is not made again."""
-
 
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
     """Yield the messages of a topic and their time of recording [ns], in its order; BadInputError: it is damaged."""
     for stored in stamped_messages(bag, [name for name in topic_types(bag) if absolute(name) == absolute(topic)]):
         yield deserialized(stored), stored.time
-
-
-def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
-    """Return the type of each topic in any of the bags; errors as `open_bag`."""
-    found: Dict[str, str] = {}
-    for path in paths:
-        with open_bag(path) as bag:
-            found.update(topic_types(bag))
-    return found
-
-
-def made_of(path: Path) -> Dict[str, Any]:
-    """Return what process_bag has made a bag of; {}: it is by another program. Errors as `open_bag`."""
-    with open_bag(path) as bag:
-        stored = next(messages_of(bag, [RECORD]), None)
-    try:
-        return dict(json.loads(stored.message.data)) if stored else {}
-    except (ValueError, TypeError, AttributeError):
-        return {}
-
-
-def numbered_anew(paths: Sequence[Path]) -> Set[Path]:
-    """Return the bags whose ids are not those of the bag before: other recordings, or parts that were processed apart.
-    """
-    found = {recording[0] for recording in parts_of_recordings(paths)}
-    records = {path: made_of(path) for path in set(paths) - found}
-    return found | {path for path, record in records.items() if record and not record.get('earlier')}
 
 
 def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
@@ -135,8 +97,8 @@ def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
     return list(computed_signals(table, up)), False
 
 
-def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> Iterator[List[object]]:
-    """Yield a row of each point of the hands or faces of an array message, for a `LongCsvWriter`."""
+def landmark_rows(message: Any, topic: KeypointTopic) -> Iterator[List[object]]:
+    """Yield a row of each known point of the hands or faces of an array message, for a `LongCsvWriter`."""
     read = attrgetter(*FIELDS[topic.dimensions])
     for each in getattr(message, topic.part):
         side = [_SIDES.get(each.side, '')] if topic.part == 'hands' else []
@@ -144,7 +106,7 @@ def landmark_rows(message: Any, topic: KeypointTopic, missing_points: bool) -> I
         orientation = [] if turn is None else [turn.x, turn.y, turn.z, turn.w, each.orientation_sigma]
         for name, point in zip(POINTS[topic.part], each.keypoints):
             cells, known = tidy_cells(read(point), topic.dimensions)
-            if known or missing_points:
+            if known:
                 yield [message.header.frame_id, each.person_ID, *side, name, *cells, *orientation]
 
 

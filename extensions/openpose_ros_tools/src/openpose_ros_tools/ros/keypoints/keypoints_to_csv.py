@@ -1,32 +1,26 @@
-"""Write the keypoints of bags, or of a running topic, as CSV: one row per person and frame.
+"""Write the keypoints of a bag, or of a running topic, as CSV: one row per person and frame.
 
     rosrun openpose_ros_tools keypoints_to_csv recording.bag -o poses.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --extended -o poses.csv
-    rosrun openpose_ros_tools keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
-    rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --tidy -o joints.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses -o poses_2d.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --hands -o hands.csv      # or --faces
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --signals -o signals.csv
     rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
 
-The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
-and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. --hands and --faces write
-hands and faces in the long form, one row per frame, hand and point; --signals what people do, one row per frame, person
-and gesture. docs/recordings.md says what each column means.
-Without --topic, joints in space come before those in the image, and a topic with one message per person before that
-with one per frame, which holds the same people.
+The columns are those of the original project; docs/recordings.md says what each column means. Without --topic, joints
+in space come before those in the image, and a topic with one message per person before that with one per frame.
 
-What comes from a running topic is in FILE at once, and stays there; the table of bags appears when it is complete.
+What comes from a running topic is in FILE at once, and stays there; the table of a bag appears when it is complete.
 
 Exit status: 0 done, also when Ctrl-C ends a running topic; 2 an input is wrong or the disk is full; 130 interrupted
 before a bag was done, or before there was a topic, and then there is no file.
 """
 import argparse
-import logging
 import queue
 import sys
 import time
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, Callable, Iterator, Optional, Sequence, TextIO
 
 import rosgraph
@@ -34,50 +28,22 @@ import roslib.message
 import rospy
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
-from openpose_ros_pkg.command_options import command_parser, plain_path
+from openpose_ros_pkg.command_options import add_output, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_pkg.ros.topics import PARTS, KeypointTopic, choose_topic
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.ros.bag_files import open_bag
+from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoints import keypoint_bag
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, LongCsvWriter, landmark_columns, signal_rows
-
-_log = logging.getLogger(__name__)
 
 _NAME = 'keypoints_to_csv'
 # Writes what is in a message, recorded at a time [ns] or running (None); returns how many rows that are.
 Write = Callable[[Any, Optional[int]], int]
 # Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
 _PAUSE = 0.2
-
-
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, write: Write, stamps: bool, bar: Progress) -> int:
-    """Write the people of bags one after the other; return how many rows that are.
-
-    Args:
-        stamps: %time is the stamp of the header, not the time of recording.
-
-    Raises:
-        BadInputError: a bag is damaged.
-    """
-    rows, first, highest = 0, 0, 0
-    anew = keypoint_bag.numbered_anew(paths) if len(paths) > 1 else ()
-    for path in paths:
-        if highest and path in anew:
-            first = highest
-            _log.warning('%s numbers people anew: %d is added to its ids', path, first)
-        with open_bag(path) as bag:
-            for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
-                for each in next((getattr(message, name) for name in ('persons', 'hands', 'faces')
-                                  if hasattr(message, name)), [message]):
-                    each.person_ID += first  # no id is used twice
-                    highest = max(highest, each.person_ID)
-                rows += write(message, None if stamps else recorded)
-                bar.update()
-    return rows
 
 
 def follow_topic(topic: KeypointTopic, write: Write, handle: TextIO, bar: Progress) -> int:
@@ -94,7 +60,7 @@ def follow_topic(topic: KeypointTopic, write: Write, handle: TextIO, bar: Progre
             except queue.Empty:
                 continue
             rows += count
-            bar.update(count)
+            bar.update()
     except KeyboardInterrupt:
         pass  # the way to end it
     finally:
@@ -108,37 +74,36 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = _parser()
     options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
-    if options.live and options.bags:
-        parser.error('give bags or --live, not both')
-    if not (options.live or options.bags or options.topic):
+    if options.live and options.bag:
+        parser.error('give a bag or --live, not both')
+    if not (options.live or options.bag or options.topic):
         parser.error('give a bag, or --live to listen to a running topic')
-    if options.time and not options.bags:
+    if options.time and not options.bag:
         parser.error('--time is for bags; on a running topic %time is the stamp of the header')
-    if options.missing_joints and options.layout != 'tidy' and options.part == 'people':
-        parser.error('--missing-joints is for --tidy; the other layouts have all joints')
     if options.part != 'people' and options.layout == 'extended':
         parser.error('hands, faces and signals have one form alone; give no --extended')
     return run_command(_NAME, lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:
-    if options.output:
-        check_outputs([options.output], options.overwrite, options.bags)
-    topic = _topic(options)
-    # no progress bar where it would run into rows that are shown
-    unit = 'message' if options.bags else 'row'
-    with _output(options) as handle, Progress(unit=unit, disable=handle.isatty()) as bar:
+    check_outputs([options.output], options.overwrite, [options.bag] if options.bag else [])
+    topic, rows = _topic(options), 0
+    with _output(options) as handle, Progress(unit='message') as bar:
         write = _writer(handle, topic, options)
-        rows = (bags_to_csv(options.bags, topic, write, options.time == 'stamp', bar) if options.bags else
-                follow_topic(topic, write, handle, bar))
-    if options.output:
-        sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
+        if options.bag:
+            with open_bag(options.bag) as bag:
+                for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
+                    rows += write(message, None if options.time == 'stamp' else recorded)
+                    bar.update()
+        else:
+            rows = follow_topic(topic, write, handle, bar)
+    sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
 
 
 def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Write:
     if topic.part == 'people':
-        people = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        people = KeypointCsvWriter(handle, options.layout, topic.dimensions)
         return lambda message, time: people.write(list(keypoint_bag.rows_of(message, topic.dimensions, time)))
     if topic.part == 'signals':
         signals = LongCsvWriter(handle, SIGNAL_COLUMNS)
@@ -146,17 +111,14 @@ def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -
             message.header.frame_id, signals_from_array(message)))
     points = LongCsvWriter(handle, landmark_columns(topic.part, topic.dimensions))
     return lambda message, time: points.write(message.header.stamp.to_nsec() or time or 0, keypoint_bag.landmark_rows(
-        message, topic, options.missing_joints)) if getattr(message, topic.part) else 0
+        message, topic)) if getattr(message, topic.part) else 0
 
 
 @contextmanager
 def _output(options: argparse.Namespace) -> Iterator[TextIO]:
-    """Give the file to write to, which for bags is in its place when the block ends; or stdout."""
-    if not options.output:
-        with naming(Path('stdout')):
-            yield sys.stdout
-    elif options.bags:
-        with output_file(options.output, options.overwrite, options.bags) as part, \
+    """Give the file to write to, which for a bag is in its place when the block ends."""
+    if options.bag:
+        with output_file(options.output, options.overwrite, [options.bag]) as part, \
                 part.open('w', newline='', encoding='utf-8') as handle:
             yield handle
     else:
@@ -166,9 +128,9 @@ def _output(options: argparse.Namespace) -> Iterator[TextIO]:
 
 def _topic(options: argparse.Namespace) -> KeypointTopic:
     """Return the topic to read; wait for one that is to run."""
-    if options.bags:
-        where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
-        return choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic, options.part)
+    if options.bag:
+        with open_bag(options.bag) as bag:
+            return choose_topic(topic_types(bag), str(options.bag), options.topic, options.part)
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)
@@ -188,15 +150,13 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('bags', nargs='*', type=plain_path, metavar='BAG', help='bags, in the order of recording')
-    parser.add_argument('-o', '--output', type=plain_path, metavar='FILE', help='CSV file to write (default: stdout)')
+    parser.add_argument('bag', nargs='?', type=plain_path, metavar='BAG', help='a recording')
+    add_output(parser, 'file')
     layout = parser.add_mutually_exclusive_group()
     layout.add_argument('--extended', dest='layout', action='store_const', const='extended', default='original',
                         help='the columns of rostopic echo -p: adds header, status, sigma and the other joints')
     layout.add_argument('--tidy', dest='layout', action='store_const', const='tidy',
                         help='the long form: one row per frame, person and joint; joints that are missing have none')
-    parser.add_argument('--missing-joints', action='store_true',
-                        help='with --tidy, --hands or --faces: rows for missing joints and points as well')
     part = parser.add_mutually_exclusive_group()
     part.add_argument('--hands', dest='part', action='store_const', const='hands', default='people',
                       help='hands in place of people: one row per frame, hand and point')
@@ -209,5 +169,4 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--time', choices=('recorded', 'stamp'),
                         help='what %%time is: when the message was recorded, as rostopic echo -p -b has it (default), '
                              "or the camera's stamp, equal for all people of a frame, as on a running topic")
-    parser.add_argument('--overwrite', action='store_true', help='replace the file if it is there')
     return parser

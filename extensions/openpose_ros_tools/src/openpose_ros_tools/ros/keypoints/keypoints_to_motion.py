@@ -3,15 +3,15 @@ import argparse
 import csv
 import inspect
 import logging
-import re
 import sys
 from dataclasses import replace
+from fnmatch import fnmatch
 from typing import Callable, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.command_options import add_output, add_up, command_parser, number, plain_path, whole_number
+from openpose_ros_pkg.command_options import add_output, add_up, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_tools.mocap.files import MarkerRecording
@@ -30,7 +30,7 @@ def trc(arguments: Optional[Sequence[str]] = None) -> int:
     """Write people in space as TRC files, for OpenSim and Pose2Sim: person_ID.trc for each of them.
 
         rosrun openpose_ros_tools keypoints_to_trc people.bag -o trc/
-        rosrun openpose_ros_tools keypoints_to_trc poses.csv -o trc/ --measured --persons 1 4
+        rosrun openpose_ros_tools keypoints_to_trc poses.csv -o trc/ --measured
 
     The markers have the names of Pose2Sim's models (RShoulder, CHip, LBigToe), positions in metres, y up and, of a
     frame with z up, z where its x was. 0 s is for all people the first frame of a bag, also one without people, or the
@@ -78,15 +78,13 @@ def _run_files(name: str, program: Callable[..., int], suffix: str, text_of: Cal
                arguments: Optional[Sequence[str]]) -> int:
     """Run a program that writes a file for each person."""
     parser = _parser(name, program, 'folder')
-    parser.add_argument('--rate', type=number(0.001, 1000), metavar='HZ',
-                        help='samples per second (default: as many as the recording has)')
     add_up(parser)
     return run_command(name, lambda: _write_files(parser.parse_args(arguments), suffix, text_of))
 
 
 def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[MarkerRecording, str], str]) -> int:
     table, begin = _people(options)
-    people, texts = sample_people(table, options.rate, options.up, begin), {}
+    people, texts = sample_people(table, up=options.up, begin=begin), {}
     for person, joints in people.items():
         name = f'person_{person}{suffix}'
         try:
@@ -96,9 +94,8 @@ def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[Ma
     if not texts:
         raise BadInputError(f'{options.file}: no person can be written')
     check_outputs([options.output / name for name in texts], options.overwrite, [options.file])
-    former = re.compile(rf'person_\d+\{suffix}')
     with PartFiles() as parts:
-        folder = parts.folder(options.output, lambda name: options.overwrite and bool(former.fullmatch(name)))
+        folder = parts.folder(options.output, lambda name: options.overwrite and fnmatch(name, f'person_*{suffix}'))
         for name, text in texts.items():
             (folder / name).write_text(text)
     rate = next(iter(people.values())).rate
@@ -124,12 +121,6 @@ def _people(options: argparse.Namespace) -> Tuple[KeypointTable, int]:
     """Return the people that are asked for, and the stamp of the first frame of the recording [ns]."""
     table, frames = read_poses(options.file, options.topic)
     begin = min([table.stamps.min(), *([] if frames is None else frames[:1])])
-    missing = sorted(set(options.persons or ()) - set(table.ids.tolist()))
-    if missing:
-        raise BadInputError(f'person {missing[0]} is not in {options.file}; there are: '
-                            f"{', '.join(map(str, np.unique(table.ids).tolist()))}")
-    if options.persons:
-        table = table.select(np.isin(table.ids, options.persons))
     return (table.measured() if options.measured else table), int(begin)
 
 
@@ -138,7 +129,5 @@ def _parser(name: str, program: Callable[..., int], output: str) -> argparse.Arg
     parser.add_argument('file', type=plain_path, metavar='FILE', help='bag or table of process_bag or keypoints_to_csv')
     add_output(parser, output)
     parser.add_argument('--topic', help='of the people, where a bag has several')
-    parser.add_argument('--persons', type=whole_number(0, 2 ** 32 - 1), nargs='+', metavar='ID',
-                        help='only these (default: all)')
     parser.add_argument('--measured', action='store_true', help='leave out joints that are inferred')
     return parser

@@ -3,33 +3,32 @@
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
 nodes, in space or in the image. No master is needed. The plots in FOLDER:
 
-    detections         marks of frames and people over time, rates, number of people in view
+    detections         marks of frames and people over time, number of people in view
     top_view           paths of the people from above (of keypoints in the image: image_paths)
     trajectory_JOINT   coordinates of a joint over time, measured and inferred ones
 
     rosrun openpose_ros_tools plot_keypoints poses.csv -o plots/
-    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
-    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
 are complete.
 """
 import argparse
 import logging
-import re
+from fnmatch import fnmatch
 from functools import partial
-from typing import Callable, Dict, List, Optional, Sequence
+from typing import Callable, Dict, Optional, Sequence
 
 from matplotlib.figure import Figure
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
-from openpose_ros_pkg.command_options import checked, command_parser, plain_path, seconds
+from openpose_ros_pkg.command_options import checked, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.plots import keypoint_plots
-from openpose_ros_tools.plots.plotting import FORMATS, save_figure
+from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
 from openpose_ros_tools.tables.keypoint_selection import select
 
@@ -41,45 +40,36 @@ _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'le
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command with the arguments of the command line (None: of this process); return the exit status."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    if None not in (options.start, options.end) and options.start >= options.end:
-        parser.error('--start must be less than --end')
-    return run_command('plot_keypoints', lambda: _run(options))
+    return run_command('plot_keypoints', lambda: _run(_parser().parse_args(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:
     table, frames = read_keypoints(options.file, options.topic)
     joints = None if options.joints in (None, ['all']) else options.joints
     try:
-        selection = select(table, frames, joints, options.persons, options.start, options.end)
+        selection = select(table, frames, joints)
     except BadInputError as error:
         raise BadInputError(f'{options.file}: {error}') from error
     folder = writable_folder('output', options.output)
-    if len(set(selection.all_people.frame_ids.tolist())) > 1:
+    if len(set(table.frame_ids.tolist())) > 1:
         _log.warning('the people are in several frames of reference (%s), which are drawn as one', selection.frame_id)
     if selection.left_out:
-        _log.warning('%d people with few rows are left out; --persons shows them', selection.left_out)
+        _log.warning('%d people with few rows are left out', selection.left_out)
     plots: Dict[str, Callable[[], Figure]] = {
         'detections': partial(keypoint_plots.detections, selection),
         'top_view' if table.dimensions == 3 else 'image_paths': partial(keypoint_plots.paths_of_people, selection)}
     for joint in selection.joints:
         if options.joints or joint in _TRAJECTORIES:
             plots[f'trajectory_{joint}'] = partial(keypoint_plots.trajectory, selection, joint)
-    paths = {folder / f'{name}.{options.format}': draw for name, draw in plots.items()}
+    paths = {folder / f'{name}.png': draw for name, draw in plots.items()}
     check_outputs(list(paths), options.overwrite)
     for path, draw in Progress(paths.items(), unit=' plots', leave=False):
         save_figure(draw(), path)
         Progress.write(str(path))
-    of_joints = re.compile(rf'trajectory_\w+\.{options.format}')
-    for former in files_of(folder, lambda name: bool(of_joints.fullmatch(name))):
+    for former in files_of(folder, lambda name: fnmatch(name, 'trajectory_*.png')):
         if options.overwrite and former not in paths:
             former.unlink()
     return DONE
-
-
-def _words(text: str) -> List[str]:
-    return [word.strip() for word in text.split(',') if word.strip()]
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -88,13 +78,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('-o', '--output', type=plain_path, required=True, metavar='FOLDER', help='where the plots go')
     parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
-    joints = checked(_words, {*MESSAGE_JOINTS, 'all'}.issuperset, f'names separated by commas: {MESSAGE_JOINTS}')
+    joints = checked(lambda text: text.replace(' ', '').split(','), {*MESSAGE_JOINTS, 'all'}.issuperset,
+                     f'names separated by commas: {MESSAGE_JOINTS}')
     parser.add_argument('--joints', metavar='A,B', type=joints,
                         help=f"trajectories of these joints, or of all (default: {', '.join(_TRAJECTORIES)})")
-    parser.add_argument('--persons', metavar='I,J',
-                        type=checked(lambda text: list(map(int, _words(text))), bool, 'numbers, as 0,2'),
-                        help='only these ids (default: the 8 with most rows)')
-    parser.add_argument('--start', type=seconds, metavar='S', help='leave out what is before [s], from the first frame')
-    parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
-    parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser

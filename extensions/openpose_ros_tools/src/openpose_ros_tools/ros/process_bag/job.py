@@ -1,16 +1,15 @@
 """Jobs of process_bag, and reports of them."""
-import json
 from collections import Counter
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
-from openpose_ros_fusion.rig import Rig, rig_text
+from openpose_ros_fusion.rig import Rig
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import build
@@ -18,15 +17,9 @@ from openpose_ros_pkg.ros.topics import FOUND, CameraTopics
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_signals.node_params import UprightParams
-from openpose_ros_tools.recording_paths import main_file
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
-
-# Incremented when the same parameters give other results, so that outputs of older versions do not pass for done.
-_VERSION = 5
-# Parameters that do not change results.
-_WITHOUT_EFFECT = ('threads', 'compiled_cache', 'camera', 'camera_ns')
 
 
 @dataclass(frozen=True)
@@ -92,8 +85,7 @@ class RigInput:
 
     cameras: Tuple[Input, ...]
     fixed_frame: str  # of the fused people
-    rig: Optional[Rig] = None  # where the cameras stand; None: tf of their bags says so
-    clock_offsets: Mapping[str, float] = field(default_factory=dict)  # are added to the stamps of each camera [s]
+    rig: Optional[Rig] = None  # where the cameras stand, and their clocks; None: tf of their bags says so
 
     @property
     def bags(self) -> List[Path]:
@@ -102,7 +94,7 @@ class RigInput:
 
     def clock_offset(self, camera: str) -> int:
         """Return what is added to the stamps of a camera [ns]."""
-        return round(self.clock_offsets.get(camera, 0.0) * 1e9)
+        return 0 if self.rig is None else round(self.rig.camera(camera).clock_offset * 1e9)
 
     def time_shift(self, camera: str) -> int:
         """Return what is added to the times of recording of a camera [ns]: one bag has one clock."""
@@ -125,27 +117,6 @@ class BagJob(NamedTuple):
     def recording(self) -> Path:
         """Name of the recording: its first bag."""
         return (*self.cameras[0].earlier, self.cameras[0].bag)[0]
-
-    def made_from(self) -> Dict[str, Any]:
-        """Return what the results depend on, as JSON has it; errors as `main_file`."""
-        made = {'version': _VERSION, 'inputs': [_made_from(camera) for camera in self.cameras],
-                'earlier': [path.name for path in self.cameras[0].earlier],
-                'parameters': {key: value for key, value in self.settings.values.items()
-                               if key not in _WITHOUT_EFFECT},
-                **{key: value for key, value in asdict(self.outputs).items() if key not in ('bag', 'csv', 'json')}}
-        if isinstance(self.input, RigInput):
-            made.update(fixed_frame=self.input.fixed_frame, rig=self.input.rig and rig_text(self.input.rig),
-                        clock_offsets=dict(self.input.clock_offsets))
-        return dict(json.loads(json.dumps(made)))
-
-
-def _made_from(camera: Input) -> List[Any]:
-    try:
-        state = main_file(camera.bag).stat()
-    except OSError as error:
-        raise BadInputError(f'{camera.bag}: {error.strerror}') from error
-    return [camera.bag.name, state.st_size, state.st_mtime_ns, camera.topics, camera.preset, camera.only_2d,
-            camera.camera]
 
 
 @dataclass

@@ -1,19 +1,16 @@
 """The output of process_bag: a bag with the nodes' topics, a table, a JSON file of each frame."""
-import json
-import os
 import re
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Union
+from typing import Any, Callable, Iterator, NamedTuple, Optional, Union
 
 import genpy
 import numpy as np
 import rosbag
 from geometry_msgs.msg import TransformStamped
-from std_msgs.msg import Header, String
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.files import naming, numbered_name
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
@@ -24,11 +21,10 @@ from openpose_ros_pkg.ros.topics import IN_IMAGE, IN_SPACE
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
-from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag
-from openpose_ros_tools.ros.keypoints.keypoint_bag import RECORD, made_of, rows_of
+from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
 from openpose_ros_tools.ros.process_bag.input import RecordedFrame
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, Input, Outputs
+from openpose_ros_tools.ros.process_bag.job import BagSettings, Input, Outputs
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
@@ -144,7 +140,6 @@ class Results:
         self._landmarks, self._scale = settings.landmarks, settings.keypoint_scale
         self._stack = ExitStack()
         self._bag = self._stack.enter_context(new_bag(outputs.bag, outputs.compression))
-        # the bag is the newest of all outputs, see `is_done`
         self._table = None if outputs.csv is None else self._stack.enter_context(
             people_table(outputs.csv, outputs.csv_layout, 3 if in_space else 2))
         self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, outputs.markers,
@@ -155,10 +150,6 @@ class Results:
 
     def __exit__(self, *error: Any) -> None:
         self._stack.__exit__(*error)
-
-    def record(self, noted: Dict[str, Any], time: genpy.Time) -> None:
-        """Note in the bag what all is made from, see `record_of`."""
-        record(self._bag, noted, time)
 
     def copy(self, message: StampedMessage) -> None:
         """Write a message of the input as it was."""
@@ -237,50 +228,6 @@ def json_names(camera: Input) -> Callable[[str], bool]:
     """Return what tells whether a file's name is that of a JSON file of a camera; others may be beside it."""
     pattern = re.compile(re.escape(camera.bag.stem) + r'_\d+' + re.escape(JSON_SUFFIX))
     return lambda name: bool(pattern.fullmatch(name))
-
-
-def record_of(job: BagJob) -> Dict[str, Any]:
-    """Return what is noted in the bag: what the outputs are made from, and which are made with it, now or before."""
-    made, before = job.made_from(), _noted(job.outputs.bag)
-    kinds = before.pop('outputs', [])
-    wanted = [kind for kind in ('csv', 'json') if getattr(job.outputs, kind) is not None]
-    return {**made, 'outputs': sorted({*wanted, *(kinds if before == made else ())})}
-
-
-def record(bag: rosbag.Bag, noted: Dict[str, Any], time: genpy.Time) -> None:
-    """Write `record_of` a job into its bag."""
-    bag.write(RECORD, String(data=json.dumps(noted, sort_keys=True)), time)
-
-
-def _noted(path: Path) -> Dict[str, Any]:
-    try:
-        return made_of(path)
-    except BadInputError:
-        return {}
-
-
-def is_done(job: BagJob) -> bool:
-    """Return whether all outputs are there. Of some of them all are made again, which gives the same.
-
-    Raises:
-        ParameterError: one is there that a finished run has not made of the same, or that was changed later.
-    """
-    outputs = job.outputs
-    there: Dict[str, List[Path]] = {kind: [path] if os.path.lexists(str(path)) else [] for kind, path in (
-        ('bag', outputs.bag), ('csv', outputs.csv)) if path is not None}
-    if outputs.json is not None:
-        there['json'] = [file for camera in job.cameras for file in files_of(
-            outputs.json / camera.camera if len(job.cameras) > 1 else outputs.json, json_names(camera))]
-    noted = _noted(outputs.bag)
-    made = ['bag', *noted.pop('outputs', ())]
-    is_same = noted == job.made_from()
-    foreign = [str(getattr(outputs, kind)) for kind, files in there.items() if files and not (
-        is_same and kind in made and max(file.lstat().st_mtime_ns for file in files) <= outputs.bag.stat().st_mtime_ns)]
-    if foreign:
-        raise ParameterError(f'{" and ".join(foreign)} {"is" if len(foreign) == 1 else "are"} there already, and not '
-                             'as a finished run of this version makes it of this input with these parameters; give '
-                             'another name, or --overwrite')
-    return all(there.values())
 
 
 def _with_hidden(people_2d: People2D, people: People3D) -> People2D:

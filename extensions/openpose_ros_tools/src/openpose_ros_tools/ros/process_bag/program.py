@@ -1,9 +1,8 @@
 """Find the people in recordings: every frame once, as fast as the machine computes, without a master.
 
 The results are those of the nodes, on the same topics: openpose_ros/skeleton_3d/... where the bag has points (a cloud,
-or depth images and camera info), openpose_ros/... where it has images alone. Each result has the time of recording of
-its frame, and the stamp of its image or cloud; header.seq is the number of the frame. The outputs appear when all is
-done, and do not depend on --workers or threads: the same bag and parameters give the same table to the byte.
+or depth images and camera info), openpose_ros/... where it has images alone. The outputs appear when all is done; the
+same bag and parameters give the same table to the byte.
 
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --csv walk.csv
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --copy all
@@ -12,23 +11,19 @@ done, and do not depend on --workers or threads: the same bag and parameters giv
     rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap      # ROS 2, for Foxglove and ROS 2
 
 Several bags, or a folder of them, are spread over processes of this machine, or with --scheduler over the workers of a
-cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. The
-bag of a worker that dies is done again. In parts of one recording (rosbag record --split) people keep their ids, and
-latched messages hold in later parts. Bags that are done with the same parameters are skipped; anything else in the
-place of a result is only replaced with --overwrite.
+cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. In
+parts of one recording (rosbag record --split) people keep their ids. Bags whose results are there are skipped.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
 
 With --cameras, the cameras of one bag, or of one bag each, see the same people: each camera is processed by itself,
-with results under /NAME/openpose_ros/, then fused into one set of people in the fixed frame on
-/people/openpose_ros/skeleton_3d/detected_poses_3d and .../detected_poses_keypoints_3d; --csv is the table of these. A
-camera without depth takes part with its images and camera info. Poses and clocks of the cameras are those of tf in the
-bags, or of --rig and --clock-offset; tf is copied into OUT.
+with results under /NAME/openpose_ros/, then fused under /people/openpose_ros/; --csv is the table of these. Poses and
+clocks of the cameras are those of tf in the bags, or of --rig; tf is copied into OUT.
 
     rosrun openpose_ros_tools process_bag room.bag -o people.bag --cameras left right door --csv people.csv
     rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left --rgb-cameras door \\
-        --rig rig.yaml --clock-offset door=0.07
+        --rig rig.yaml
 
 --set hands=true and --set face=true add detected_hands(_3d) and detected_faces(_3d). JSON files have OpenPose's layout;
 pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING, or INFERRED without a joint in the image.
@@ -42,23 +37,23 @@ import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 
 from openpose_ros_fusion.rig import read_rig
-from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, add_settings, run_command, setting_values
-from openpose_ros_pkg.command_options import command_parser, named_value, plain_path, seconds, whole_number
+from openpose_ros_pkg.command_options import command_parser, plain_path, whole_number
 from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
+from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import accepted_names, frame_name, parameter_fields
 from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.structured_text import file_values
-from openpose_ros_tools.outputs import delete_parts
+from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.parallel import run_tasks
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, parts_of_recordings
@@ -72,7 +67,7 @@ from openpose_ros_tools.ros.process_bag.job import (
     Settings,
     build_settings,
 )
-from openpose_ros_tools.ros.process_bag.output import is_done
+from openpose_ros_tools.ros.process_bag.output import json_names
 from openpose_ros_tools.ros.process_bag.several_cameras import process_rig, rig_input
 from openpose_ros_tools.ros.process_bag.work import process, process_parts
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
@@ -135,17 +130,13 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
         options.inputs[0].is_dir() and not is_ros2(options.inputs[0])))
     jobs = _jobs(options, Settings(values, create=create), several)
     _check_outputs(jobs)
-    todo = [job for job in jobs if options.overwrite or not is_done(job)]
-    if len(todo) < len(jobs):
-        sys.stdout.write(f'{len(jobs) - len(todo)} of {len(jobs)} bags are done already, with these parameters; '
-                         '--overwrite makes them again\n')
-    if not todo:
-        return DONE
+    todo = _todo(jobs, options.overwrite)
+    left = len(jobs) - sum(map(len, todo.values()))
+    if left:
+        sys.stdout.write(f'{left} of {len(jobs)} bags have their results already; --overwrite makes them again\n')
     if several or options.scheduler:
-        recordings = {job.recording for job in todo}
-        return _run_several([job for job in jobs if job.recording in recordings], options)
-    keep_large_blocks()
-    return _run_one(todo[0])
+        return _run_several(todo, options) if todo else DONE
+    return _run_one(jobs[0])
 
 
 def _run_one(job: BagJob) -> int:
@@ -159,32 +150,18 @@ def _run_one(job: BagJob) -> int:
     return DONE
 
 
-def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
-    by_name: Dict[str, List[BagJob]] = {}
-    for job in jobs:
-        by_name.setdefault(str(job.recording), []).append(job)
-    failed = 0
-    try:
-        with Progress(total=len(jobs), unit='bag') as progress, closing(
-                run_tasks(process_in_worker, by_name, options.workers, options.scheduler)) as ended:
-            for name, results in ended:
-                parts = by_name[name]
-                for job, result in zip(parts, results if isinstance(results, list) else [results] * len(parts)):
-                    progress.update()
-                    failed += not isinstance(result, BagReport)
-                    progress.write(_outcome(job, result), file=sys.stdout)
-    finally:
-        for job in jobs:  # what workers that were ended have left
-            for path in job.outputs.paths:
-                delete_parts(path)
-    sys.stdout.write(f'{len(jobs) - failed} bags done, {failed} failed\n')
+def _run_several(recordings: Mapping[str, Sequence[BagJob]], options: argparse.Namespace) -> int:
+    count, failed = sum(map(len, recordings.values())), 0
+    with Progress(total=count, unit='bag') as progress, closing(
+            run_tasks(process_parts, recordings, options.workers, options.scheduler)) as ended:
+        for name, results in ended:
+            parts = recordings[name]
+            for job, result in zip(parts, results if isinstance(results, list) else [results] * len(parts)):
+                progress.update()
+                failed += not isinstance(result, BagReport)
+                progress.write(_outcome(job, result), file=sys.stdout)
+    sys.stdout.write(f'{count - failed} bags done, {failed} failed\n')
     return SOME_FAILED if failed else DONE
-
-
-def process_in_worker(jobs: Sequence[BagJob]) -> List[Any]:
-    """Do the parts of a recording in a worker."""
-    keep_large_blocks()
-    return process_parts(jobs)
 
 
 def _outcome(job: BagJob, result: Any) -> str:
@@ -234,9 +211,6 @@ def _parser() -> argparse.ArgumentParser:
                        help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
     group.add_argument('--rig', type=plain_path, metavar='FILE',
                        help='where the cameras stand, and by which time their clocks differ (default: tf says where)')
-    group.add_argument('--clock-offset', action='append', default=[], metavar='NAME=S',
-                       type=named_value(seconds, 'left=0.07'),
-                       help='is added to the stamps of a camera [s], in place of that of --rig; may be repeated')
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
     group.add_argument('--config', action='append', default=[], type=plain_path, metavar='FILE',
@@ -256,11 +230,7 @@ def _camera_names(options: argparse.Namespace) -> List[str]:
 
 
 def _jobs(options: argparse.Namespace, settings: Settings, several: bool) -> List[BagJob]:
-    """Return what is to be done.
-
-    Raises:
-        ParameterError: a bag is not there, a folder has none, or options contradict each other.
-    """
+    """Return what is to be done; ParameterError: a bag is not there, a folder has none, or options contradict."""
     bags, names = _bags(options.inputs), _camera_names(options)
     recordings = parts_of_recordings(bags) if several else []
     earlier = {path: tuple(parts[:number]) for parts in recordings for number, path in enumerate(parts)}
@@ -278,9 +248,9 @@ def _jobs(options: argparse.Namespace, settings: Settings, several: bool) -> Lis
         if options.scheduler:
             raise ParameterError('--scheduler is for several recordings; --cameras makes one of them')
         rig = rig_input(inputs, names, len(options.cameras), options.fixed_frame,
-                        options.rig and read_rig(options.rig), dict(options.clock_offset))
+                        options.rig and read_rig(options.rig))
         return [BagJob(rig, outputs, settings)]
-    for key in ('fixed_frame', 'rig', 'clock_offset'):
+    for key in ('fixed_frame', 'rig'):
         if getattr(options, key):
             raise ParameterError(f"--{key.replace('_', '-')} belongs to --cameras")
     if not several:
@@ -315,20 +285,38 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
 
 def _check_outputs(jobs: Sequence[BagJob]) -> None:
     """Raise ParameterError if a result would take the place of an input or another result, or can not be there."""
-    sources = {camera.bag.resolve() for job in jobs for camera in job.cameras}
+    inputs = [camera.bag for job in jobs for camera in job.cameras]
     first: Dict[Path, Path] = {}  # by result the recording
     for job in jobs:
+        bag = job.cameras[0].bag
+        check_outputs([path for path in job.outputs.paths if path != job.outputs.json], True, inputs)
         for path in job.outputs.paths:
-            is_folder = path == job.outputs.json
-            if path.resolve() in sources:
-                raise ParameterError(f'{path} is an input; name another file, or folder')
             if path.resolve() in first:
-                raise ParameterError(f'{first[path.resolve()]} and {job.cameras[0].bag} would both be written to '
-                                     f'{path}; name another file, or folders of their own, as results are named after '
-                                     'their recording')
-            first[path.resolve()] = job.cameras[0].bag
-            if path.is_dir() and not is_folder:
-                raise ParameterError(f'{path} is a folder; name a file')
-            for folder in [path] * is_folder + list(path.parents):
-                if folder.exists() and not folder.is_dir():
-                    raise ParameterError(f'{folder} is a file; name a folder')
+                raise ParameterError(f'{first[path.resolve()]} and {bag} would both be written to {path}; name another '
+                                     'file, or folders of their own, as results are named after their recording')
+            first[path.resolve()] = bag
+
+
+def _todo(jobs: Sequence[BagJob], overwrite: bool) -> Dict[str, List[BagJob]]:
+    """Return the jobs of each recording; of several without those whose outputs are there. Some are refused."""
+    recordings: Dict[str, List[BagJob]] = {}
+    for job in jobs:
+        recordings.setdefault(str(job.recording), []).append(job)
+    for name, parts in [*recordings.items()]:
+        there = [path for job in parts for path in _existing(job)]
+        if there and not overwrite:
+            if len(jobs) == 1 or len(there) < sum(len(job.outputs.paths) for job in parts):
+                raise ParameterError(f'{there[0]} is there already; give another name, or --overwrite')
+            del recordings[name]
+    return recordings
+
+
+def _existing(job: BagJob) -> List[Path]:
+    """Return the outputs that are there; ParameterError: a folder is none."""
+    outputs = job.outputs
+    there = [path for path in (outputs.bag, outputs.csv) if path is not None and os.path.lexists(str(path))]
+    if outputs.json is not None and any(files_of(
+            outputs.json / camera.camera if len(job.cameras) > 1 else outputs.json, json_names(camera))
+            for camera in job.cameras):
+        there.append(outputs.json)
+    return there

@@ -4,7 +4,8 @@ import itertools
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from tempfile import TemporaryDirectory
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -41,8 +42,6 @@ from openpose_ros_tools.ros.process_bag.output import (
     PeopleWriter,
     json_names,
     people_table,
-    record,
-    record_of,
 )
 from openpose_ros_tools.ros.process_bag.work import Networks, OnFrame, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
@@ -68,8 +67,8 @@ class RigReport(NamedTuple):
         return '\n'.join(lines)
 
 
-def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, frame: str, rig: Optional[Rig],
-              clock_offsets: Mapping[str, float]) -> RigInput:
+def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, frame: str, rig: Optional[Rig]
+              ) -> RigInput:
     """Return several cameras as an input.
 
     Args:
@@ -77,7 +76,6 @@ def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, fr
         names: of the cameras.
         with_depth: number of cameras, the first ones, whose points are used.
         frame: of the fused people; empty: that of the rig, or `world`.
-        clock_offsets: in place of those of the rig [s].
 
     Raises:
         ParameterError: they contradict each other.
@@ -90,16 +88,14 @@ def rig_input(inputs: Sequence[Input], names: Sequence[str], with_depth: int, fr
             raise ParameterError(f"--cameras names '{name}', which is for the fused people; allowed: other names")
     if len(inputs) not in (1, len(names)):
         raise ParameterError(f'there are {len(inputs)} bags for {len(names)} cameras; give one bag, or one for each')
-    unknown = [name for name in clock_offsets if name not in names]
-    if unknown:
-        raise ParameterError(f'--clock-offset {unknown[0]} is none of the cameras {", ".join(names)}')
     if rig is not None:
         if frame not in ('', rig.fixed_frame):
             raise ParameterError(f"--fixed-frame {frame} contradicts the rig, which has '{rig.fixed_frame}'")
-        clock_offsets = {name: clock_offsets.get(name, rig.camera(name).clock_offset) for name in names}
+        for name in names:
+            rig.camera(name)  # or it has none
     cameras = tuple(replace(inputs[number % len(inputs)], camera=name, is_alone=len(inputs) > 1,
                             only_2d=inputs[0].only_2d or number >= with_depth) for number, name in enumerate(names))
-    return RigInput(cameras, frame or (WORLD_FRAME if rig is None else rig.fixed_frame), rig, clock_offsets)
+    return RigInput(cameras, frame or (WORLD_FRAME if rig is None else rig.fixed_frame), rig)
 
 
 def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, total: None) -> RigReport:
@@ -108,7 +104,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
     Raises:
         BadInputError: cameras have no common time or no transforms; further errors as `process`.
     """
-    outputs, noted, settings = job.outputs, record_of(job), build_settings(job.settings.values)
+    outputs, settings = job.outputs, build_settings(job.settings.values)
     prefer_depth = settings.extractor.points_source == 'depth_image'
     with ExitStack() as stack:
         views = [open_camera(camera, stack, (), prefer_depth) for camera in rig.cameras]
@@ -117,7 +113,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         parts = stack.enter_context(PartFiles())
         csv = None if outputs.csv is None else parts.file(outputs.csv)
         part = parts.file(outputs.bag)
-        folder = parts.scratch_folder(outputs.bag)
+        folder = Path(stack.enter_context(TemporaryDirectory(prefix='.cameras_', dir=str(part.parent))))
         networks = Networks(job.settings, publish_tf=False)  # joints as frames would have the same names
         people: List[CameraPeople] = []
         reports: Dict[str, BagReport] = {}
@@ -126,7 +122,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
             json = outputs.json and parts.folder(outputs.json / camera.camera, json_names(camera))
             alone = replace(outputs, bag=folder / f'{number}.bag', csv=None, json=json)
             reports[camera.camera] = process_camera(
-                camera, alone, view, {}, networks,
+                camera, alone, view, networks,
                 lambda done, _, number=number: on_frame(begins[number] + done, begins[-1]))  # type: ignore[misc]
             topic = f'{IN_SPACE}/detected_poses_3d' if view.topics.in_space else f'{IN_IMAGE}/detected_poses'
             people.append(CameraPeople(camera.camera, alone.bag, f'/{camera.camera}/{topic}', camera.bag,
@@ -134,7 +130,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         report = RigReport(reports, *_fuse(rig, people, settings, replace(outputs, bag=folder / 'fused.bag', csv=csv)))
         if report.frames == 0:
             raise BadInputError(f'nothing could be fused: {report.text()}')
-        _merge(rig, people, folder / 'fused.bag', copied, replace(outputs, bag=part), noted)
+        _merge(rig, people, folder / 'fused.bag', copied, replace(outputs, bag=part))
     return report
 
 
@@ -151,8 +147,8 @@ def _check_common_time(rig: RigInput, views: Sequence[OpenCamera]) -> None:
         others = [span for other, span in spans.items() if other != name]
         if others and not any(begin <= last and first <= end for first, last in others):
             texts = ', '.join(f'{each} {first:.3f} to {last:.3f} s' for each, (first, last) in spans.items())
-            raise BadInputError(f'{name} was recorded while no other camera was: {texts}; --clock-offset, or the rig, '
-                                'says by which time clocks differ')
+            raise BadInputError(f'{name} was recorded while no other camera was: {texts}; --rig says '
+                                'by which time clocks differ')
 
 
 def _fuse(rig: RigInput, people: Sequence[CameraPeople], settings: BagSettings, outputs: Outputs
@@ -179,7 +175,7 @@ def _moved(bag: rosbag.Bag, topics: Mapping[str, str], shift: int) -> Iterator[S
 
 
 def _merge(rig: RigInput, people: Sequence[CameraPeople], fused: Path, copied: Mapping[Path, Mapping[str, str]],
-           outputs: Outputs, noted: Dict[str, Any]) -> None:
+           outputs: Outputs) -> None:
     """Write the output: the people of the cameras, the fused ones, and what is copied."""
     cameras = {camera.bag: camera.camera for camera in rig.cameras}
     with ExitStack() as stack:
@@ -194,7 +190,6 @@ def _merge(rig: RigInput, people: Sequence[CameraPeople], fused: Path, copied: M
         for number, stored in enumerate(heapq.merge(*streams, key=lambda stored: stored.time)):
             time = genpy.Time(0, stored.time)
             if number == 0:
-                record(written, noted, time)
                 _write_rig(rig, written, time)
             written.write(stored.topic, stored.raw, time, raw=True, connection_header=stored.connection)
 
@@ -212,10 +207,7 @@ def _write_rig(rig: RigInput, bag: rosbag.Bag, time: genpy.Time) -> None:
 
 
 def _copied(rig: RigInput, path: Path, wanted: Sequence[str]) -> Dict[str, str]:
-    """Return the topics of a bag that are copied, and their names in the output.
-
-    Of several bags they are in the namespaces of the cameras, but for tf. Without a rig tf is copied in any case.
-    """
+    """Return the topics of a bag that are copied, by name in the output: of several bags below the camera."""
     name = next(camera.camera for camera in rig.cameras if camera.bag == path)
     with open_bag(path) as bag:
         copied = copied_topics(bag, wanted)

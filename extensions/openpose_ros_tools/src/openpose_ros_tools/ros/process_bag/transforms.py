@@ -1,6 +1,6 @@
 """The transforms of a bag, read on as its frames come."""
 import itertools
-from typing import Dict, Iterable, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 import genpy
 import rosbag
@@ -17,26 +17,6 @@ from skeleton_extract_3d.ros.transforms import check_stamp
 # this time.
 _AHEAD, _KEPT = 3_000_000_000, genpy.Duration(30)
 _BACKSTEP = PAIRING.reset_backstep
-
-
-class _Run:
-    """What tf says between two resets of the clock: a buffer, and the newest stamp of each child frame [ns]."""
-
-    def __init__(self, static: Iterable[TransformStamped]) -> None:
-        self.buffer, self._newest = tf2_py.BufferCore(_KEPT), {}  # type: ignore[var-annotated]
-        for transform in static:
-            self.buffer.set_transform_static(transform, 'bag')
-
-    def steps_back(self, transforms: Sequence[TransformStamped]) -> bool:
-        """Return whether the stamps of transforms are those of another run."""
-        return any(one.header.stamp.to_nsec() < self._newest.get(one.child_frame_id, 0) - _BACKSTEP
-                   for one in transforms)
-
-    def add(self, transforms: Sequence[TransformStamped]) -> None:
-        """Take transforms."""
-        for one in transforms:
-            self._newest[one.child_frame_id] = one.header.stamp.to_nsec()
-            self.buffer.set_transform(one, 'bag')
 
 
 class RecordedTransforms:
@@ -58,8 +38,9 @@ class RecordedTransforms:
             stamped_messages(bag, TF_TOPICS))
         self._ahead = next(self._messages, None)
         self._static: Dict[str, TransformStamped] = {}  # by child frame
-        self._run = _Run(())
-        self._next: Optional[_Run] = None  # begins where transforms step back, as they are read ahead of the frames
+        # what tf says since the last reset of the clock, and the newest stamp of each child frame [ns]
+        self._buffer, self._newest = tf2_py.BufferCore(_KEPT), {}  # type: ignore[var-annotated]
+        self._next: Optional[List[TransformStamped]] = None  # since transforms step back, read ahead of the frames
         self._next_began = self._stamp = 0  # time of recording, and newest stamp of the frames [ns]
 
     def read_until(self, time: genpy.Time, stamp: genpy.Time) -> None:
@@ -69,28 +50,33 @@ class RecordedTransforms:
             transforms = deserialized(self._ahead, TFMessage).transforms
             if self._ahead.topic.endswith('tf_static'):
                 self._static.update({one.child_frame_id: one for one in transforms})
-                for run in filter(None, (self._run, self._next)):
-                    for one in transforms:
-                        run.buffer.set_transform_static(one, 'bag')
+                for one in transforms:
+                    self._buffer.set_transform_static(one, 'bag')
             else:
-                self._add(transforms, self._ahead.time)
+                steps_back = any(one.header.stamp.to_nsec() < self._newest.get(one.child_frame_id, 0) - _BACKSTEP
+                                 for one in transforms)
+                if steps_back and self._next is None:
+                    self._next, self._next_began = [], self._ahead.time
+                if self._next is not None:
+                    self._next.extend(transforms)
+                if not steps_back:
+                    self._add(transforms)
             self._ahead = next(self._messages, None)
         is_first = not self._stamp and self._next is not None and self._next_began <= now
         if is_first or stamp.to_nsec() < self._stamp - _BACKSTEP:
-            self._run, self._next = self._next or _Run(self._static.values()), None
-            self._stamp = 0
+            self._buffer, self._newest, self._stamp = tf2_py.BufferCore(_KEPT), {}, 0
+            for one in self._static.values():
+                self._buffer.set_transform_static(one, 'bag')
+            self._add(self._next or ())
+            self._next = None
         elif self._next is not None and self._next_began + _AHEAD < now:
             self._next = None  # the frames did not jump: it was an old transform
         self._stamp = max(stamp.to_nsec(), self._stamp)
 
-    def _add(self, transforms: Sequence[TransformStamped], time: int) -> None:
-        is_new = self._run.steps_back(transforms)
-        if is_new and self._next is None:
-            self._next, self._next_began = _Run(self._static.values()), time
-        if self._next is not None:
-            self._next.add(transforms)
-        if not is_new:
-            self._run.add(transforms)
+    def _add(self, transforms: Sequence[TransformStamped]) -> None:
+        for one in transforms:
+            self._newest[one.child_frame_id] = one.header.stamp.to_nsec()
+            self._buffer.set_transform(one, 'bag')
 
     def lookup(self, target: str, source: str, stamp: genpy.Time) -> TransformStamped:
         """Return the transform from `source` to `target` at a time, that of the frame for which was read.
@@ -100,6 +86,6 @@ class RecordedTransforms:
         """
         check_stamp(stamp)
         try:
-            return self._run.buffer.lookup_transform_core(target, source, stamp)
+            return self._buffer.lookup_transform_core(target, source, stamp)
         except tf2_py.TransformException as error:
             raise NoTransformError(str(error)) from error

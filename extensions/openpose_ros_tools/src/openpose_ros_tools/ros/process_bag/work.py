@@ -4,11 +4,11 @@ import logging
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Union
+from typing import Callable, Iterable, Iterator, List, Optional, Sequence, Union
 
-import genpy
 import numpy as np
 
+from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
@@ -19,7 +19,7 @@ from openpose_ros_tools.parallel import prefetched
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
 from openpose_ros_tools.ros.process_bag.input import FrameReader, OpenCamera, RecordedFrame, open_camera
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, Input, Outputs, Settings, build_settings
-from openpose_ros_tools.ros.process_bag.output import Results, json_names, record_of
+from openpose_ros_tools.ros.process_bag.output import Results, json_names
 from openpose_ros_tools.ros.process_bag.transforms import RecordedTransforms
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.frame import Frame
@@ -58,17 +58,15 @@ def process(job: BagJob, on_frame: OnFrame = lambda done, total: None, networks:
         ParameterError, ModelError: a parameter or a network is wrong.
         OSError: a result can not be written.
     """
-    camera, noted = job.cameras[0], record_of(job)
+    camera = job.cameras[0]
     prefer_depth = build_settings(job.settings.values).extractor.points_source == 'depth_image'
     with ExitStack() as stack:
         view = open_camera(camera, stack, job.outputs.copied, prefer_depth)
-        networks = networks or Networks(job.settings)
         parts = stack.enter_context(PartFiles())
-        # the bag is the last one to be moved: where it is, all outputs are
         json = job.outputs.json and parts.folder(job.outputs.json, json_names(camera))
         csv = job.outputs.csv and parts.file(job.outputs.csv)
         unfinished = replace(job.outputs, bag=parts.file(job.outputs.bag), csv=csv, json=json)
-        return process_camera(camera, unfinished, view, noted, networks, on_frame)
+        return process_camera(camera, unfinished, view, networks or Networks(job.settings), on_frame)
 
 
 class Networks:
@@ -79,6 +77,7 @@ class Networks:
     """
 
     def __init__(self, settings: Settings, publish_tf: Optional[bool] = None) -> None:
+        keep_large_blocks()
         self.settings = build_settings(settings.values)
         if publish_tf is not None:
             self.settings = replace(self.settings, extractor=replace(self.settings.extractor, publish_tf=publish_tf))
@@ -99,13 +98,9 @@ class Networks:
         return self._chain
 
 
-def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, noted: Dict[str, Any], networks: Networks,
-                   on_frame: OnFrame) -> BagReport:
-    """Write the results of a camera, in place; errors as `process`.
-
-    Args:
-        noted: in the bag, see `record_of`.
-    """
+def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, networks: Networks, on_frame: OnFrame
+                   ) -> BagReport:
+    """Write the results of a camera, in place; errors as `process`."""
     settings, images, chain = networks.settings, view.images, networks.chain(camera)
     with ExitStack() as stack:
         params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
@@ -124,7 +119,6 @@ def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, noted: Dic
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
             on_frame(min(done, images), images)
-        results.record(noted, genpy.Time.from_sec(view.bag.get_start_time()))
         on_frame(images, images)
     if frames.report.frames == 0:
         raise BadInputError(f'{camera.bag} gave no frame with a result: {frames.report.text()}')
