@@ -33,8 +33,8 @@ def person():
 
 
 def signals():
-    ray = Ray(np.array([0.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.0]), 0.1, None)
-    pointing = Pointing(ray.origin, ray.direction, 0.1, Hit(np.array([1.0, 0.0, 2.0]), 'lamp'), ray, ray)
+    ray = Ray(np.array([0.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.0]), 0.1)
+    pointing = Pointing(ray.origin, ray.direction, 0.1, ray, ray, Hit(np.array([1.0, 0.0, 2.0]), 'lamp', 0.0))
     facing = Facing(np.array([0.0, 0.0, -1.0]), 0.2)
     return PersonSignals(3, np.array([0.0, 0.0, 2.0]), Posture('standing', 990.0, 1.0), (
         Gesture('point', 'left', 999.0, 1.0, pointing),), facing, None, Walk(True, 1.25, np.array([1.0, 0, 0])),

@@ -4,18 +4,11 @@ from typing import Any, Dict, Type
 
 from openpose_ros_bridges.footprints import BODY, LEGS
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import parameter
 
 
 @dataclass(frozen=True)
-class BridgeSettings:
-    """Parameters of a bridge that has none of its own."""
-
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class VisionParams(Parameters):
+class VisionParams(DemandParams):
     """How people become detections."""
 
     class_id: int = parameter(
@@ -29,22 +22,11 @@ class VisionParams(Parameters):
 
 
 @dataclass(frozen=True)
-class VisionSettings:
-    """Parameters of vision_msgs_node."""
-
-    vision: VisionParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class HriParams(Parameters):
+class HriParams(DemandParams):
     """What is published of people, and how they are named."""
 
-    retired = ('id_prefix', 'image_width', 'image_height', 'signals', 'roi_margin', 'forget')
+    retired = ('id_prefix', 'image_width', 'image_height', 'signals', 'roi_margin', 'forget', 'cameras')
 
-    cameras: str = parameter(
-        '', 'Namespaces of chains whose people are not fused, separated by spaces: a body of left is named left_p5. '
-            'Empty: the chain in the namespace of the node.')
     persons: bool = parameter(
         False, 'Publish each body also as an anonymous person below /humans/persons, with its frame at the head. Where '
                'another node manages persons, leave that to it.')
@@ -54,15 +36,7 @@ class HriParams(Parameters):
 
 
 @dataclass(frozen=True)
-class HriSettings:
-    """Parameters of hri_node."""
-
-    hri: HriParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class SeparationParams(Parameters):
+class SeparationParams(DemandParams):
     """Separation of people from links of the robot."""
 
     retired = ('rate', 'feet', 'data_timeout', 'tf_timeout', 'guard_margin')
@@ -90,15 +64,7 @@ class SeparationParams(Parameters):
 
 
 @dataclass(frozen=True)
-class SeparationSettings:
-    """Parameters of separation_node."""
-
-    separation: SeparationParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class MoveitParams(Parameters):
+class MoveitParams(DemandParams):
     """How people become objects of the planning scene."""
 
     retired = ('tf_timeout', 'prefix', 'robot_padding', 'max_rate')
@@ -115,15 +81,7 @@ class MoveitParams(Parameters):
 
 
 @dataclass(frozen=True)
-class MoveitSettings:
-    """Parameters of moveit_node."""
-
-    moveit: MoveitParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class ObstacleParams(Parameters):
+class ObstacleParams(DemandParams):
     """How people become obstacles on the floor."""
 
     retired = ('tf_timeout', 'step', 'spacing', 'height', 'footprint_range', 'max_rate')
@@ -144,16 +102,8 @@ class ObstacleParams(Parameters):
                                     maximum=10.0)
 
 
-@dataclass(frozen=True)
-class ObstacleSettings:
-    """Parameters of obstacles_node."""
-
-    obstacles: ObstacleParams
-    demand: DemandParams
-
-
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {
-    **{f'{bridge}_node.yaml': BridgeSettings for bridge in ('jsk', 'people_msgs', 'spencer')},
-    'hri_node.yaml': HriSettings, 'moveit_node.yaml': MoveitSettings, 'obstacles_node.yaml': ObstacleSettings,
-    'separation_node.yaml': SeparationSettings, 'vision_msgs_node.yaml': VisionSettings}
+    **{f'{bridge}_node.yaml': DemandParams for bridge in ('jsk', 'people_msgs', 'spencer')},
+    'hri_node.yaml': HriParams, 'moveit_node.yaml': MoveitParams, 'obstacles_node.yaml': ObstacleParams,
+    'separation_node.yaml': SeparationParams, 'vision_msgs_node.yaml': VisionParams}

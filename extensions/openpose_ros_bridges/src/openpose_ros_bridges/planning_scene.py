@@ -5,7 +5,7 @@ MoveIt differ in what they do when the shapes of one object move against each ot
 single parts, such as a hand that takes something.
 """
 from dataclasses import dataclass
-from typing import Dict, Iterable, List, NamedTuple, Tuple
+from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -69,22 +69,11 @@ def _turns(axes: np.ndarray, lengths: np.ndarray) -> np.ndarray:
 
 
 class SceneObjects:
-    """The objects that a planner knows.
+    """The objects that a planner knows."""
 
-    Args:
-        left: names of objects that are there from before.
-    """
-
-    def __init__(self, left: Iterable[str] = (), constants: SceneConstants = SCENE) -> None:
+    def __init__(self, constants: SceneConstants = SCENE) -> None:
         self._constants = constants
-        nowhere = Solid(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]), 0.0, 0.0)
-        # shapes as they are known, and when they were added [s]
-        self._known: Dict[str, Tuple[Solid, float]] = dict.fromkeys(left, (nowhere, -np.inf))
-
-    @property
-    def names(self) -> List[str]:
-        """Names of the objects that are there."""
-        return list(self._known)
+        self._known: Dict[str, Tuple[Solid, float]] = {}  # shapes as they are known, and when they were added [s]
 
     def update(self, solids: Dict[str, Solid], stamp: float) -> List[Change]:
         """Return what changes with a frame of a stamp [s]."""
@@ -94,20 +83,13 @@ class SceneObjects:
         for name, solid in solids.items():
             known, added = self._known.get(name, (solid, -np.inf))
             keep = self._fits(known, solid) and 0 <= stamp - added < self._constants.refresh
-            larger = known if keep else self._larger(solid)
-            shown = solid._replace(length=larger.length, radius=larger.radius)
+            slack = self._constants.slack
+            length, radius = (known.length, known.radius) if keep else (solid.length + slack, solid.radius + slack)
+            shown = solid._replace(length=length, radius=radius)
             self._known[name] = shown, added if keep else stamp
             changes.append(Change(MOVE if keep else ADD, name, shown))
         return changes
 
-    def clear(self) -> List[Change]:
-        """Return what removes all objects."""
-        return self.update({}, 0.0)
-
     def _fits(self, known: Solid, solid: Solid) -> bool:
         return all(size <= has <= size + 3 * self._constants.slack for has, size in (
             (known.length, solid.length), (known.radius, solid.radius)))
-
-    def _larger(self, solid: Solid) -> Solid:
-        slack = self._constants.slack
-        return solid._replace(length=solid.length + slack, radius=solid.radius + slack)

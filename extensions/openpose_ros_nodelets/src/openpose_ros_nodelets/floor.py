@@ -4,7 +4,8 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.params.parameters import Parameters, direction, direction_parameter, parameter
+from openpose_ros_pkg.params.nodes import DemandParams
+from openpose_ros_pkg.params.parameters import direction, direction_parameter, parameter
 
 # Points are thinned to their mean in each cube of this size, so that near surfaces do not outvote far ones [m].
 _CELL = 0.06
@@ -38,7 +39,7 @@ _SMOOTHING = 0.5
 
 
 @dataclass(frozen=True)
-class FloorParams(Parameters):
+class FloorParams(DemandParams):
     """Where the floor may be."""
 
     retired = ('points', 'gravity_tolerance', 'thickness', 'least_area', 'most_below', 'most_tilt_sigma',

@@ -170,7 +170,7 @@ def _gesture_of(gesture: Gesture, pose: Transform, stamp: float) -> Message:
     values: Message = {'name': gesture.name, 'arm': gesture.arm, 'seconds': _rounded(stamp - gesture.since)}
     ray = gesture.pointing
     if ray is not None:
-        hit = ray.hit or Hit(np.full(3, np.nan))
+        hit = ray.hit or Hit(np.full(3, np.nan), '', np.nan)
         values['pointing'] = {'origin': _place(ray.origin, pose), 'direction': _direction(ray.direction, pose),
                               'sigma': _rounded(ray.sigma), 'hit': _place(hit.position, pose), 'target': hit.name}
     return values

@@ -2,7 +2,6 @@
 import math
 import threading
 import time
-from functools import partial
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import genpy
@@ -34,10 +33,10 @@ _SAME_STAMP = 0.0005
 _FLUSH_TIME = 0.1
 
 
-def start_signals(namespace: str = '') -> str:
-    """Return the command that starts the node of signals in the namespace of a chain; empty: the node's own."""
-    resolved = rospy.resolve_name(namespace).strip('/')
-    return f"roslaunch openpose_ros_bringup people.launch chain:=false{resolved and f' ns:={resolved}'}"
+def start_signals() -> str:
+    """Return the command that starts the node of signals in the namespace of this one."""
+    namespace = rospy.get_namespace().strip('/')
+    return f"roslaunch openpose_ros_bringup people.launch chain:=false{namespace and f' ns:={namespace}'}"
 
 
 class FieldMap:
@@ -142,7 +141,7 @@ class Bridge:
                 newest = StampSynchronizer(sources, PairingParams(slop=_SAME_STAMP), self._health,
                                            ('people', 'signals'))
                 newest.watch_pairs(demand.watch, sources, setting='')
-            newest.registerCallback(partial(_submit, worker))
+            newest.registerCallback(lambda *messages, worker=worker: worker.submit(messages))
             needs.update({source: [publisher] for source in sources})
             workers.append(worker)
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in workers))})
@@ -150,14 +149,10 @@ class Bridge:
         introduce(demand.inputs, messages=', '.join(output.kind._type for output in outputs))
 
 
-def _submit(worker: NewestWinsWorker, *messages: genpy.Message) -> None:
-    worker.submit(messages)
-
-
 def run_bridge(name: str, settings: Type[Any], outputs: Callable[[Any], Sequence[Output]]) -> None:
     """Run the node with what a function returns for its settings."""
     def make(values: Any) -> Bridge:
-        return Bridge(values.demand.lazy, outputs(values))
+        return Bridge(values.lazy, outputs(values))
 
     make.__module__ = outputs.__module__  # whose docstring is the help of the node
     run_node(name, settings, make)

@@ -1,10 +1,8 @@
 """People as objects of MoveIt's planning scene, moveit_msgs/PlanningScene, and as markers."""
-from functools import partial
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
-import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from scipy.spatial.transform import Rotation
@@ -12,20 +10,17 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from openpose_ros_bridges.capsules import capsules_of
-from openpose_ros_bridges.node_params import MoveitParams, MoveitSettings
+from openpose_ros_bridges.node_params import MoveitParams
 from openpose_ros_bridges.planning_scene import ADD, Change, SceneObjects, Solid, solids_of
 from openpose_ros_bridges.robot_links import read_links, without_links
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, FieldMap, Output, run_bridge
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.ros.frames import Frames
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros.convert import people_from_array
 
 MOVEIT = ForeignPackage('moveit_msgs', 'https://github.com/moveit/moveit_msgs (branch master)')
 SHAPES = ForeignPackage('shape_msgs', 'https://github.com/ros/common_msgs (branch noetic-devel)')
-# Below it each node has the names of its objects, for the one that starts after it was killed.
-_OBJECTS = '/openpose_ros/planning_scene_objects'
 # Links of the robot are wider by this, on each side [m].
 _PADDING = 0.05
 _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
@@ -35,18 +30,13 @@ _COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.35)
 class PlanningSceneMessages:
     """Makes diffs of planning scenes; remembers what they have told.
 
-    Args:
-        left: names of objects that are there from before.
-        save: is called with the names of all objects that are there when they change.
-
     Raises:
         ForeignPackageError: the messages are not found, or are others.
         ParameterError: `robot_links` has a link that is none.
     """
 
-    def __init__(self, params: MoveitParams, left: Sequence[str] = (),
-                 save: Callable[[Sequence[str]], None] = lambda names: None) -> None:
-        self._params, self._save, self._objects = params, save, SceneObjects(left)
+    def __init__(self, params: MoveitParams) -> None:
+        self._params, self._objects = params, SceneObjects()
         self._links = read_links(params.robot_links, 'robot_links')
         self._frames = Frames(params.planning_frame, params.robot_links)
         self.kind = MOVEIT.message('PlanningScene', {
@@ -71,17 +61,11 @@ class PlanningSceneMessages:
     def convert(self, message: PersonDetection_3dArray) -> Optional[genpy.Message]:
         """Return what changes with a frame, None: nothing; raises NoTransformError."""
         solids, header = self._solids(message)
-        before = self._objects.names
-        changes = self._objects.update(solids, header.stamp.to_sec())
-        if self._objects.names != before:
-            self._save(self._objects.names)
-        return self._diff(changes, header)
+        return self._diff(self._objects.update(solids, header.stamp.to_sec()), header)
 
     def end(self, header: Header) -> Optional[genpy.Message]:
         """Return the message that removes all people."""
-        changes = self._objects.clear()
-        self._save(())
-        return self._diff(changes, header)
+        return self._diff(self._objects.update({}, 0.0), header)
 
     def markers(self, message: PersonDetection_3dArray) -> MarkerArray:
         """Return the parts of people as markers, in the place of all earlier ones."""
@@ -133,23 +117,13 @@ def _ends(solid: Solid) -> List[Pose]:
     return [Pose(Point(*(solid.centre + side * along).tolist()), _NO_TURN) for side in (-1, 1)]
 
 
-def saver(key: str) -> Callable[[Sequence[str]], None]:
-    """Return what saves names as a parameter, and does not wait for it: the master may be gone."""
-    def failed(error: Exception) -> None:
-        rospy.logwarn_throttle(60.0, f'the names of the objects are not saved: {error}')
-
-    worker = NewestWinsWorker(partial(rospy.set_param, key), failed, 'names of objects')
-    return lambda names: worker.submit(list(names))
-
-
-def outputs(settings: MoveitSettings) -> Sequence[Output]:
+def outputs(params: MoveitParams) -> Sequence[Output]:
     """Return the outputs of the node."""
-    saved = _OBJECTS + rospy.get_name()
-    messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []), saver(saved))
+    messages = PlanningSceneMessages(params)
     return (Output('planning_scene', messages.kind, (PEOPLE,), messages.convert, messages.end, PLANNER_RATE),
             Output('~markers', MarkerArray, (PEOPLE,), messages.markers, messages.no_markers, PLANNER_RATE))
 
 
 def main() -> None:
     """Run the bridge to MoveIt."""
-    run_bridge('moveit_node', MoveitSettings, outputs)
+    run_bridge('moveit_node', MoveitParams, outputs)

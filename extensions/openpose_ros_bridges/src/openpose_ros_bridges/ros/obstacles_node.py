@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.footprints import BODY, Circle, circles_of, points_in, predicted
 from openpose_ros_bridges.located import covariance, located
-from openpose_ros_bridges.node_params import ObstacleParams, ObstacleSettings
+from openpose_ros_bridges.node_params import ObstacleParams
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, SIGNALS, FieldMap, Output, run_bridge
 from openpose_ros_pkg.errors import ForeignPackageError
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
@@ -110,12 +110,12 @@ def _in_frame(header: Header, frame: str) -> Header:
     return Header(stamp=header.stamp, frame_id=frame or header.frame_id)
 
 
-def outputs(settings: ObstacleSettings) -> Sequence[Output]:
+def outputs(params: ObstacleParams) -> Sequence[Output]:
     """Return the outputs of the node; that for teb_local_planner, if its messages are there."""
-    footprints = Footprints(settings.obstacles)
-    found = costmap_outputs(settings.obstacles, footprints)
+    footprints = Footprints(params)
+    found = costmap_outputs(params, footprints)
     try:
-        return (teb_output(settings.obstacles, footprints), *found)
+        return (teb_output(params, footprints), *found)
     except ForeignPackageError as error:
         rospy.logwarn('%s has no obstacles for teb_local_planner: %s', rospy.get_name(), error)
         return found
@@ -123,4 +123,4 @@ def outputs(settings: ObstacleSettings) -> Sequence[Output]:
 
 def main() -> None:
     """Run the bridge to planners on the floor."""
-    run_bridge('obstacles_node', ObstacleSettings, outputs)
+    run_bridge('obstacles_node', ObstacleParams, outputs)

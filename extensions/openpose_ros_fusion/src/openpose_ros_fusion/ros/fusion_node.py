@@ -13,7 +13,7 @@ from openpose_ros_fusion.cameras import CameraJudge, CameraJudgement
 from openpose_ros_fusion.collector import Collector, Update
 from openpose_ros_fusion.constants import FUSION, FusionConstants
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.node_params import FusionSettings
+from openpose_ros_fusion.node_params import FusionParams
 from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.rig import read_rig
 from openpose_ros_fusion.ros.camera_input import CameraInput
@@ -40,8 +40,8 @@ _JUDGED_PERIOD = 0.5
 class PeopleFusionNode:
     """Fuses what cameras send, in a thread of its own; callbacks only store the newest message of each camera."""
 
-    def __init__(self, settings: FusionSettings, constants: FusionConstants = FUSION) -> None:
-        params, self._silent = settings.fusion, constants.collector.silent
+    def __init__(self, params: FusionParams, constants: FusionConstants = FUSION) -> None:
+        self._silent = constants.collector.silent
         rig = read_rig(Path(params.rig)) if params.rig else None
         self._fixed_frame = params.fixed_frame if rig is None else rig.fixed_frame
         self._health, self._timing = Health(), TimingReport(STAGES, result='total')
@@ -54,7 +54,7 @@ class PeopleFusionNode:
         self._judged_at = -float('inf')
         # when the message of a sighting came, time.monotonic() [s], and its stamp
         self._messages: WeakKeyDictionary[Sighting, Tuple[float, rospy.Time]] = WeakKeyDictionary()
-        self._demand = demand = Demand(settings.demand.lazy, self._health)
+        self._demand = demand = Demand(params.lazy, self._health)
         self._array = demand.advertise(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d, PERSONS_QUEUE)
         self._states = demand.advertise('cameras', FusedCameraArray, RESULTS_QUEUE)
@@ -172,4 +172,4 @@ class PeopleFusionNode:
 
 def main() -> None:
     """Run the fusion node."""
-    run_node('people_fusion_node', FusionSettings, PeopleFusionNode)
+    run_node('people_fusion_node', FusionParams, PeopleFusionNode)

@@ -5,7 +5,7 @@ from typing import Optional
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_nodelets.depth_image import depth_pixels
-from openpose_ros_nodelets.node_params import CloudToDepthSettings
+from openpose_ros_nodelets.node_params import CloudToDepthParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_pkg.ros.demand import Demand
@@ -20,11 +20,11 @@ from skeleton_extract_3d.ros import convert
 class CloudToDepth:
     """Publishes depth_registered/image_rect and depth_registered/camera_info with the header of each cloud."""
 
-    def __init__(self, settings: CloudToDepthSettings) -> None:
-        self._params = settings.depth
+    def __init__(self, params: CloudToDepthParams) -> None:
+        self._params = params
         self._info: Optional[CameraInfo] = None
         self._health = Health(bad_input='bad clouds')
-        demand = Demand(settings.demand.lazy, self._health)
+        demand = Demand(params.lazy, self._health)
         self._images = demand.advertise('depth_registered/image_rect', Image, queue_size=1)
         self._infos = demand.advertise('depth_registered/camera_info', CameraInfo, queue_size=1)
         clouds = InputSubscriber('points', PointCloud2)
@@ -66,4 +66,4 @@ class CloudToDepth:
 
 def main() -> int:
     """Run the node; return the exit status."""
-    return run_node('cloud_to_depth', CloudToDepthSettings, CloudToDepth)
+    return run_node('cloud_to_depth', CloudToDepthParams, CloudToDepth)

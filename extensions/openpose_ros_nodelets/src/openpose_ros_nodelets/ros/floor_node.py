@@ -10,8 +10,7 @@ from pcl_msgs.msg import ModelCoefficients
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_nodelets.floor import Floor, FloorTracker, find_floor
-from openpose_ros_nodelets.node_params import FloorSettings
+from openpose_ros_nodelets.floor import Floor, FloorParams, FloorTracker, find_floor
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
@@ -32,8 +31,8 @@ _SETTLING = 2.0
 class FloorNode:
     """Finds the floor in clouds, organized or not; publishes ~plane and, with `publish_tf`, its frame."""
 
-    def __init__(self, settings: FloorSettings) -> None:
-        self._params, self._tracker = settings.floor, FloorTracker()
+    def __init__(self, params: FloorParams) -> None:
+        self._params, self._tracker = params, FloorTracker()
         self._found: Optional[Floor] = None  # in the newest cloud
         self._frame: Optional[TransformStamped] = None  # where the floor was seen last: people may hide it
         self._sought = rospy.Time()
@@ -42,7 +41,7 @@ class FloorNode:
         self._begin, self._is_alone = time.monotonic(), False
         self._transforms = Transforms(0.0) if self._params.gravity_frame or self._params.publish_tf else None
         self._broadcaster = tf2_ros.TransformBroadcaster() if self._params.publish_tf else None
-        demand = Demand(settings.demand.lazy and not self._params.publish_tf, self._health)
+        demand = Demand(params.lazy and not params.publish_tf, self._health)
         self._planes = demand.advertise('~plane', ModelCoefficients, queue_size=1)
         clouds = InputSubscriber('points', PointCloud2)
         clouds.registerCallback(NewestWinsWorker(self._process, self._health.frame_failed, 'clouds').submit)
@@ -109,4 +108,4 @@ class FloorNode:
 
 def main() -> int:
     """Run the node; return the exit status."""
-    return run_node('floor', FloorSettings, FloorNode)
+    return run_node('floor', FloorParams, FloorNode)
