@@ -6,12 +6,11 @@ from openpose_ros_msgs.msg import PersonDetectionArray
 from std_msgs.msg import Header
 
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
-from openpose_ros_bridges.node_params import VisionParams, VisionSettings
+from openpose_ros_bridges.node_params import VisionParams
 from openpose_ros_bridges.ros import jsk_node, vision_msgs_node
 from openpose_ros_bridges.ros.hri_messages import HriMessages
 from openpose_ros_bridges.ros.people_nodes import Ages, people_msgs, spencer
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
-from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18, openpose_name
@@ -72,7 +71,7 @@ SIGNALS = [
 
 
 def vision(**params):
-    return vision_msgs_node.outputs(VisionSettings(VisionParams(**params), DemandParams()))
+    return vision_msgs_node.outputs(VisionParams(**params))
 
 
 def numbers(message):

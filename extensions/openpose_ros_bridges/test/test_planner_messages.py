@@ -13,13 +13,12 @@ from openpose_ros_bridges.capsules import PARTS
 from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
 from openpose_ros_bridges.ros import bridge
 from openpose_ros_bridges.ros.bridge import Output, _Publisher
-from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages, saver
+from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
 from openpose_ros_bridges.ros.obstacles_node import Footprints, costmap_outputs, teb_output
-from openpose_ros_pkg.errors import ForeignPackageError, ParameterError
+from openpose_ros_pkg.errors import ForeignPackageError
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
-from session import await_true
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros import convert
 
@@ -85,14 +84,12 @@ def points_of(cloud):
 
 
 def test_a_scene_changes_by_diffs(packages):
-    saved = []
-    messages = PlanningSceneMessages(MoveitParams(), save=saved.append)
+    messages = PlanningSceneMessages(MoveitParams())
     assert messages.convert(people()) is None
     scene = checked(messages.convert(people(5)))
     parts = {told.id: told for told in scene.world.collision_objects}
     assert set(parts) <= {f'person_5_{part}' for part in PARTS}
     assert len(parts) == 17  # feet need a network with toes
-    assert saved == [list(parts)]
     for told in parts.values():
         checked(told)
         assert (told.operation, told.header) == (told.ADD, ROOM)
@@ -107,32 +104,11 @@ def test_a_scene_changes_by_diffs(packages):
     gone = checked(messages.convert(people()))
     assert {(told.operation, told.id) for told in gone.world.collision_objects} == {(1, name) for name in parts}
     assert messages.end(ROOM) is None
-    assert saved[-1] == ()
     for each in (scene, moved, gone):  # nothing else is touched: an empty field of a diff is no change in MoveIt
         untouched = type(each)(is_diff=True)
         untouched.robot_state.is_diff = True
         untouched.world.collision_objects = each.world.collision_objects
         assert each == untouched
-
-
-def test_objects_that_a_killed_node_left(packages):
-    messages = PlanningSceneMessages(MoveitParams(), left=['person_1_head'])
-    (told,) = messages.convert(people()).world.collision_objects
-    assert (told.id, told.operation) == ('person_1_head', told.REMOVE)
-
-
-def test_people_leave_also_without_a_master(packages, monkeypatch):
-    asked, warned = [], []
-
-    def refuse(key, names):
-        asked.append((key, names))
-        raise ConnectionRefusedError(key)
-    monkeypatch.setattr(rospy, 'set_param', refuse)
-    monkeypatch.setattr(rospy, 'logwarn_throttle', lambda _period, text: warned.append(text))
-    messages = PlanningSceneMessages(MoveitParams(), save=saver('/saved'))
-    messages.convert(people(5))
-    assert {told.operation for told in messages.convert(people()).world.collision_objects} == {1}
-    await_true(lambda: asked[-1:] == [('/saved', [])] and warned, 'names saved, and a warning')
 
 
 def test_markers_show_the_parts(packages):
@@ -152,11 +128,6 @@ def test_markers_show_the_parts(packages):
         assert 2 * told.primitives[0].dimensions[1] == pytest.approx(width + 0.02)
         ends = np.array([numbers(ball.pose.position) for ball in balls])
         assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(cylinder.scale.z)
-
-
-def test_wrong_links_are_refused(packages):
-    with pytest.raises(ParameterError, match='robot_links'):
-        PlanningSceneMessages(MoveitParams(robot_links='tool0'))
 
 
 def test_obstacles(packages):
