@@ -30,7 +30,7 @@ export function openPage(source) {
   const panel = new Panel(state, id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`))
   const drawn = (people, cameras) => {
     const mode = scene?.view.mode ?? 'free'
-    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0], mode, settings.theme())
+    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0], mode)
     menu.showViews(viewsOf(people, cameras, mode), mode)
     window.peopleView.messages = {...state.messages}
   }

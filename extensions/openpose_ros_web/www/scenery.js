@@ -3,6 +3,8 @@ import {BufferAttribute, BufferGeometry, Fog, LineBasicMaterial, LineSegments, P
 import {MISSING} from './state.js'
 import {Rods} from './pool.js'
 
+export const GROUND = 'rgb(22, 25, 31)'
+const GRID = 0x4a5261, CAMERA = [150, 160, 175]
 const SIDE = 20 // of the floor [m]
 const DEPTH = 0.25 // of the cameras' frustums [m]
 // A camera this high over z = 0 says that z = 0 is the floor [m]; otherwise the lowest joints tell.
@@ -12,7 +14,8 @@ export class Scenery {
   constructor(parent) {
     this.parent = parent
     this.rods = new Rods(parent)
-    this.grid = new LineSegments(squares(), new LineBasicMaterial())
+    this.grid = new LineSegments(squares(), new LineBasicMaterial({color: GRID}))
+    parent.fog = new Fog(GROUND, 6, 14)
     parent.add(this.grid)
     this.clouds = new Map()
     this.reset()
@@ -32,12 +35,6 @@ export class Scenery {
       cloud.material.dispose()
     }
     this.clouds.clear()
-  }
-
-  setTheme(theme) {
-    this.theme = theme
-    this.grid.material.color.set(theme.grid)
-    this.parent.fog = new Fog(`rgb(${theme.ground.join(', ')})`, 6, 14)
   }
 
   // `behind`: the index of the camera that the view is from.
@@ -73,8 +70,8 @@ export class Scenery {
         value + r[3 * axis] * ray[0] + r[3 * axis + 1] * ray[1] + r[3 * axis + 2] * ray[2])
     })
     corners.forEach((corner, index) => {
-      this.rods.add(position, corner, 0.004, this.theme.camera)
-      this.rods.add(corner, corners[(index + 1) % 4], 0.004, this.theme.camera)
+      this.rods.add(position, corner, 0.004, CAMERA)
+      this.rods.add(corner, corners[(index + 1) % 4], 0.004, CAMERA)
     })
   }
 
