@@ -15,7 +15,6 @@ from openpose_ros_bridges.ros import bridge
 from openpose_ros_bridges.ros.bridge import Output, _Publisher
 from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
 from openpose_ros_bridges.ros.obstacles_node import Footprints, costmap_outputs, teb_output
-from openpose_ros_pkg.errors import ForeignPackageError
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
@@ -212,16 +211,3 @@ def test_people_end_with_the_node_and_stay_known_while_no_planner_reads(packages
     publisher._shut_down()
     publisher.publish((people(5),))
     assert [scene.world.collision_objects[0].operation for scene in topic] == [0, 1, 0, 1]
-
-
-@pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [
-    (lambda: PlanningSceneMessages(MoveitParams()), 'moveit_msgs', 'CollisionObject',
-     'Header header\nstring id\nshape_msgs/SolidPrimitive[] primitives\ngeometry_msgs/Pose[] primitive_poses\n'
-     'byte ADD=0\nbyte REMOVE=1\nbyte MOVE=3\nbyte operation', 'pose is missing'),
-    (teb, 'costmap_converter', 'ObstacleMsg',
-     'std_msgs/Header header\ngeometry_msgs/Polygon polygon\nint64 id\ngeometry_msgs/Quaternion orientation\n'
-     'geometry_msgs/TwistWithCovariance velocities', 'radius is missing')], ids=['moveit', 'teb'])
-def test_other_definitions_are_refused(packages, make, package, message, other, text):
-    packages(**{package: {message: other}})
-    with pytest.raises(ForeignPackageError, match=f'{package}/{message} is defined otherwise than .*: .*{text}'):
-        make()

@@ -25,12 +25,6 @@ def footprints(signals=WALKS, shape=BODY, sigmas=1.0, hidden=()):
     return circles_of(located(people, [signals]), capsules_of(people), shape, sigmas)
 
 
-def test_no_people_no_footprints():
-    none = people_of([], [], np.random.RandomState(1))
-    assert circles_of([], capsules_of(none), BODY, 1.0) == []
-    assert points_in([], 0.05, **FAR).shape == (0, 2)
-
-
 def test_a_body_is_in_its_circle():
     (circle,) = footprints(sigmas=0.0)
     assert circle.id == 7
@@ -83,13 +77,6 @@ def test_walking_people_go_on_and_their_places_grow_unsure():
     assert ahead[-1].radius == pytest.approx(circle.radius + 2.0 * growth)
     assert predicted(circle, 2.0, 0.25, 0.0)[-1].radius == circle.radius
     assert len(predicted(circle, 0.0, 0.25, 1.0)) == 1
-
-
-@pytest.mark.parametrize('signals', [STANDS, replace(WALKS, walk=None)], ids=['stands', 'not known'])
-def test_standing_people_stay(signals):
-    (circle,) = footprints(signals)
-    assert len(predicted(circle, 2.0, 0.25, 1.0)) == 1
-    assert np.isnan(circle.velocity_sigma) == (signals.walk is None)
 
 
 def test_points_fill_circles_once():

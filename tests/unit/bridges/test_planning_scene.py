@@ -9,7 +9,7 @@ from animated_skeleton import ADULT, SIGMA, STANDING, frames, held, joints_of, p
 from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.planning_scene import ADD, MOVE, REMOVE, SceneObjects, Solid, solids_of
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.people import MEASURED, People3D
+from skeleton_extract_3d.people import People3D
 
 STRAIGHT = Solid(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]), 0.3, 0.1)
 
@@ -58,16 +58,6 @@ def test_parts_lie_along_the_limbs_and_are_wider_by_sigma():
     for sigma in (np.nan, np.inf, 1e30):
         unknown = solids_of(capsules_of(replace(people, sigma=np.full((1, 18), sigma))), 1.0)
         assert 0.2 < unknown['person_5_left_shin'].radius - shin.radius < 1001.0
-
-
-@pytest.mark.parametrize('way', [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-1, 2, -3), (0, 0, 0)])
-def test_any_direction(way):
-    xyz = np.full((1, 18, 3), np.nan)
-    xyz[0, [COCO_18.index['left_knee'], COCO_18.index['left_ankle']]] = [(1, 1, 1), np.add((1, 1, 1), way)]
-    there = np.isfinite(xyz[..., 0])
-    people = People3D(COCO_18, xyz, there, np.where(there, MEASURED, 0), np.where(there, 0.0, np.nan), [1])
-    shin = solids_of(capsules_of(people), 1.0)['person_1_left_shin']
-    np.testing.assert_allclose(axis(shin), [(1, 1, 1), np.add((1, 1, 1), way)], atol=1e-6)
 
 
 def test_known_objects_hold_a_walking_person_and_mostly_move():
@@ -124,9 +114,3 @@ def test_shapes_that_do_not_fit_any_more_are_added_anew():
     assert told(STRAIGHT, 0.4) == (MOVE, 0.31, 0.13)
     assert told(STRAIGHT._replace(radius=0.09), 0.5)[0] == ADD  # too large by more than 3 cm
     assert told(STRAIGHT._replace(length=0.5), 0.6)[0] == ADD
-
-
-def test_objects_are_added_anew_each_second_and_when_stamps_go_back():
-    scene = SceneObjects()
-    told = [scene.update({'part': STRAIGHT}, stamp)[0].operation for stamp in (0.0, 0.5, 0.9, 1.0, 1.9, 0.2, 0.3)]
-    assert told == [ADD, MOVE, MOVE, ADD, MOVE, ADD, MOVE]

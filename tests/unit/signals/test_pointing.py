@@ -91,21 +91,6 @@ def at(angle, distance=2.0, begin=1.4):
     return np.array([distance, 0.0, begin + distance * np.tan(np.radians(angle))])
 
 
-def test_a_target_on_either_line_is_hit_rather_than_one_in_the_middle():
-    on_eyes, on_arm = (one.origin + 2.5 * one.direction for one in (AHEAD.eye_ray, AHEAD.arm_ray))
-    middle = Target('middle', at(1.0))
-    for place in (on_eyes, on_arm):
-        pointing = with_targets(AHEAD, [middle, Target('meant', place), Target('beside', at(27.0))])
-        assert [target.name for target in pointing.targets] == ['meant', 'middle']
-        assert pointing.hit.name == 'meant' and pointing.hit.position is place
-        assert pointing.hit.off == pytest.approx(np.radians(off(AHEAD, place)))
-        assert pointing.targets[0].sigmas == pytest.approx(pointing.hit.off / AHEAD.sigma)
-        assert sum(target.probability for target in pointing.targets) == pytest.approx(1)
-        assert pointing.targets[0].probability > 0.6
-    # alone in the cone, it is what is meant
-    assert with_targets(AHEAD, [middle]).targets[0].probability == pytest.approx(1)
-
-
 def test_probabilities_are_those_that_a_simulation_finds():
     """People point from the eyes or the shoulder at one of three targets, and miss by the sigma of the ray."""
     random, count = np.random.default_rng(3), 200_000

@@ -1,6 +1,6 @@
 """The node of REP-155: each person's body below /humans/bodies, and on tf."""
 import threading
-from typing import Any, Callable, Dict, List, Mapping, Optional, Type
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Type
 
 import numpy as np
 import rospy
