@@ -1,7 +1,6 @@
 #!/usr/bin/python3
-"""People, signals, images, points and states come to a page as the topics have them; without a page nothing is read."""
+"""People, signals, images and states come to a page as the topics have them; without a page nothing is read."""
 import socket
-import struct
 import subprocess
 import sys
 import threading
@@ -20,7 +19,7 @@ from openpose_ros_msgs.msg import (
     PersonSignals,
     PersonSignalsArray,
 )
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
 
@@ -33,7 +32,6 @@ from session import await_true
 from skeleton_extract_3d.landmarks import Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros import convert
 
 SPACE = '/openpose_ros/skeleton_3d'
@@ -60,7 +58,7 @@ class Camera(threading.Thread):
         self.topics = {'people': ('detected_poses_3d', PersonDetection_3dArray),
                        'signals': ('people_signals', PersonSignalsArray),
                        'hands': ('detected_hands_3d', HandDetection_3dArray), 'info': ('camera_info', CameraInfo),
-                       'image': ('detected_poses_image', Image), 'cloud': ('input_pointcloud', PointCloud2)}
+                       'image': ('detected_poses_image', Image)}
         self.publishers = {name: rospy.Publisher(f'{SPACE}/{topic}', kind, queue_size=2)
                            for name, (topic, kind) in self.topics.items()}
         self.image = np.full((48, 64, 3), (200, 100, 50), np.uint8)
@@ -78,9 +76,7 @@ class Camera(threading.Thread):
             frame = {'people': convert.people_to_array(people(), header),
                      'signals': PersonSignalsArray(header=header, persons=[signals]),
                      'hands': convert.hands_to_array(hands, header), 'info': convert.camera_to_message(CAMERA, header),
-                     'image': bgr_to_image(self.image, header),
-                     'cloud': convert.cloud_to_message(cloud_from_depth(np.full((48, 64), 2.0), CAMERA, self.image),
-                                                       header)}
+                     'image': bgr_to_image(self.image, header)}
             for name, publisher in self.publishers.items():
                 publisher.publish(frame[name])
             rate.sleep()
@@ -121,17 +117,17 @@ class WebTest(unittest.TestCase):
         self.assertLessEqual(set(subscribed), {'/clock'})
         page = self.open()
         await_true(lambda: self.camera.listeners() == {'people', 'signals', 'hands', 'info'}, 'a page reads')
-        page.send('{"want": {"image": {"width": 320}, "cloud": true}}')
-        await_true(lambda: self.camera.listeners() == set(self.camera.topics), 'images and points are read')
+        page.send('{"want": {"image": {"width": 320}}}')
+        await_true(lambda: self.camera.listeners() == set(self.camera.topics), 'images are read')
         page.send('{"want": {}}')
-        await_true(lambda: not {'image', 'cloud'} & self.camera.listeners(), 'these are not read any more')
+        await_true(lambda: 'image' not in self.camera.listeners(), 'these are not read any more')
         page.close()
         await_true(lambda: not self.camera.listeners(), 'nothing is read')
 
     def test_2_an_optical_frame_is_turned_upright(self):
         page = self.open()
         hello = page.wait('hello')
-        self.assertEqual((hello['version'], hello['cameras'], hello['cloud']), (1, ['camera'], True))
+        self.assertEqual((hello['version'], hello['cameras']), (1, ['camera']))
         message = page.wait('people')
         self.assertEqual((message['frame'], message['skeleton']), (f'{FRAME}_upright', 'COCO_18'))
         (person,) = message['people']
@@ -157,18 +153,12 @@ class WebTest(unittest.TestCase):
         nodes = page.wait('state', lambda state: state['rate'] > 5)['nodes']
         self.assertIn('people_web_node', [node['name'] for node in nodes])
 
-    def test_4_images_and_points(self):
-        page = self.open(image={'width': 320, 'rate': 5}, cloud=True)
+    def test_4_images(self):
+        page = self.open(image={'width': 320, 'rate': 5})
         image = await_true(lambda: page.binary(1), 'an image')[0]
         bgr = cv2.imdecode(np.frombuffer(image[16:], np.uint8), cv2.IMREAD_COLOR)
         self.assertEqual(bgr.shape, (48, 64, 3))
         np.testing.assert_allclose(bgr, self.camera.image, atol=5)
-        cloud = await_true(lambda: page.binary(2), 'points')[0]
-        number, stamp, *low, step = struct.unpack_from('<Id4f', cloud, 4)
-        self.assertEqual((number, len(cloud)), (48 * 64, 32 + 9 * 48 * 64))
-        self.assertAlmostEqual(stamp, rospy.get_time(), delta=5)
-        points = np.frombuffer(cloud, '<u2', 3 * number, 32).reshape(-1, 3) * step + low
-        np.testing.assert_allclose(points[:, 0], 2.0, atol=1e-3)
 
     def test_5_world_is_shown_where_tf_knows_it(self):
         page = self.open()

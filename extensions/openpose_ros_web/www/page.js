@@ -16,9 +16,7 @@ export function openPage(source) {
   const state = new State(), settings = new Settings(), recorded = Boolean(source.recording)
   let wished = '', last = 0, quiet = 0, scene = null
   const ask = () => {
-    const hidden = document.hidden
-    const wish = {image: hidden ? null : picture.wish(),
-      cloud: !hidden && settings.cloud && state.messages.hello?.cloud === true}
+    const wish = {image: document.hidden ? null : picture.wish()}
     if (!state.messages.hello || JSON.stringify(wish) === wished) return
     wished = JSON.stringify(wish)
     source.want(wish)
@@ -57,7 +55,6 @@ export function openPage(source) {
   }
   state.on('hello', hello => {
     wished = ''
-    menu.offer('cloud', hello.cloud)
     document.body.classList.toggle('flat', hello.dimensions === 2)
     ask()
   })

@@ -30,7 +30,6 @@ export class Scene {
     this.labels = new Labels(labels)
     state.on('hello', hello => this.begin(hello))
     for (const kind of ['people', 'signals', 'hands', 'faces', 'cameras']) state.on(kind, message => this.take(message))
-    state.on('cloud', cloud => { this.scenery.setCloud(cloud); this.redraw() })
     settings.onChange(() => this.redraw())
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement)
     this.renderer.setClearColor(GROUND)

@@ -9,7 +9,6 @@ export const SWITCHES = [
   ['sigma', 'Uncertainty (sigma)', 's', false],
   ['cameras', 'Cameras', 'c', true],
   ['grid', 'Floor', 'g', true],
-  ['cloud', 'Coloured cloud', 'o', false],
   ['image', 'Image', 'i', true]]
 
 export class Settings {

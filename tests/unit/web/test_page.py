@@ -12,7 +12,7 @@ from browser import Browser, chromium
 from development import PACKAGES
 from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_web import three_js
-from openpose_ros_web.protocol import cloud_message, encode
+from openpose_ros_web.protocol import encode
 from openpose_ros_web.server import Key, PeopleServer
 
 PACKAGE = PACKAGES['openpose_ros_web']
@@ -205,31 +205,6 @@ def test_names_never_become_markup(site, browser):
     assert browser.run('document.title') == 'People'
     site.send(HELLO)
     browser.wait('peopleView.messages.hello.cameras[0] === "camera_0"')
-
-
-@needs_browser
-def test_the_cloud_is_drawn_while_it_is_shown(site, browser):
-    people, signals = frame(2, True)
-    shown(site, browser, {**people, 'people': []}, {**signals, 'people': []})
-    browser.press('0')
-    browser.press('o')
-    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
-    assert magenta(browser) == 0
-    xyz = np.random.default_rng(1).uniform((-1, -1, 0), (1, 1, 2), (1001, 3))
-    site.server.publish(Key('cloud', 0), cloud_message(0, 1.0, xyz, np.tile(np.uint8([255, 0, 255]), (1001, 1))))
-    wait_for(lambda: magenta(browser) > 200)
-    browser.press('o')
-    wait_for(lambda: magenta(browser) == 0)
-    browser.press('o')
-    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
-    browser.wait_for_drawing()
-    assert magenta(browser) == 0, 'the old cloud is shown again'
-    browser.press('o')
-
-
-def magenta(browser):
-    red, green, blue = np.moveaxis(picture_of(browser), 2, 0)
-    return np.count_nonzero((red > 150) & (green < 90) & (blue > 150))
 
 
 @needs_browser

@@ -1,6 +1,5 @@
 """What pages get: whole millimetres, no NaN, and what docs/web.md says."""
 import json
-import struct
 
 import numpy as np
 import pytest
@@ -52,7 +51,7 @@ def faces():
 
 CAMERA = CameraModel(64, 48, np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]]))
 MESSAGES = {message['type']: message for message in (
-    protocol.hello(['camera'], True, 3), protocol.people_message(person(), POSE, MOMENT),
+    protocol.hello(['camera'], 3), protocol.people_message(person(), POSE, MOMENT),
     protocol.signals_message([signals()], POSE, MOMENT), protocol.hands_message(hands(), STILL, MOMENT),
     protocol.faces_message(faces(), STILL, MOMENT), protocol.cameras_message([(0, CAMERA, POSE)], 'world'))}
 
@@ -80,19 +79,8 @@ def test_signals():
     assert (hidden['position'], hidden['posture_seconds'], hidden['speed']) == (None, None, None)
 
 
-def test_a_cloud_is_kept_to_its_step():
-    xyz = np.random.RandomState(1).uniform(-5, 5, (1000, 3))
-    rgb = np.arange(3000).astype(np.uint8).reshape(1000, 3)
-    data = protocol.cloud_message(2, 12.5, xyz, rgb)
-    kind, camera, _, number, stamp, *low, step = struct.unpack_from('<BBHId4f', data)
-    assert (kind, camera, number, stamp, len(data)) == (protocol.CLOUD, 2, 1000, 12.5, 32 + 9000)
-    found = np.frombuffer(data, '<u2', 3000, 32).reshape(-1, 3) * step + low
-    assert np.abs(found - xyz).max() < 1e-3
-    assert data[32 + 6000:] == rgb.tobytes()
-
-
 @pytest.mark.parametrize('text, want', [
-    ('{"want": {}}', Want()), ('{"want": {"image": null, "cloud": true}}', Want(cloud=True)),
+    ('{"want": {}}', Want()), ('{"want": {"image": null, "cloud": true}}', Want()),
     ('{"want": {"image": {"width": 700}}}', Want(0, 640)), ('{"want": {"image": {"width": 1}}}', Want(0, 160)),
     ('{"want": {"image": {"camera": 1, "width": 5000, "rate": 60}}}', Want(1, 960, 15.0))])
 def test_what_a_page_wants(text, want):

@@ -6,7 +6,6 @@ import re
 import socket
 import time
 
-import numpy as np
 import pytest
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
@@ -28,7 +27,7 @@ def pages(tmp_path):
     (tmp_path / 'three' / 'one.js').write_text('one')
     (tmp_path / 'secret.txt').write_text('secret')
     serving = PeopleServer('localhost', 0, {'/': folder, '/vendor/': tmp_path / 'three'},
-                           hello(['left', 'right'], True, 3))
+                           hello(['left', 'right'], 3))
     yield serving
     serving.stop()
 
@@ -96,28 +95,26 @@ def test_messages_arrive_in_order_and_later_pages_get_those_that_are_kept(pages)
     asyncio.run(run())
 
 
-def test_images_and_clouds_go_to_the_pages_that_want_them(pages):
+def test_images_go_to_the_pages_that_want_them(pages):
     async def run():
         wants, none = await connect(pages), await connect(pages)
         await messages(wants, 1), await messages(none, 1)
         assert pages.due_widths(1) == set()
-        await wants.write_message('{"want": {"image": {"camera": 1, "width": 700, "rate": 15}, "cloud": true}}')
-        while not pages.is_wanted(lambda want: want.cloud):
+        await wants.write_message('{"want": {"image": {"camera": 1, "width": 700, "rate": 15}}}')
+        while not pages.is_wanted(lambda want: want.width):
             await asyncio.sleep(0.01)
         assert (pages.due_widths(0), pages.due_widths(1)) == (set(), {640})
-        image, cloud = protocol.image_message(1, 5.0, b'jpeg'), protocol.cloud_message(0, 5.0, np.zeros((0, 3)),
-                                                                                      np.zeros((0, 3), np.uint8))
+        image = protocol.image_message(1, 5.0, b'jpeg')
         pages.publish(Key('image', 0, 640), b'another camera')
         pages.publish(Key('image', 1, 320), b'another width')
         pages.publish(Key('image', 1, 640), image)
         pages.publish(Key('image', 1, 640), b'too soon')
-        pages.publish(Key('cloud', 0), cloud)
         pages.publish(Key('people'), '{"type":"people"}')
-        assert await messages(wants, 3) == [image, cloud, {'type': 'people'}]
+        assert await messages(wants, 2) == [image, {'type': 'people'}]
         assert await messages(none, 1) == [{'type': 'people'}]
         assert pages.due_widths(1) == set()
         wants.close()
-        while pages.is_wanted(lambda want: want.cloud):
+        while pages.is_wanted(lambda want: want.width):
             await asyncio.sleep(0.01)
     asyncio.run(run())
 
@@ -189,6 +186,6 @@ def test_a_slow_page_gets_the_present(pages):
 
 def test_a_port_that_is_taken_is_an_error(pages, tmp_path):
     with pytest.raises(OSError, match='in use'):
-        PeopleServer('localhost', pages.port, {'/': tmp_path}, hello([], False, 3))
+        PeopleServer('localhost', pages.port, {'/': tmp_path}, hello([], 3))
     with pytest.raises(OSError, match=r'assign|known|address'):
-        PeopleServer('192.0.2.1', 0, {'/': tmp_path}, hello([], False, 3))
+        PeopleServer('192.0.2.1', 0, {'/': tmp_path}, hello([], 3))

@@ -17,9 +17,12 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_web.protocol import Want, encode, read_want
 
+MOST_CLIENTS = 16
 # A connection without a request, and a client that has not taken a message, for this long are closed [s].
 _PATIENCE = 10.0
 _LARGEST_HEAD, _LARGEST_MESSAGE = 8192, 4096  # [bytes]
+# Messages and pings that a page may send [1/s], and at once.
+_MESSAGES, _MOST_MESSAGES = 20.0, 40.0
 _MOST_UNSENT = 8_000_000  # [bytes]
 # Of what was written, the kernel keeps so much for a slow page, and Linux twice that [bytes]. By itself it would keep
 # up to 4 MB: seconds of images, all of them out of date when they arrive.
@@ -171,6 +174,12 @@ class _Page(_Guarded, WebSocketHandler):
         self._waiting: OrderedDict[Key, Payload] = OrderedDict()
         self._sending = False
         self._next_image = 0.0
+        self._left, self._counted = _MOST_MESSAGES, time.monotonic()
+
+    async def get(self, *arguments: Any, **options: Any) -> None:
+        if len(self.server.clients) >= MOST_CLIENTS:
+            raise HTTPError(503)
+        await super().get(*arguments, **options)
 
     def open(self, *_: str, **__: str) -> None:
         self.set_nodelay(True)
@@ -185,11 +194,20 @@ class _Page(_Guarded, WebSocketHandler):
         self.server.close(self)
 
     def on_message(self, message: Union[str, bytes]) -> None:
+        self.on_ping()
         try:
             self.want = read_want(message, self.server.cameras)
         except BadInputError:
             self.close(1008)
         self.server.changed()
+
+    def on_ping(self, data: bytes = b'') -> None:
+        """Close the connection of a page that sends too much: it would hold up all others."""
+        now = time.monotonic()
+        self._left = min(self._left + _MESSAGES * (now - self._counted), _MOST_MESSAGES) - 1
+        self._counted = now
+        if self._left < 0:
+            self.stream.close()
 
     def offer(self, key: Key, payload: Payload) -> None:
         """Send a message as soon as the ones before are sent, unless a newer one replaces it."""
@@ -210,7 +228,7 @@ class _Page(_Guarded, WebSocketHandler):
             # one that is late does not delay the next: 10 of 15 images a second can be sent
             self._next_image = now + period - min(now - self._next_image, period / 2)
             return True
-        return self.want.cloud if key.kind == 'cloud' else key.kind != 'image'
+        return key.kind != 'image'
 
     async def _send(self) -> None:
         """Send what waits, each message when the one before has left."""
