@@ -11,7 +11,7 @@ import {View} from './view.js'
 ColorManagement.enabled = false // colours are drawn as the messages have them
 
 export class Scene {
-  // `drawn` is called after each drawing. Raises Error without WebGL.
+  // `drawn` is called after each drawing.
   constructor(canvas, labels, state, settings, drawn) {
     this.renderer = new WebGLRenderer({canvas, antialias: true})
     this.renderer.outputColorSpace = LinearSRGBColorSpace
@@ -57,7 +57,7 @@ export class Scene {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2))
     this.renderer.setSize(width, height)
     this.view.resize(width, height)
-    this.draw()
+    this.redraw()
   }
 
   redraw() {
@@ -96,7 +96,7 @@ export class Scene {
   }
 }
 
-export function camerasOf(message, hello) {
+function camerasOf(message, hello) {
   return (message?.cameras ?? []).map(({camera, size, K, position, rotation}) => ({
     index: camera, name: hello?.cameras[camera] ?? '', size, K, position: metres(position), rotation}))
 }
