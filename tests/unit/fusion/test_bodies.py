@@ -29,7 +29,7 @@ def test_bones_keep_the_length_that_was_learnt():
     elbow, wrist = COCO_18.index['left_elbow'], COCO_18.index['left_wrist']
 
     def bent(sizes, joints, measured):
-        return with_bones(sizes, Joints(joints, covariance, *3 * (np.zeros(0),)), np.full((1, 18), measured),
+        return with_bones(sizes, Joints(joints, covariance, *2 * (np.zeros(0),)), np.full((1, 18), measured),
                           np.ones((1, 18)))
 
     sizes = Sizes.assumed(np.array([1.7]))

@@ -89,37 +89,29 @@ class _Publisher:
         """Convert and publish messages of the inputs."""
         with self._lock:
             if time.monotonic() >= self._due and not self._is_shut_down:
-                self._convert(messages)
+                result = self._output.convert(*messages)
+                if self._output.rate:
+                    self._due = max(self._due + 1 / self._output.rate, time.monotonic())
+                header = getattr(result, 'header', messages[-1].header)
+                self._frame_id = header.frame_id
+                if result is not None:
+                    self._topic.publish(result)
+                self._health.frame_done(header.stamp)
         if self._input is not None:
             self._input.heard()
 
-    def _convert(self, messages: Tuple[genpy.Message, ...]) -> None:
-        result = self._output.convert(*messages)
-        if self._output.rate:
-            self._due = max(self._due + 1 / self._output.rate, time.monotonic())
-        header = getattr(result, 'header', messages[-1].header)
-        self._frame_id = header.frame_id
-        if result is not None:
-            self._topic.publish(result)
-        self._health.frame_done(header.stamp)
-
-    def _end(self) -> None:
+    def _end(self, shut_down: bool = False) -> None:
         with self._lock:
-            self._publish_end()
+            # a reader that comes back has people from before, which the next message then has to remove
+            if not self._is_shut_down and self._frame_id and self._topic.get_num_connections():
+                result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
+                if result is not None:
+                    self._topic.publish(result)
+            self._is_shut_down |= shut_down
 
     def _shut_down(self) -> None:
-        with self._lock:
-            self._publish_end()
-            self._is_shut_down = True
+        self._end(shut_down=True)
         time.sleep(_FLUSH_TIME)
-
-    def _publish_end(self) -> None:
-        # a reader that comes back has people from before, which the next message then has to remove
-        if not (self._frame_id and self._topic.get_num_connections()) or self._is_shut_down:
-            return
-        result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
-        if result is not None:
-            self._topic.publish(result)
 
 
 class Bridge:
