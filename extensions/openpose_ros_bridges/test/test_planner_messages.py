@@ -5,7 +5,6 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs import point_cloud2
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker
 
 from animated_skeleton import SIGMA, STANDING, people_of
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
@@ -108,25 +107,6 @@ def test_a_scene_changes_by_diffs(packages):
         untouched.robot_state.is_diff = True
         untouched.world.collision_objects = each.world.collision_objects
         assert each == untouched
-
-
-def test_markers_show_the_parts(packages):
-    messages = PlanningSceneMessages(MoveitParams())
-    for none in (messages.markers(people()), messages.no_markers(ROOM)):
-        assert [(marker.action, marker.header) for marker in none.markers] == [(Marker.DELETEALL, ROOM)]
-    first, *markers = checked(messages.markers(people(5))).markers
-    assert first.action == Marker.DELETEALL
-    assert len(markers) == 3 * 17
-    assert len({marker.id for marker in markers}) == len(markers)
-    objects = messages.convert(people(5)).world.collision_objects
-    for told, (cylinder, *balls) in zip(objects, (markers[row:row + 3] for row in range(0, len(markers), 3))):
-        assert (cylinder.type, [ball.type for ball in balls]) == (Marker.CYLINDER, [Marker.SPHERE] * 2)
-        assert cylinder.pose == told.pose
-        width = cylinder.scale.x
-        assert [numbers(ball.scale) for ball in balls] == [[width] * 3] * 2
-        assert 2 * told.primitives[0].dimensions[1] == pytest.approx(width + 0.02)
-        ends = np.array([numbers(ball.pose.position) for ball in balls])
-        assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(cylinder.scale.z)
 
 
 def test_obstacles(packages):

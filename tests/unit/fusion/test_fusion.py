@@ -79,12 +79,6 @@ def test_two_people_near_each_other_keep_their_ids(first, second, noise):
     assert ids_of(live(paths(first, second), around(3, noise=noise)))
 
 
-def test_a_person_that_one_camera_sees_is_reported_when_it_lasts():
-    story = live(paths(((0, 0), (0, 0))), around(3), 1.0, sees=lambda camera, time: None if camera == 'camera0' else ())
-    assert len(story[0][1]) == 0
-    assert ids_of(story, settled=0.2) == [1]
-
-
 def test_a_person_walks_through_cameras_that_do_not_overlap():
     room = paths(((-2, 0), (2, 0)))
     views = {'camera0': (-9, -0.5), 'camera1': (-0.4, 0.4), 'camera2': (0.5, 9)}

@@ -208,29 +208,6 @@ def test_names_never_become_markup(site, browser):
 
 
 @needs_browser
-def test_the_view_from_a_camera_moves_with_it(site, browser):
-    people, signals = frame(3, False)
-    shown(site, browser, people, signals)
-    browser.press('1')
-    browser.wait('peopleView.view.mode === "camera 0"')
-    moved = {**CAMERAS['cameras'][0], 'position': [500, -300, 1200]}
-    site.send({**CAMERAS, 'cameras': [moved]})
-    browser.wait('peopleView.messages.cameras?.cameras.length === 1')
-    browser.wait_for_drawing()
-    expected = expected_pixels(browser, moved, people)
-    for joint in browser.run('peopleView.joints()'):
-        assert (joint['x'], joint['y']) == pytest.approx(expected[joint['id'], joint['joint']], abs=1.0)
-    elsewhere = {'frame': 'elsewhere'}
-    site.send({**CAMERAS, **elsewhere}, {**people, **elsewhere})
-    browser.wait('peopleView.messages.people?.frame === "elsewhere"')
-    browser.wait_for_drawing()
-    assert browser.run('peopleView.view.camera.position.toArray()') == pytest.approx([0, 0, 1.7]), 'not that of a fit'
-    assert browser.run('peopleView.state.people().every(person => !person.signals)'), 'signals are in another frame'
-    shown(site, browser, people, signals)
-    browser.press('0')
-
-
-@needs_browser
 def test_people_are_faded_when_no_message_comes(site, browser):
     people, signals = frame(3, False)
     shown(site, browser, people, signals)

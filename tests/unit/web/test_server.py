@@ -11,7 +11,7 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from openpose_ros_web import protocol
-from openpose_ros_web.protocol import encode, hello
+from openpose_ros_web.protocol import hello
 from openpose_ros_web.server import Key, PeopleServer
 
 HANDSHAKE = (b'GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
@@ -142,29 +142,6 @@ def test_a_page_that_sends_something_else_is_disconnected(pages, sent):
             pass
     asyncio.run(asyncio.wait_for(run(), 10))
     wait_for(lambda: not pages.clients)
-
-
-def test_a_page_that_never_reads_holds_up_no_other(pages):
-    """Of what waits for it, only the newest of each kind is kept."""
-    large = encode({'type': 'people', 'text': 'x' * 500000})
-
-    def handshake():
-        connection = socket.create_connection(('127.0.0.1', pages.port))
-        connection.sendall(HANDSHAKE)
-        return connection
-
-    async def run():
-        await messages(page := await connect(pages), 1)
-        for _ in range(100):
-            pages.publish(Key('people'), large)
-            pages.publish(Key('state'), '{"type":"state"}')
-            assert [each['type'] for each in await messages(page, 2)] == ['people', 'state']
-        waiting = max(len(each._waiting) for each in pages.clients)
-        assert waiting == 2, 'the other one took nothing'
-
-    with handshake():
-        wait_for(lambda: pages.clients)
-        asyncio.run(asyncio.wait_for(run(), 30))
 
 
 def test_a_slow_page_gets_the_present(pages):
