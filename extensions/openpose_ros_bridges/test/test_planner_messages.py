@@ -126,7 +126,6 @@ def test_obstacles(packages):
     (unknown,) = output.convert(people(5), signals(None)).obstacles
     assert numbers(unknown.velocities.twist.linear) == [0.0] * 3
     assert unknown.velocities.covariance[0] == NOT_KNOWN
-    assert [leg.id for leg in checked(teb(footprint='legs').convert(people(5), WALKS)).obstacles] == [10, 11]
 
 
 def test_points_for_a_costmap_and_the_scan_that_clears():

@@ -7,7 +7,7 @@ import pytest
 from animated_skeleton import SIGMA, STANDING, TRUNK, UP, people_of, without
 from openpose_ros_bridges.body_model import body_poses
 from openpose_ros_bridges.capsules import capsules_of, reaches_of
-from openpose_ros_bridges.footprints import BODY, circles_of
+from openpose_ros_bridges.footprints import circles_of
 from openpose_ros_bridges.located import located
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
@@ -57,7 +57,7 @@ def test_people_who_have_one_id_are_told_apart_by_their_rows(number):
         (1, False, 2), (2, False, 4)]
     placed, capsules = located(people, signals), capsules_of(people)
     assert [(person.id, round(person.position[0])) for person in placed] == [(1, 2), (2, 4)]
-    assert all(circle.radius < 1 for circle in circles_of(placed, capsules, BODY, 1.0))
+    assert all(circle.radius < 1 for circle in circles_of(placed, capsules, 1.0))
     solids = solids_of(capsules, 1.0)
     assert [round(solids[f'person_{row}_head'].centre[0]) for row in (1, 2)] == [2, 4]
     assert sorted(body_poses(people)) == sorted(set(reaches_of(people).persons.tolist())) == [1, 2]

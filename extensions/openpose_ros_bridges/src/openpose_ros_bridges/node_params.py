@@ -2,7 +2,6 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Type
 
-from openpose_ros_bridges.footprints import BODY, LEGS
 from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.params.parameters import parameter
 
@@ -84,16 +83,13 @@ class MoveitParams(DemandParams):
 class ObstacleParams(DemandParams):
     """How people become obstacles on the floor."""
 
-    retired = ('tf_timeout', 'step', 'spacing', 'height', 'footprint_range', 'max_rate')
+    retired = ('tf_timeout', 'step', 'spacing', 'height', 'footprint_range', 'max_rate', 'footprint')
 
     planning_frame: str = parameter(
         'odom', 'Frame of the obstacles of teb_local_planner, with z upwards: the global_frame of its costmap, as it '
                 'does not turn velocities.')
     robot_frame: str = parameter('base_link', 'Frame of the footprints of costmap_2d, with z upwards and its origin in '
                                               'the middle of the robot.')
-    footprint: str = parameter(BODY, 'Obstacles of a person: body, a circle that holds all of the body; legs, one for '
-                                     'each leg, where both are known, with the ids 2 ID and 2 ID + 1, else the body '
-                                     'with 2 ID.', choices=(BODY, LEGS))
     sigmas: float = parameter(1.0, 'Radii grow by this multiple of the sigma of the joints and, of predicted '
                                    'footprints, of the velocity.', minimum=0.0, maximum=5.0)
     horizon: float = parameter(2.0, 'Prediction horizon of people that walk.', unit='s', minimum=0.0, maximum=10.0)
