@@ -9,13 +9,11 @@ from openpose_ros_pkg.params.parameters import parameter
 
 @dataclass(frozen=True)
 class CloudToDepthParams(DemandParams):
-    """The depth image and its camera."""
+    """The depth image."""
+
+    retired = ('camera',)
 
     encoding: str = parameter('16UC1', 'Pixels: 16UC1 [mm, up to 65.535 m] or 32FC1 [m].', choices=('16UC1', '32FC1'))
-    camera: str = parameter(
-        'auto', 'Camera info of the depth image: topic (what comes on camera_info; it must be rectified and of the '
-                "cloud's size and frame), fit (the pinhole camera that the points belong to), or auto (fit as long as "
-                'none has come).', choices=('auto', 'topic', 'fit'))
 
 
 # The parameters of each file in config/.

@@ -22,8 +22,10 @@ from skeleton_extract_3d.ros.transforms import Transforms
 
 # About as many points of a cloud are read, evenly over its rows and columns.
 _POINTS = 12000
-# With `gravity_frame` [degrees].
-_GRAVITY_TOLERANCE = 10.0
+# Greatest angle of the floor's normal from `up`, and with `gravity_frame` [degrees].
+_TOLERANCE, _GRAVITY_TOLERANCE = 40.0, 10.0
+# The floor is sought this often, by the stamps of the clouds [Hz].
+_RATE = 5.0
 # Until frames that others publish are heard after the start [s], as of the rig of openpose_ros_fusion.
 _SETTLING = 2.0
 
@@ -64,7 +66,7 @@ class FloorNode:
         if since < 0:
             self._frame = None
         try:
-            if since < 0 or since > 0.9 / self._params.rate:  # a tenth of a period early is in time, as stamps jitter
+            if since < 0 or since > 0.9 / _RATE:  # a tenth of a period early is in time, as stamps jitter
                 self._sought = header.stamp
                 self._seek(cloud)
         finally:
@@ -73,7 +75,7 @@ class FloorNode:
 
     def _seek(self, cloud: PointCloud2) -> None:
         """Find the floor in a cloud, and publish it if it is known."""
-        up, tolerance = self._params.upwards, self._params.tolerance
+        up, tolerance = self._params.upwards, _TOLERANCE
         if self._params.gravity_frame:
             newest = self._transforms.newest(cloud.header.frame_id, self._params.gravity_frame)
             up, tolerance = convert.rotation_and_translation(newest)[0][:, 2], _GRAVITY_TOLERANCE
