@@ -24,7 +24,6 @@ from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros import convert
 
 # As an extractor's, so that whatever reads one camera reads the fused people as well.
@@ -108,7 +107,9 @@ class PeopleFusionNode:
     def _fuse(self, update: Update) -> None:
         started = time.monotonic()
         people = self._fusion.update(update.sightings, update.stamp)
-        self._judge_cameras(update, people)
+        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
+        if self._states.get_num_connections() > 0 or time.monotonic() - self._judged_at >= _JUDGED_PERIOD:
+            self._judged, self._judged_at = self._judge.judgements(), time.monotonic()
         fused = time.monotonic()
         newest = max(update.sightings, key=lambda sighting: sighting.stamp)
         # exactly the stamp of its message, where its clock needs no correction
@@ -145,12 +146,6 @@ class PeopleFusionNode:
         if camera.name in self._collector.cameras_out_of_time:
             return FusedCamera.OUT_OF_TIME
         return FusedCamera.DISAGREES if judged.disagrees else FusedCamera.OK
-
-    def _judge_cameras(self, update: Update, people: People3D) -> None:
-        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
-        now = time.monotonic()
-        if self._states.get_num_connections() > 0 or now - self._judged_at >= _JUDGED_PERIOD:
-            self._judged, self._judged_at = self._judge.judgements(), now
 
     def _values(self) -> Dict[str, str]:
         states = self._camera_states()
