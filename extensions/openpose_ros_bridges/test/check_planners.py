@@ -123,7 +123,7 @@ class PlannersTest(unittest.TestCase):
         scene = PlanningScene('/planning_scene', self.kind, 'world')
         self.addCleanup(scene.close)
         await_true(lambda: scene.people() == ['person_5', 'person_6'], 'both')
-        await_true(lambda: scene.operations[3] > 200, 'they move')
+        await_true(lambda: scene.operations[0] > 200, 'they move')
         # the forearm and the hand of one are those of the robot
         self.assertEqual({f'person_{number}_left_{part}' for number in (5, 6) for part in ('forearm', 'hand')}
                          & set(scene.names), {'person_5_left_forearm', 'person_5_left_hand'})

@@ -6,7 +6,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs import point_cloud2
 from std_msgs.msg import Header
 
-from animated_skeleton import SIGMA, STANDING, people_of
+from animated_skeleton import SIGMA, STANDING, people_of, without
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
 from openpose_ros_bridges.capsules import PARTS
 from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
@@ -95,14 +95,17 @@ def test_a_scene_changes_by_diffs(packages):
         (length, radius), (ball,), (other,) = (checked(primitive).dimensions for primitive in told.primitives)
         assert radius == ball == other
         assert [pose.position.z for pose in told.primitive_poses] == [0.0, -length / 2, length / 2]
-    moved = checked(messages.convert(people(5)))
-    assert {(told.operation, len(told.primitives), len(told.primitive_poses))
-            for told in moved.world.collision_objects} == {(3, 0, 0)}
-    assert [told.pose for told in moved.world.collision_objects] == [told.pose for told in parts.values()]
+    again = checked(messages.convert(people(5)))  # in the place of the first ones
+    assert again.world.collision_objects == scene.world.collision_objects
+    fewer = messages.convert(convert.people_to_array(without(
+        people_of([STANDING], [5], np.random.RandomState(0)), ['left_wrist']), ROOM)).world.collision_objects
+    assert {told.id for told in fewer if told.operation == told.REMOVE} == {
+        f'person_5_left_{part}' for part in ('forearm', 'hand')}
+    messages.convert(people(5))
     gone = checked(messages.convert(people()))
     assert {(told.operation, told.id) for told in gone.world.collision_objects} == {(1, name) for name in parts}
     assert messages.end(ROOM) is None
-    for each in (scene, moved, gone):  # nothing else is touched: an empty field of a diff is no change in MoveIt
+    for each in (scene, again, gone):  # nothing else is touched: an empty field of a diff is no change in MoveIt
         untouched = type(each)(is_diff=True)
         untouched.robot_state.is_diff = True
         untouched.world.collision_objects = each.world.collision_objects

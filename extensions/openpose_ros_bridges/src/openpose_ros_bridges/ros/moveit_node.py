@@ -11,7 +11,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.node_params import MoveitParams
-from openpose_ros_bridges.planning_scene import ADD, Change, SceneObjects, Solid, solids_of
+from openpose_ros_bridges.planning_scene import Solid, solids_of
 from openpose_ros_bridges.robot_links import read_links, without_links
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, FieldMap, Output, run_bridge
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
@@ -28,7 +28,7 @@ _COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.35)
 
 
 class PlanningSceneMessages:
-    """Makes diffs of planning scenes; remembers what they have told.
+    """Makes diffs of planning scenes; remembers which objects are there.
 
     Raises:
         ForeignPackageError: the messages are not found, or are others.
@@ -36,7 +36,8 @@ class PlanningSceneMessages:
     """
 
     def __init__(self, params: MoveitParams) -> None:
-        self._params, self._objects = params, SceneObjects()
+        self._params = params
+        self._known: Sequence[str] = ()  # objects that the planner knows
         self._links = read_links(params.robot_links, 'robot_links')
         self._frames = Frames(params.planning_frame, params.robot_links)
         self.kind = MOVEIT.message('PlanningScene', {
@@ -49,23 +50,21 @@ class PlanningSceneMessages:
             return [primitive(primitive.kind.CYLINDER, solid.length, solid.radius), ball, ball]
 
         self._object = FieldMap(
-            MOVEIT, 'CollisionObject', header=HEADER, id=('string', lambda _, change: change.name),
-            operation=('byte', lambda _, change: getattr(self._object.kind, change.operation)),
-            pose=('geometry_msgs/Pose', lambda _, change: _pose(change.solid)),
-            primitives=('shape_msgs/SolidPrimitive[]', lambda _, change: (
-                primitives(change.solid) if change.operation == ADD else [])),
-            primitive_poses=('geometry_msgs/Pose[]', lambda _, change: (
-                [Pose(Point(0.0, 0.0, height), _NO_TURN) for height in (
-                    0.0, -change.solid.length / 2, change.solid.length / 2)] if change.operation == ADD else [])))
+            MOVEIT, 'CollisionObject', header=HEADER, id=('string', lambda _, name, solid: name),
+            operation=('byte', lambda _, name, solid: self._object.kind.ADD if solid else self._object.kind.REMOVE),
+            pose=('geometry_msgs/Pose', lambda _, name, solid: _pose(solid) if solid else Pose(Point(), _NO_TURN)),
+            primitives=('shape_msgs/SolidPrimitive[]', lambda _, name, solid: primitives(solid) if solid else []),
+            primitive_poses=('geometry_msgs/Pose[]', lambda _, name, solid: (
+                [Pose(Point(0.0, 0.0, height), _NO_TURN) for height in (0.0, -solid.length / 2, solid.length / 2)]
+                if solid else [])))
 
     def convert(self, message: PersonDetection_3dArray) -> Optional[genpy.Message]:
-        """Return what changes with a frame, None: nothing; raises NoTransformError."""
-        solids, header = self._solids(message)
-        return self._diff(self._objects.update(solids, header.stamp.to_sec()), header)
+        """Return the scene of a frame, None: no person is or was there; raises NoTransformError."""
+        return self._diff(*self._solids(message))
 
     def end(self, header: Header) -> Optional[genpy.Message]:
         """Return the message that removes all people."""
-        return self._diff(self._objects.update({}, 0.0), header)
+        return self._diff({}, header)
 
     def markers(self, message: PersonDetection_3dArray) -> MarkerArray:
         """Return the parts of people as markers, in the place of all earlier ones."""
@@ -98,12 +97,16 @@ class PlanningSceneMessages:
             capsules = without_links(capsules, ends, [link.radius + _PADDING for link in self._links])
         return solids_of(capsules, self._params.sigmas), header
 
-    def _diff(self, changes: Sequence[Change], header: Header) -> Optional[genpy.Message]:
-        if not changes:
+    def _diff(self, solids: Dict[str, Solid], header: Header) -> Optional[genpy.Message]:
+        """Return what adds all parts, in the place of those of their names, and removes those that are gone."""
+        gone, self._known = [name for name in self._known if name not in solids], list(solids)
+        if not gone and not solids:
             return None
         scene = self.kind(is_diff=True)
         scene.robot_state.is_diff = True  # else all attached objects would be taken away
-        scene.world.collision_objects = [self._object(header, change) for change in changes]
+        scene.world.collision_objects = [
+            *(self._object(header, name, None) for name in gone),
+            *(self._object(header, name, solid) for name, solid in solids.items())]
         return scene
 
 
