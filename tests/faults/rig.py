@@ -78,7 +78,7 @@ CHAINS: Dict[str, Dict[str, Program]] = {
         'cameras': ' '.join(fusion_cameras.WITH_DEPTH), 'rgb_cameras': fusion_cameras.WITHOUT_DEPTH,
         'fixed_frame': ROOM})},
     'signals': {'people': Program('extensions/openpose_ros_signals/scripts/people_signals_node', {
-        'fixed_frame': ROOM, 'use_cloud': True, 'use_landmarks': True, 'summary': True, 'targets': TARGETS})},
+        'fixed_frame': ROOM, 'use_landmarks': True, 'summary': True, 'targets': TARGETS})},
     'web': {'people': Program('extensions/openpose_ros_web/scripts/people_web_node', {
         'port': WEB_PORT, 'fixed_frame': ROOM})},
 }

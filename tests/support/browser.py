@@ -66,10 +66,6 @@ class Browser:
         self.call('Emulation.setDeviceMetricsOverride', width=width, height=height,
                   deviceScaleFactor=2 if phone else 1, mobile=phone)
 
-    def prefer(self, theme: str) -> None:
-        """Prefer the theme 'dark' or 'light'."""
-        self.call('Emulation.setEmulatedMedia', features=[{'name': 'prefers-color-scheme', 'value': theme}])
-
     def run(self, script: str) -> Any:
         """Return the value of an expression in the page."""
         result = self.call('Runtime.evaluate', expression=script, returnByValue=True, awaitPromise=True)

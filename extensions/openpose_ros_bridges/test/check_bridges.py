@@ -29,8 +29,6 @@ from skeleton_extract_3d.ros import convert
 
 RATE = 15.0
 INPUT = '/openpose_ros/skeleton_3d'
-NODES = {'people_msgs_node': 'people_msgs', 'spencer_node': 'spencer_tracking_msgs', 'vision_msgs_node': 'vision_msgs',
-         'jsk_node': 'jsk_recognition_msgs', 'hri_node': 'hri_msgs', 'moveit_node': 'moveit_msgs'}
 START = 'roslaunch openpose_ros_bringup people.launch chain:=false'
 # To and fro along y, at 1 m/s, for as long as the test takes.
 WALK = held(*((4.0 * leg, replace(STANDING, facing=90.0, place=(2.0, (-2.0, 2.0)[leg % 2]))) for leg in range(60)))
@@ -143,13 +141,12 @@ class BridgesTest(unittest.TestCase):
                 (Path(folder) / package).mkdir()
                 (Path(folder) / package / '__init__.py').touch()
             environment = {**os.environ, 'PYTHONPATH': f"{folder}:{os.environ.get('PYTHONPATH', '')}"}
-            for node, package in NODES.items():
-                ended = subprocess.run(['rosrun', 'openpose_ros_bridges', node, f'__name:=lone_{node}'],
-                                       env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                       text=True, timeout=60, check=False)
-                self.assertEqual(ended.returncode, 1, ended.stdout)
-                for text in (f'the messages of the package {package} are not found', 'sudo apt install', 'github.com'):
-                    self.assertIn(text, ended.stdout)
+            ended = subprocess.run(['rosrun', 'openpose_ros_bridges', 'vision_msgs_node', '__name:=lone'],
+                                   env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   text=True, timeout=60, check=False)
+            self.assertEqual(ended.returncode, 1, ended.stdout)
+            for text in ('the messages of the package vision_msgs are not found', 'sudo apt install', 'github.com'):
+                self.assertIn(text, ended.stdout)
             # costmap_2d needs no messages but those of ROS
             diagnostics = Diagnostics()
             one = subprocess.Popen(['rosrun', 'openpose_ros_bridges', 'obstacles_node'], env=environment,

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Two people are seen, and leave: what hri_node publishes of them, and what hri_rviz and libhri make of it."""
+"""Two people are seen, and leave: what hri_node publishes of them, and what hri_rviz makes of it."""
 import os
 import shutil
 import signal
@@ -23,11 +23,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'
 
 from animated_skeleton import Limb, Pose, joints_of, people_of, without
 from foreign_packages import DEFINITIONS, write_packages
-from hri_readers import BODIES, LibhriBodies, RvizSkeletons
+from hri_readers import BODIES, RvizSkeletons
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
-from session import Diagnostics, Recorder, await_true
+from session import Recorder, await_true
 from skeleton_extract_3d.ros import convert
 
 INPUT, PERSONS = '/openpose_ros/skeleton_3d', '/humans/persons'
@@ -42,10 +42,10 @@ TIMEOUT = 30.0
 class Scene:
     """Sends what a camera sees, until it is told that a person leaves, or that it is to be silent."""
 
-    def __init__(self, namespace=''):
+    def __init__(self):
         self.ids, self.missing, self.sends = [5, 6], (), True
         self._space, self._image, self._info = (
-            rospy.Publisher(f'{namespace}{INPUT}/{topic}', kind, queue_size=5) for topic, kind in (
+            rospy.Publisher(f'{INPUT}/{topic}', kind, queue_size=5) for topic, kind in (
                 ('detected_poses_3d', PersonDetection_3dArray), ('detected_poses', PersonDetectionArray),
                 ('camera_info', CameraInfo)))
         self._timer = rospy.Timer(rospy.Duration(0.1), self._send)
@@ -121,8 +121,8 @@ class HriTest(unittest.TestCase):
         return subprocess.Popen(['rosrun', package, node, *arguments], env=environment)
 
     @staticmethod
-    def stop(node, sign=signal.SIGINT):
-        node.send_signal(sign)
+    def stop(node):
+        node.send_signal(signal.SIGINT)
         node.wait(TIMEOUT)
 
     def test_topics_of_bodies_and_persons(self):
@@ -172,6 +172,8 @@ class HriTest(unittest.TestCase):
         self.assertTrue(newest(f'{BODIES}/p6/joint_states', JointState).name)
         self.assertGreater(len(topics_of('p6')), 6)
         self.assertEqual(models(), ['p6'])
+        self.stop(self.node)
+        self.assertEqual(models(), [])
 
     def test_hri_rviz_shows_the_bodies(self):
         from hri_msgs.msg import IdsList
@@ -193,46 +195,6 @@ class HriTest(unittest.TestCase):
         self.scene.ids = [8]
         await_true(lambda: not display.models, 'without hips no body is shown')
         self.assertEqual(display.faults, [])
-
-    def test_people_of_several_chains_are_one_list(self):
-        import hri_msgs.msg
-        left, right = Scene('/left'), Scene('/right')
-        right.ids = [6]
-        listener = LibhriBodies(hri_msgs.msg, self.frames)
-        lists, diagnostics = Recorder(f'{BODIES}/tracked', hri_msgs.msg.IdsList), Diagnostics()
-        self.stop(self.node)
-        self.node = self.start('hri_node', '_cameras:=left /right')
-        self.addCleanup(rospy.delete_param, '/hri_node/cameras')
-        both = ['left_p5', 'left_p6', 'right_p6']
-        await_true(lambda: listener.names == both == models(), 'bodies of both')
-        await_true(lambda: set(listener.rois) == set(listener.skeletons) == set(both), 'regions and skeletons')
-        await_true(lambda: all(map(listener.transform, both)), 'frames')
-        body = listener.transform('left_p5').transform
-        hips = (place(5, 'left_hip') + place(5, 'right_hip')) / 2
-        np.testing.assert_allclose(numbers(body.translation), hips - [1.0, 0.0, 0.0], atol=0.02)
-        self.assertGreater(abs(body.rotation.z), 0.99)  # faces along -x of the room
-        first, heard = len(lists.messages), {id(roi) for roi in listener.rois.values()}
-        await_true(lambda: not heard & {id(roi) for roi in listener.rois.values()}, 'more of all of them')
-        self.assertTrue(all(sorted(message.ids) == both for message in lists.messages[first:]))
-        right.sends = False
-        await_true(lambda: listener.names == both[:2], 'one chain has ended')
-        await_true(lambda: models() == both[:2] and not topics_of('right'), 'its models and topics, too')
-        left.sends = False
-        await_true(lambda: listener.names == models() == [], 'both have ended')
-        start = 'to start one: roslaunch openpose_ros_bringup people.launch chain:=false'
-        diagnostics.await_text('/hri_node', f'{start} ns:=left', f'{start} ns:=right')
-
-    def test_no_model_stays_after_the_node_nor_after_a_crash(self):
-        rospy.set_param('/human_description_other1', '<robot/>')
-        self.addCleanup(rospy.delete_param, '/human_description_other1')
-        await_true(lambda: models() == ['other1', 'p5', 'p6'], 'models')
-        self.stop(self.node, signal.SIGKILL)
-        self.assertEqual(models(), ['other1', 'p5', 'p6'])
-        self.scene.ids = [6]
-        self.node = self.start('hri_node')
-        await_true(lambda: models() == ['other1', 'p6'], 'the model of the one that is there')
-        self.stop(self.node)
-        self.assertEqual(models(), ['other1'])
 
 
 if __name__ == '__main__':

@@ -107,18 +107,14 @@ class PlannersTest(unittest.TestCase):
         return subprocess.Popen(['rosrun', package, node, *arguments], env=environment)
 
     @staticmethod
-    def stop(node, sign=signal.SIGINT):
-        node.send_signal(sign)
+    def stop(node):
+        node.send_signal(signal.SIGINT)
         node.wait(TIMEOUT)
 
-    def moveit_node(self, *arguments):
-        node = self.start('moveit_node', '_planning_frame:=world', *arguments)
-        self.addCleanup(self.stop, node)
-        self.addCleanup(rospy.set_param, '/moveit_node', {})
-        return node
-
     def test_a_scene_has_the_people_that_are_there(self):
-        diagnostics, node = Diagnostics(), self.moveit_node('_robot_links:=elbow>wrist:0.1 nowhere:1')
+        diagnostics = Diagnostics()
+        node = self.start('moveit_node', '_planning_frame:=world', '_robot_links:=elbow>wrist:0.1 nowhere:1')
+        self.addCleanup(self.stop, node)
         diagnostics.await_state('/moveit_node', 'idle: no subscriber')
         markers = Recorder('/moveit_node/markers', MarkerArray)
         await_true(lambda: markers.messages and len(markers.messages[-1].markers) == 1 + 3 * (2 * 17 - 2), 'markers')
@@ -127,7 +123,7 @@ class PlannersTest(unittest.TestCase):
         scene = PlanningScene('/planning_scene', self.kind, 'world')
         self.addCleanup(scene.close)
         await_true(lambda: scene.people() == ['person_5', 'person_6'], 'both')
-        await_true(lambda: scene.operations[3] > 200, 'they move')
+        await_true(lambda: scene.operations[0] > 200, 'they move')
         # the forearm and the hand of one are those of the robot
         self.assertEqual({f'person_{number}_left_{part}' for number in (5, 6) for part in ('forearm', 'hand')}
                          & set(scene.names), {'person_5_left_forearm', 'person_5_left_hand'})
@@ -144,11 +140,8 @@ class PlannersTest(unittest.TestCase):
                 compared.add(stamp)
             return len(compared) >= 10
         await_true(holds_joints, lambda: f'ten scenes compared; {len(compared)} were')
-        late = PlanningScene('/planning_scene', self.kind, 'world')
-        self.addCleanup(late.close)
-        await_true(lambda: late.names == scene.names, 'a planner that starts later')
         self.room.ids = (5,)
-        await_true(lambda: scene.people() == ['person_5'] == late.people(), 'one has left')
+        await_true(lambda: scene.people() == ['person_5'], 'one has left')
         self.room.sends = False
         await_true(lambda: scene.names == [], 'no people come any more')
         self.room.sends = True
@@ -156,21 +149,7 @@ class PlannersTest(unittest.TestCase):
         self.stop(node)
         await_true(lambda: scene.names == [], 'the node has ended')
         self.assertEqual(scene.faults, [])
-        self.assertFalse(scene.touched or late.touched)
-        moves, others = scene.operations[3], scene.operations[0]
-        self.assertGreater(moves, others)
-
-    def test_people_that_a_killed_node_left_are_removed(self):
-        scene = PlanningScene('/planning_scene', self.kind, 'world')
-        self.addCleanup(scene.close)
-        node = self.moveit_node()
-        await_true(lambda: scene.people() == ['person_5', 'person_6'], 'both')
-        self.stop(node, signal.SIGKILL)
-        self.room.ids = (6,)
-        self.assertEqual(scene.people(), ['person_5', 'person_6'])
-        self.moveit_node()
-        await_true(lambda: scene.people() == ['person_6'], 'one has left')
-        self.assertEqual(scene.faults, [])
+        self.assertFalse(scene.touched)
 
     def test_obstacles_move_and_a_costmap_is_cleared_behind_them(self):
         kind = importlib.import_module('costmap_converter.msg').ObstacleArrayMsg

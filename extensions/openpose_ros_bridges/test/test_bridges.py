@@ -6,15 +6,14 @@ from openpose_ros_msgs.msg import PersonDetectionArray
 from std_msgs.msg import Header
 
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
-from openpose_ros_bridges.node_params import VisionParams, VisionSettings
+from openpose_ros_bridges.node_params import VisionParams
 from openpose_ros_bridges.ros import jsk_node, vision_msgs_node
 from openpose_ros_bridges.ros.hri_messages import HriMessages
-from openpose_ros_bridges.ros.people_nodes import Ages, people_msgs, spencer
+from openpose_ros_bridges.ros.people_nodes import people_msgs, spencer
 from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
-from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.skeletons import COCO_18, openpose_name
+from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Facing, FloorPose, Gesture, PersonSignals, Posture, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -35,9 +34,6 @@ MD5SUMS = {'people_msgs/People': '18722f4b8db20cc2369740732357847b',
            'hri_msgs/Gesture': 'c64cc745a3c18d0a7abe6aed5be4f345',
            'jsk_recognition_msgs/PeoplePoseArray': '57d49e8e639421734a0ce15bfde9d80d',
            'jsk_recognition_msgs/HumanSkeletonArray': '4013ce44abe9aafa9055e095797a9d50'}
-# Of people_pose_estimation_2d.py of jsk_perception 1.2.19.
-JSK_LIMBS = ['Nose', 'Neck', 'RShoulder', 'RElbow', 'RWrist', 'LShoulder', 'LElbow', 'LWrist', 'RHip', 'RKnee',
-             'RAnkle', 'LHip', 'LKnee', 'LAnkle', 'REye', 'LEye', 'REar', 'LEar']
 
 
 @pytest.fixture
@@ -72,7 +68,7 @@ SIGNALS = [
 
 
 def vision(**params):
-    return vision_msgs_node.outputs(VisionSettings(VisionParams(**params), DemandParams()))
+    return vision_msgs_node.outputs(VisionParams(**params))
 
 
 def numbers(message):
@@ -140,12 +136,6 @@ def test_tracked_persons(packages):
     assert output.convert(people(), signals_to_array(SIGNALS, later)).tracks[0].age.to_sec() == 0.0
 
 
-def test_ages_count_from_the_first_frame_of_a_recording():
-    ages = Ages()
-    assert [ages.of(*frame) for frame in ((4, 11.0), (5, 11.5), (4, 11.5), (5, 13.0), (4, 13.0), (4, 2.0), (4, 3.0))
-            ] == [0.0, 0.0, 0.5, 1.5, 2.0, 0.0, 1.0]
-
-
 def in_image():
     """Return a person with two keypoints, and one without any."""
     keypoints = np.full((2, 18, 3), (np.nan, np.nan, 0.0), np.float32)
@@ -191,10 +181,6 @@ def test_poses_and_skeletons(packages):
         assert (skeleton.header, skeleton.bone_names) == (CAMERA, ['Neck->Nose'])
         (bone,) = skeleton.bones
         assert (numbers(bone.start_point), numbers(bone.end_point)) == (neck, nose)
-
-
-def test_limbs_are_named_as_jsk_perception_names_them():
-    assert [openpose_name(joint) for joint in COCO_18.joints] == JSK_LIMBS
 
 
 def test_messages_of_hri_msgs_are_those_of_its_release(packages):

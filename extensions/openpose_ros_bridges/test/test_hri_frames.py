@@ -1,13 +1,11 @@
 """Names of bodies, and their frames on tf."""
 import numpy as np
-import pytest
 import rospy
 from std_msgs.msg import Header
 
 from openpose_ros_bridges.body_model import BodyPose, Pose
 from openpose_ros_bridges.node_params import HriParams
-from openpose_ros_bridges.ros.hri_node import id_prefixes, transforms_of
-from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_bridges.ros.hri_node import transforms_of
 
 HEADER = Header(stamp=rospy.Time(12, 5), frame_id='room')
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -31,15 +29,3 @@ def test_links_are_below_the_root_and_all_names_end_with_the_body():
     assert len(transforms_of('p7', BODY, LINKS, HEADER, HriParams())) == 2
     unseen = BodyPose(BODY.root, {}, {}, BODY.velocity)  # where the model has the head says nothing of a person
     assert len(transforms_of('p7', unseen, LINKS, HEADER, HriParams(persons=True))) == 2
-
-
-def test_bodies_of_several_chains_are_named_by_these():
-    assert id_prefixes('') == {'': 'p'}
-    assert id_prefixes('/rig/left  right') == {'/rig/left': 'rig_left_p', 'right': 'right_p'}
-
-
-@pytest.mark.parametrize(('cameras', 'text'), [
-    ('left le-ft', 'the name of a topic'), ('left /left', 'names one twice'), ('a/b a_b', 'names one twice')])
-def test_names_that_are_none_are_refused(cameras, text):
-    with pytest.raises(ParameterError, match=text):
-        id_prefixes(cameras)

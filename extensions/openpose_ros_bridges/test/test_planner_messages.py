@@ -5,21 +5,18 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs import point_cloud2
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker
 
-from animated_skeleton import SIGMA, STANDING, people_of
+from animated_skeleton import SIGMA, STANDING, people_of, without
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
 from openpose_ros_bridges.capsules import PARTS
 from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
 from openpose_ros_bridges.ros import bridge
 from openpose_ros_bridges.ros.bridge import Output, _Publisher
-from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages, saver
+from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
 from openpose_ros_bridges.ros.obstacles_node import Footprints, costmap_outputs, teb_output
-from openpose_ros_pkg.errors import ForeignPackageError, ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
-from session import await_true
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros import convert
 
@@ -85,14 +82,12 @@ def points_of(cloud):
 
 
 def test_a_scene_changes_by_diffs(packages):
-    saved = []
-    messages = PlanningSceneMessages(MoveitParams(), save=saved.append)
+    messages = PlanningSceneMessages(MoveitParams())
     assert messages.convert(people()) is None
     scene = checked(messages.convert(people(5)))
     parts = {told.id: told for told in scene.world.collision_objects}
     assert set(parts) <= {f'person_5_{part}' for part in PARTS}
     assert len(parts) == 17  # feet need a network with toes
-    assert saved == [list(parts)]
     for told in parts.values():
         checked(told)
         assert (told.operation, told.header) == (told.ADD, ROOM)
@@ -100,63 +95,21 @@ def test_a_scene_changes_by_diffs(packages):
         (length, radius), (ball,), (other,) = (checked(primitive).dimensions for primitive in told.primitives)
         assert radius == ball == other
         assert [pose.position.z for pose in told.primitive_poses] == [0.0, -length / 2, length / 2]
-    moved = checked(messages.convert(people(5)))
-    assert {(told.operation, len(told.primitives), len(told.primitive_poses))
-            for told in moved.world.collision_objects} == {(3, 0, 0)}
-    assert [told.pose for told in moved.world.collision_objects] == [told.pose for told in parts.values()]
+    again = checked(messages.convert(people(5)))  # in the place of the first ones
+    assert again.world.collision_objects == scene.world.collision_objects
+    fewer = messages.convert(convert.people_to_array(without(
+        people_of([STANDING], [5], np.random.RandomState(0)), ['left_wrist']), ROOM)).world.collision_objects
+    assert {told.id for told in fewer if told.operation == told.REMOVE} == {
+        f'person_5_left_{part}' for part in ('forearm', 'hand')}
+    messages.convert(people(5))
     gone = checked(messages.convert(people()))
     assert {(told.operation, told.id) for told in gone.world.collision_objects} == {(1, name) for name in parts}
     assert messages.end(ROOM) is None
-    assert saved[-1] == ()
-    for each in (scene, moved, gone):  # nothing else is touched: an empty field of a diff is no change in MoveIt
+    for each in (scene, again, gone):  # nothing else is touched: an empty field of a diff is no change in MoveIt
         untouched = type(each)(is_diff=True)
         untouched.robot_state.is_diff = True
         untouched.world.collision_objects = each.world.collision_objects
         assert each == untouched
-
-
-def test_objects_that_a_killed_node_left(packages):
-    messages = PlanningSceneMessages(MoveitParams(), left=['person_1_head'])
-    (told,) = messages.convert(people()).world.collision_objects
-    assert (told.id, told.operation) == ('person_1_head', told.REMOVE)
-
-
-def test_people_leave_also_without_a_master(packages, monkeypatch):
-    asked, warned = [], []
-
-    def refuse(key, names):
-        asked.append((key, names))
-        raise ConnectionRefusedError(key)
-    monkeypatch.setattr(rospy, 'set_param', refuse)
-    monkeypatch.setattr(rospy, 'logwarn_throttle', lambda _period, text: warned.append(text))
-    messages = PlanningSceneMessages(MoveitParams(), save=saver('/saved'))
-    messages.convert(people(5))
-    assert {told.operation for told in messages.convert(people()).world.collision_objects} == {1}
-    await_true(lambda: asked[-1:] == [('/saved', [])] and warned, 'names saved, and a warning')
-
-
-def test_markers_show_the_parts(packages):
-    messages = PlanningSceneMessages(MoveitParams())
-    for none in (messages.markers(people()), messages.no_markers(ROOM)):
-        assert [(marker.action, marker.header) for marker in none.markers] == [(Marker.DELETEALL, ROOM)]
-    first, *markers = checked(messages.markers(people(5))).markers
-    assert first.action == Marker.DELETEALL
-    assert len(markers) == 3 * 17
-    assert len({marker.id for marker in markers}) == len(markers)
-    objects = messages.convert(people(5)).world.collision_objects
-    for told, (cylinder, *balls) in zip(objects, (markers[row:row + 3] for row in range(0, len(markers), 3))):
-        assert (cylinder.type, [ball.type for ball in balls]) == (Marker.CYLINDER, [Marker.SPHERE] * 2)
-        assert cylinder.pose == told.pose
-        width = cylinder.scale.x
-        assert [numbers(ball.scale) for ball in balls] == [[width] * 3] * 2
-        assert 2 * told.primitives[0].dimensions[1] == pytest.approx(width + 0.02)
-        ends = np.array([numbers(ball.pose.position) for ball in balls])
-        assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(cylinder.scale.z)
-
-
-def test_wrong_links_are_refused(packages):
-    with pytest.raises(ParameterError, match='robot_links'):
-        PlanningSceneMessages(MoveitParams(robot_links='tool0'))
 
 
 def test_obstacles(packages):
@@ -176,7 +129,6 @@ def test_obstacles(packages):
     (unknown,) = output.convert(people(5), signals(None)).obstacles
     assert numbers(unknown.velocities.twist.linear) == [0.0] * 3
     assert unknown.velocities.covariance[0] == NOT_KNOWN
-    assert [leg.id for leg in checked(teb(footprint='legs').convert(people(5), WALKS)).obstacles] == [10, 11]
 
 
 def test_points_for_a_costmap_and_the_scan_that_clears():
@@ -241,16 +193,3 @@ def test_people_end_with_the_node_and_stay_known_while_no_planner_reads(packages
     publisher._shut_down()
     publisher.publish((people(5),))
     assert [scene.world.collision_objects[0].operation for scene in topic] == [0, 1, 0, 1]
-
-
-@pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [
-    (lambda: PlanningSceneMessages(MoveitParams()), 'moveit_msgs', 'CollisionObject',
-     'Header header\nstring id\nshape_msgs/SolidPrimitive[] primitives\ngeometry_msgs/Pose[] primitive_poses\n'
-     'byte ADD=0\nbyte REMOVE=1\nbyte MOVE=3\nbyte operation', 'pose is missing'),
-    (teb, 'costmap_converter', 'ObstacleMsg',
-     'std_msgs/Header header\ngeometry_msgs/Polygon polygon\nint64 id\ngeometry_msgs/Quaternion orientation\n'
-     'geometry_msgs/TwistWithCovariance velocities', 'radius is missing')], ids=['moveit', 'teb'])
-def test_other_definitions_are_refused(packages, make, package, message, other, text):
-    packages(**{package: {message: other}})
-    with pytest.raises(ForeignPackageError, match=f'{package}/{message} is defined otherwise than .*: .*{text}'):
-        make()

@@ -49,15 +49,3 @@ def test_the_roots_of_frames_are_placed(known, placed):
     assert list(found) == placed
     for camera, _ in CAMERAS[:len(placed)]:
         check(camera, {**known, **found})
-
-
-def test_the_frame_of_the_messages_counts():
-    check(LEFT, missing_frames('world', [(LEFT, 'kitchen')], {}), 'kitchen')
-
-
-def test_frames_that_a_common_root_connects_are_left_alone():
-    """The fixed frame need not be above the camera: a floor's frame is below it."""
-    pose = np.linalg.inv(np.vstack([np.column_stack(LEFT.pose), [0, 0, 0, 1]]))
-    for known in (link(LEFT.frame_id, 'world', pose),
-                  {**link('map', 'world', matrix((0, 0, 1), (5, 5, 0))), **link('world', LEFT.frame_id, matrix())}):
-        assert missing_frames('world', CAMERAS[:1], known) == {}

@@ -1,5 +1,4 @@
-// A camera driver for benchmarks: a nodelet manager that publishes the messages of a bag again and again, forth and
-// back, as if they came from a sensor. The nodelets that it loads get them by shared pointer, as from a real driver.
+// A camera driver for benchmarks: publishes the messages of a bag again and again, forth and back.
 // Parameters: ~bag (file with the topics below /kinect2/qhd), ~rate [Hz], ~topics (those to publish, separated by
 // spaces; default: all four), ~frame_id (empty: that of the bag), ~once (default false: wait until each topic has a
 // subscriber, and play the bag once). The stamp [ns] of each frame that has subscribers goes to the standard output.
@@ -11,7 +10,6 @@
 #include <vector>
 
 #include <boost/make_shared.hpp>
-#include <nodelet/loader.h>
 #include <ros/ros.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -78,7 +76,6 @@ int main(int argc, char** argv)
 {
   ros::init(argc, argv, "camera");
   ros::NodeHandle handle, private_handle("~");
-  nodelet::Loader manager;
   const std::vector<Stream> streams = openStreams(handle, private_handle);
   const std::size_t count = streams.empty() ? 0 : streams.front().size;
   if (count < 2 || std::any_of(streams.begin(), streams.end(), [&](const Stream& one) { return one.size != count; }))
@@ -87,8 +84,6 @@ int main(int argc, char** argv)
     return 1;
   }
 
-  ros::AsyncSpinner spinner(1);  // loads nodelets
-  spinner.start();
   const bool once = private_handle.param("once", false);
   while (once && ros::ok() &&
          !std::all_of(streams.begin(), streams.end(), [](const Stream& one) { return one.is_heard(); }))

@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[3]
 SIGNALS = 'openpose_ros/skeleton_3d/people_signals'
 ROBOT = (-1.0, 1.0)  # of base_link in the map [m]
 PROGRAMS = {'waves': (), 'ends': (), 'reached': ('_distance:=2.0',), 'nearest': ('_person:=nearest',),
-            'aborted': ('_person:=7',), 'taken': ()}  # arguments of the programs, by namespace
+            'aborted': ('_person:=7',)}  # arguments of the programs, by namespace
 
 
 class StandInMoveBase:
@@ -61,14 +61,10 @@ class StandInMoveBase:
 class Robot(threading.Thread):
     """Says in tf where base_link stands in the map."""
 
-    silent = False
-
     def run(self):
         broadcaster = tf2_ros.TransformBroadcaster()
         while not rospy.core.is_shutdown_requested():
             rospy.rostime.wallsleep(0.05)
-            if self.silent:
-                continue
             broadcaster.sendTransform(TransformStamped(
                 Header(stamp=rospy.Time.now(), frame_id='map'), 'base_link',
                 Transform(Vector3(*ROBOT, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))))
@@ -103,9 +99,6 @@ class ApproachTest(unittest.TestCase):
         return (self.children[name], self.move_bases[name],
                 Feed(f'/{name}/{SIGNALS}', PersonSignalsArray, signals(), 'odom'))
 
-    def test_the_page_names_the_program(self):
-        self.assertIn('(../examples/approach_person.py)', (ROOT / 'docs/planners.md').read_text())
-
     def test_after_a_wave_the_person_walks_turns_and_is_lost(self):
         _, move_base, feed = self.program('waves')
         wave, other = told(PersonGesture.WAVE), stands(1, 0.0, 1.0, 0.0)
@@ -126,14 +119,7 @@ class ApproachTest(unittest.TestCase):
             await_true(lambda: move_base.goals[-1].pose.position.y > 4.3, 'the goal follows')
             self.assertLessEqual(len(move_base.goals), 8)  # one a second
             self.assertEqual(move_base.cancelled, 0)
-            goals = len(move_base.goals)
             feed.send(signals(other, does(2)), frames=10)  # hidden for half a second
-            self.assertEqual(move_base.cancelled, 0)
-            feed.send(signals(other, stands(2, 4.0, 3.3, np.pi / 2)), frames=5)
-            self.robot.silent = True  # and tf late by as much
-            feed.send(feed.make, frames=10)
-            self.robot.silent = False
-            feed.send(feed.make, frames=10)
             self.assertEqual(move_base.cancelled, 0)
             goals = len(move_base.goals)
             feed.send(signals(other))
@@ -149,7 +135,7 @@ class ApproachTest(unittest.TestCase):
         await_true(lambda: move_base.cancelled == 1, 'the goal is cancelled')
 
     def test_the_person_is_reached_and_waves_again(self):
-        child, move_base, feed = self.program('reached')
+        _, move_base, feed = self.program('reached')
         waves = stands(2, 4.0, 1.0, np.pi / 2, told(PersonGesture.WAVE))
         with feed:
             feed.send(signals(waves))
@@ -162,11 +148,6 @@ class ApproachTest(unittest.TestCase):
             move_base.awaits(2, 4.0, 3.0, -np.pi / 2)
             feed.send(signals(stands(2, 4.0, 1.0, np.pi / 2, again, told(PersonGesture.STOP))), frames=15)
             self.assertEqual((len(move_base.goals), move_base.cancelled), (2, 1))
-            again = told(PersonGesture.WAVE, since=rospy.Time.now())
-            feed.send(signals(stands(2, 4.0, 1.0, np.pi / 2, again)))
-            move_base.awaits(3, 4.0, 3.0, -np.pi / 2)
-            child.terminate()  # a program that ends leaves no goal
-            await_true(lambda: move_base.cancelled == 2, 'the goal is cancelled')
 
     def test_the_nearest_person_with_hidden_facing(self):
         child, move_base, feed = self.program('nearest')
@@ -191,24 +172,6 @@ class ApproachTest(unittest.TestCase):
             self.assertEqual(child.wait(PATIENCE), 0)
             await_true(lambda: move_base.cancelled == 1, 'the goal is cancelled')
             self.assertEqual(len(move_base.goals), 3)
-
-    def test_another_goal_of_move_base_stays(self):
-        _, move_base, feed = self.program('taken')
-        waves = stands(2, 4.0, 1.0, np.pi, told(PersonGesture.WAVE))
-        with feed:
-            feed.send(signals(waves))
-            move_base.awaits(1, 2.8, 1.0, 0.0)
-            move_base.server.set_preempted()  # as where an operator gives another one
-            feed.send(signals(waves), frames=30)
-            move_base.awaits(1, 2.8, 1.0, 0.0)
-            feed.send(signals(stands(2, 4.0, 1.0, np.pi, told(PersonGesture.WAVE, since=rospy.Time.now()))))
-            move_base.awaits(2, 2.8, 1.0, 0.0)
-
-    def test_a_person_that_can_not_be_is_refused(self):
-        done = subprocess.run([str(ROOT / 'examples/approach_person.py'), '__ns:=/refused', '_person:=John'],
-                              stderr=subprocess.PIPE, text=True, timeout=PATIENCE, check=False)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("'John', expected wave, nearest or a person_ID", done.stderr)
 
 
 if __name__ == '__main__':

@@ -4,10 +4,8 @@ import sys
 import threading
 import unittest
 from pathlib import Path
-from subprocess import PIPE, Popen
 
 import numpy as np
-import rosgraph
 import rospy
 import rostest
 import tf2_ros
@@ -106,14 +104,6 @@ class PeopleSignalsTest(unittest.TestCase):
             return [marker for marker in list(self.markers.messages) if found(marker)]
         await_true(markers, what)
         return markers()[0]
-
-    def test_a_second_node_of_this_name_waits(self):
-        """As where people.launch is started beside a chain that has signals."""
-        before = rosgraph.Master(rospy.get_name()).lookupNode(f'/{NODE}')
-        with Popen(['rosrun', 'openpose_ros_signals', NODE], stdout=PIPE, universal_newlines=True) as second:
-            self.assertIn('runs already', second.stdout.readline())
-            second.terminate()
-        self.assertEqual(rosgraph.Master(rospy.get_name()).lookupNode(f'/{NODE}'), before)
 
     def test_signals(self):
         message, person = self.await_person(lambda one: one.posture.name == 'standing', 'a standing person')

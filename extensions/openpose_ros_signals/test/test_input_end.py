@@ -2,7 +2,7 @@
 import threading
 import time
 
-from openpose_ros_signals.ros.input_end import InputEnd, Silence
+from openpose_ros_signals.ros.input_end import InputEnd
 
 SILENCE, TIMEOUT = 0.3, 30.0
 
@@ -29,12 +29,11 @@ class Ends:
 
 def test_each_end_is_noticed_once_also_after_one_failed():
     """An input of a long period has not ended between its messages, but for the first one."""
-    ends, silence = Ends(), Silence(SILENCE)
-    assert silence.lasts  # it has not begun
-    silence.heard()
-    assert not silence.lasts
+    ends = Ends()
+    assert ends.input.has_ended  # it has not begun
     begin = time.monotonic()
     ends.input.heard()
+    assert not ends.input.has_ended
     assert ends.come(1) and time.monotonic() - begin > SILENCE
     for _ in range(3):
         ends.input.heard()

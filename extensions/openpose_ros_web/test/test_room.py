@@ -14,8 +14,8 @@ def test_the_fault_names_the_frames_that_are_not_connected_until_it_rests(monkey
         (np.eye(3), np.zeros(3)) if header.frame_id in known else None))
     room = Room('map')
     assert room.fault() == ''
-    assert room.place(Header(frame_id='left_optical')).frame == 'left_optical_upright'
-    assert [room.place(Header(frame_id=frame)).frame for frame in ('right', 'map')] == ['map', 'map']
+    assert room.place(Header(frame_id='left_optical'))[0] == 'left_optical_upright'
+    assert [room.place(Header(frame_id=frame))[0] for frame in ('right', 'map')] == ['map', 'map']
     assert room.fault() == "tf does not connect 'map' with 'left_optical', shown in its place"
     room.place(Header(frame_id='a'))
     assert "with 'a, left_optical', shown" in room.fault()
@@ -37,6 +37,6 @@ def test_a_moving_camera_is_where_it_was_when_a_recording_is_played_again(monkey
             moved = TransformStamped(header=header, child_frame_id='camera')
             moved.transform.translation.x, moved.transform.rotation.w = second, 1.0
             buffers[0].set_transform(moved, 'test')
-        places += [room.place(Header(stamp=rospy.Time(1000 + late), frame_id='camera')).pose[1][0]
+        places += [room.place(Header(stamp=rospy.Time(1000 + late), frame_id='camera'))[1][1][0]
                    for late in (seconds - 1, seconds, seconds + 1)]
     assert places == [29, 30, 30, 4, 5, 5]

@@ -10,12 +10,12 @@ export class Labels {
     this.shown = new Map()
   }
 
-  draw(people, cameras, settings, theme, view) {
+  draw(people, cameras, settings, view) {
     const wanted = new Map()
     for (const {id, rgb, middle, top, signals} of settings.labels ? people : []) {
       if (!middle) continue
       const signs = signals ? [postureText(signals), ...signals.gestures.map(gestureText)].filter(Boolean) : []
-      wanted.set(`person ${id}`, {lines: [String(id), ...signs], rgb: theme.shade(rgb), fallen: signals?.fallen,
+      wanted.set(`person ${id}`, {lines: [String(id), ...signs], rgb, fallen: signals?.fallen,
         point: [middle[0], middle[1], top + ABOVE]})
     }
     for (const {name, position: [x, y, z]} of settings.cameras ? cameras : []) {
@@ -39,7 +39,7 @@ export class Labels {
     if (element.textContent !== text) element.textContent = text
     element.className = rgb ? `person${fallen ? ' fallen' : ''}` : 'camera'
     Object.assign(element.style, {zIndex: Math.round(1000 - 10 * distance),
-      borderColor: rgb ? `rgb(${rgb.map(Math.round).join(' ')})` : '',
+      borderColor: rgb ? `rgb(${rgb.join(' ')})` : '',
       transform: `translate(-50%, -100%) translate(${pixel[0].toFixed(1)}px, ${pixel[1].toFixed(1)}px)`})
   }
 }

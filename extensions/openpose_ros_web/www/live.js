@@ -20,7 +20,7 @@ export class LiveSource {
     setInterval(() => this.watch(), 1000)
   }
 
-  // Ask for an image and a cloud: {image: {camera, width, rate}, cloud}.
+  // Ask for an image: {image: {camera, width, rate}}.
   want(wish) {
     this.wish = wish
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({want: wish}))

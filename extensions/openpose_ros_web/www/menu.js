@@ -25,11 +25,6 @@ export class Menu {
     update()
   }
 
-  // Offer a switch or not.
-  offer(name, offered) {
-    this.boxes.get(name).parentElement.hidden = !offered
-  }
-
   // The views that there are now, and the chosen one.
   showViews(views, chosen) {
     const wanted = JSON.stringify(views)

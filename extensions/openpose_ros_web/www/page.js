@@ -3,7 +3,7 @@ import {Menu} from './menu.js'
 import {Panel} from './panel.js'
 import {Picture} from './picture.js'
 import {Player} from './player.js'
-import {Scene, camerasOf} from './scene.js'
+import {Scene} from './scene.js'
 import {Settings} from './settings.js'
 import {State} from './state.js'
 
@@ -14,50 +14,39 @@ const STALE = 6 // people are faded after so many looks without a message betwee
 // has recording and show(time), too.
 export function openPage(source) {
   const state = new State(), settings = new Settings(), recorded = Boolean(source.recording)
-  let wished = '', last = 0, quiet = 0, scene = null
+  let wished = '', last = 0, quiet = 0
   const ask = () => {
-    const hidden = document.hidden
-    const wish = {image: hidden ? null : picture.wish(),
-      cloud: !hidden && settings.cloud && state.messages.hello?.cloud === true}
+    const wish = {image: document.hidden ? null : picture.wish()}
     if (!state.messages.hello || JSON.stringify(wish) === wished) return
     wished = JSON.stringify(wish)
     source.want(wish)
   }
   const setView = mode => {
-    scene?.view.setMode(mode, state.people())
-    if (scene?.view.cameraIndex() >= 0) picture.choose(scene.view.cameraIndex())
+    scene.view.setMode(mode, state.people())
+    if (scene.view.cameraIndex() >= 0) picture.choose(scene.view.cameraIndex())
   }
-  const panel = new Panel(state, id => setView(scene?.view.mode === `person ${id}` ? 'free' : `person ${id}`))
+  const panel = new Panel(state, id => setView(scene.view.mode === `person ${id}` ? 'free' : `person ${id}`))
   const drawn = (people, cameras) => {
-    const mode = scene?.view.mode ?? 'free'
-    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0], mode, settings.theme())
+    const {mode} = scene.view
+    panel.showPeople(people, cameras.find(camera => camera.index === picture.camera()) ?? cameras[0], mode)
     menu.showViews(viewsOf(people, cameras, mode), mode)
     window.peopleView.messages = {...state.messages}
   }
   const menu = new Menu(settings, {
     setView,
-    fit: () => { setView('free'); scene?.view.fit(state.people()) },
+    fit: () => { setView('free'); scene.view.fit(state.people()) },
     followNext: () => {
       const ids = state.people().map(person => person.id)
-      const next = ids[(ids.findIndex(id => scene?.view.mode === `person ${id}`) + 1) % ids.length]
+      const next = ids[(ids.findIndex(id => scene.view.mode === `person ${id}`) + 1) % ids.length]
       if (next !== undefined) setView(`person ${next}`)
     }})
   const picture = new Picture(state, settings, () => ask())
   document.body.classList.toggle('recorded', recorded)
+  const scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
   // for tests, and for those who look into the page
-  window.peopleView = {messages: {}, state, settings, joints: () => scene?.joints() ?? []}
-  try {
-    scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
-    Object.assign(window.peopleView, {view: scene.view, scenery: scene.scenery})
-  } catch (error) {
-    notice([`No view in 3D: ${error.message}`])
-    for (const kind of ['people', 'signals']) {
-      state.on(kind, () => drawn(state.people(), camerasOf(state.messages.cameras, state.messages.hello)))
-    }
-  }
+  window.peopleView = {messages: {}, state, settings, view: scene.view, joints: () => scene.joints()}
   state.on('hello', hello => {
     wished = ''
-    menu.offer('cloud', hello.cloud)
     document.body.classList.toggle('flat', hello.dimensions === 2)
     ask()
   })
@@ -67,7 +56,7 @@ export function openPage(source) {
   setInterval(() => {
     const {state: link, text} = state.link, old = last > 0 && ++quiet > STALE && !recorded
     document.body.classList.toggle('old', old)
-    if (scene) notice([link === 'lost' && text, old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])
+    notice([link === 'lost' && text, old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])
   }, LOOK)
   source.start(state)
   if (recorded) window.peopleView.player = new Player(source)

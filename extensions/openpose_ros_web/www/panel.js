@@ -16,7 +16,7 @@ export class Panel {
   }
 
   // `camera`: distances are from its position, or from the origin; `mode` of the view.
-  showPeople(people, camera, mode, theme) {
+  showPeople(people, camera, mode) {
     const seen = new Set(people.map(person => person.id))
     for (const [id, row] of this.rows) {
       if (!seen.has(id)) {
@@ -27,7 +27,7 @@ export class Panel {
     for (const {id, rgb, middle, signals} of people) {
       const row = this.rows.get(id) ?? this.addRow(id)
       const [name, distance, posture, gesture] = row.children
-      name.style.borderLeftColor = `rgb(${theme.shade(rgb).map(Math.round).join(' ')})`
+      name.style.borderLeftColor = `rgb(${rgb.join(' ')})`
       show(name.firstChild, String(id))
       show(distance, distanceText(middle, camera))
       show(posture, signals ? postureText(signals) : '', signals?.fallen ? 'alarm' : '')

@@ -3,7 +3,7 @@ import {ColorManagement, DirectionalLight, HemisphereLight, LinearSRGBColorSpace
   from './vendor/three.module.min.js'
 import {Bodies} from './bodies.js'
 import {Labels} from './labels.js'
-import {Scenery} from './scenery.js'
+import {GROUND, Scenery} from './scenery.js'
 import {Signs} from './signs.js'
 import {metres} from './state.js'
 import {View} from './view.js'
@@ -11,7 +11,7 @@ import {View} from './view.js'
 ColorManagement.enabled = false // colours are drawn as the messages have them
 
 export class Scene {
-  // `drawn` is called after each drawing. Raises Error without WebGL.
+  // `drawn` is called after each drawing.
   constructor(canvas, labels, state, settings, drawn) {
     this.renderer = new WebGLRenderer({canvas, antialias: true})
     this.renderer.outputColorSpace = LinearSRGBColorSpace
@@ -30,10 +30,9 @@ export class Scene {
     this.labels = new Labels(labels)
     state.on('hello', hello => this.begin(hello))
     for (const kind of ['people', 'signals', 'hands', 'faces', 'cameras']) state.on(kind, message => this.take(message))
-    state.on('cloud', cloud => { this.scenery.setCloud(cloud); this.redraw() })
-    settings.onChange(() => this.setTheme())
+    settings.onChange(() => this.redraw())
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement)
-    this.setTheme()
+    this.renderer.setClearColor(GROUND)
     this.resize()
   }
 
@@ -47,16 +46,8 @@ export class Scene {
     if (message.type === 'people' && message.frame !== this.frame) {
       this.frame = message.frame
       this.scenery.reset()
-      this.signs.paths.clear()
       this.view.fitted = false
     }
-    this.redraw()
-  }
-
-  setTheme() {
-    this.theme = this.settings.theme()
-    this.renderer.setClearColor(`rgb(${this.theme.ground.join(', ')})`)
-    this.scenery.setTheme(this.theme)
     this.redraw()
   }
 
@@ -66,7 +57,7 @@ export class Scene {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2))
     this.renderer.setSize(width, height)
     this.view.resize(width, height)
-    this.draw()
+    this.redraw()
   }
 
   redraw() {
@@ -83,11 +74,11 @@ export class Scene {
     this.view.update(shown)
     this.scenery.findFloor(shown, people?.stamp, seen)
     this.scenery.draw(seen, this.view.controls.target, this.view.cameraIndex(), this.settings)
-    this.bodies?.draw(shown, this.state.landmarks('hands'), this.state.landmarks('faces'), this.settings, this.theme)
-    if (people) this.signs.draw(shown, people.stamp, this.scenery.floor, this.settings, this.theme)
+    this.bodies?.draw(shown, this.state.landmarks('hands'), this.state.landmarks('faces'), this.settings)
+    this.signs.draw(shown, this.settings)
     this.light.position.copy(this.view.camera.position)
     this.renderer.render(this.world, this.view.camera)
-    this.labels.draw(shown, seen, this.settings, this.theme, this.view)
+    this.labels.draw(shown, seen, this.settings, this.view)
     this.shown = shown
     this.waits = false // of the view that moved while it was drawn: it is drawn
     this.drawn(shown, seen)
@@ -105,7 +96,7 @@ export class Scene {
   }
 }
 
-export function camerasOf(message, hello) {
+function camerasOf(message, hello) {
   return (message?.cameras ?? []).map(({camera, size, K, position, rotation}) => ({
     index: camera, name: hello?.cameras[camera] ?? '', size, K, position: metres(position), rotation}))
 }

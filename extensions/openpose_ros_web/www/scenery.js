@@ -1,8 +1,10 @@
-// What stands still around the people: floor, cameras and the cloud.
-import {BufferAttribute, BufferGeometry, Fog, LineBasicMaterial, LineSegments, Points, PointsMaterial} from './vendor/three.module.min.js'
+// What stands still around the people: floor and cameras.
+import {BufferAttribute, BufferGeometry, Fog, LineBasicMaterial, LineSegments} from './vendor/three.module.min.js'
 import {MISSING} from './state.js'
 import {Rods} from './pool.js'
 
+export const GROUND = 'rgb(22, 25, 31)'
+const GRID = 0x4a5261, CAMERA = [150, 160, 175]
 const SIDE = 20 // of the floor [m]
 const DEPTH = 0.25 // of the cameras' frustums [m]
 // A camera this high over z = 0 says that z = 0 is the floor [m]; otherwise the lowest joints tell.
@@ -12,9 +14,9 @@ export class Scenery {
   constructor(parent) {
     this.parent = parent
     this.rods = new Rods(parent)
-    this.grid = new LineSegments(squares(), new LineBasicMaterial())
+    this.grid = new LineSegments(squares(), new LineBasicMaterial({color: GRID}))
+    parent.fog = new Fog(GROUND, 6, 14)
     parent.add(this.grid)
-    this.clouds = new Map()
     this.reset()
   }
 
@@ -22,22 +24,6 @@ export class Scenery {
     this.floor = 0
     this.lowest = []
     this.stamp = null
-    this.dropClouds()
-  }
-
-  dropClouds() {
-    for (const cloud of this.clouds.values()) {
-      cloud.removeFromParent()
-      cloud.geometry.dispose()
-      cloud.material.dispose()
-    }
-    this.clouds.clear()
-  }
-
-  setTheme(theme) {
-    this.theme = theme
-    this.grid.material.color.set(theme.grid)
-    this.parent.fog = new Fog(`rgb(${theme.ground.join(', ')})`, 6, 14)
   }
 
   // `behind`: the index of the camera that the view is from.
@@ -47,7 +33,6 @@ export class Scenery {
     this.rods.clear()
     if (settings.cameras) cameras.filter(({index}) => index !== behind).forEach(camera => this.drawFrustum(camera))
     this.rods.show()
-    if (!settings.cloud) this.dropClouds() // an old one is not shown when it is switched on again
   }
 
   // `stamp` of the people: a frame that is drawn again says nothing new.
@@ -73,22 +58,9 @@ export class Scenery {
         value + r[3 * axis] * ray[0] + r[3 * axis + 1] * ray[1] + r[3 * axis + 2] * ray[2])
     })
     corners.forEach((corner, index) => {
-      this.rods.add(position, corner, 0.004, this.theme.camera)
-      this.rods.add(corner, corners[(index + 1) % 4], 0.004, this.theme.camera)
+      this.rods.add(position, corner, 0.004, CAMERA)
+      this.rods.add(corner, corners[(index + 1) % 4], 0.004, CAMERA)
     })
-  }
-
-  setCloud({camera, low, step, xyz, rgb}) {
-    this.clouds.get(camera)?.geometry.dispose()
-    const cloud = this.clouds.get(camera)
-      ?? new Points(new BufferGeometry(), new PointsMaterial({size: 0.03, vertexColors: true}))
-    cloud.geometry = new BufferGeometry()
-      .setAttribute('position', new BufferAttribute(xyz, 3)).setAttribute('color', new BufferAttribute(rgb, 3, true))
-    cloud.frustumCulled = false
-    cloud.position.set(...low)
-    cloud.scale.setScalar(step)
-    this.clouds.set(camera, cloud)
-    this.parent.add(cloud)
   }
 }
 

@@ -1,6 +1,6 @@
 // The newest message of each type, and those that listen to them. docs/web.md describes the messages.
 export const MISSING = 0, MEASURED = 1, INFERRED = 2
-const IMAGE = 1, CLOUD = 2
+const IMAGE = 1
 // Signals, hands and faces belong to people in the same frame whose stamp is within this [s].
 const TOGETHER = 0.5
 
@@ -11,7 +11,7 @@ export class State {
     this.listeners = new Map()
   }
 
-  // Kinds: the types of messages, 'image', 'cloud' and 'link'.
+  // Kinds: the types of messages, 'image' and 'link'.
   on(kind, listener) {
     this.listeners.set(kind, [...this.listeners.get(kind) ?? [], listener])
   }
@@ -24,16 +24,8 @@ export class State {
 
   receiveBinary(buffer) {
     const bytes = new DataView(buffer)
-    const kind = bytes.getUint8(0), camera = bytes.getUint8(1)
-    if (kind === IMAGE) {
-      this.tell('image', {camera, stamp: bytes.getFloat64(8, true), jpeg: new Uint8Array(buffer, 16)})
-    } else if (kind === CLOUD) {
-      const size = bytes.getUint32(4, true)
-      this.tell('cloud', {
-        camera, stamp: bytes.getFloat64(8, true), low: [16, 20, 24].map(place => bytes.getFloat32(place, true)),
-        step: bytes.getFloat32(28, true), xyz: new Uint16Array(buffer, 32, 3 * size),
-        rgb: new Uint8Array(buffer, 32 + 6 * size, 3 * size)})
-    }
+    if (bytes.getUint8(0) !== IMAGE) return
+    this.tell('image', {camera: bytes.getUint8(1), stamp: bytes.getFloat64(8, true), jpeg: new Uint8Array(buffer, 16)})
   }
 
   setLink(state, text) {

@@ -6,10 +6,10 @@ import pytest
 
 from animated_skeleton import ADULT, CHILD, SIGMA, STANDING, people_of, without
 from capsule_rows import rows
-from openpose_ros_bridges.capsules import CAPSULES, PARTS, POINTS, bone_paths, capsules_of, reaches_of
+from openpose_ros_bridges.capsules import CAPSULES, PARTS, capsules_of, reaches_of
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from skeleton_extract_3d.body.body import BODY
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 
 
 def standing(*ids, **how):
@@ -41,14 +41,6 @@ def test_radii_scale_with_the_stature():
     assert widths[ADULT]['spine'].radius == pytest.approx(CAPSULES.trunk * ADULT / BODY.adult_stature, rel=0.05)
     for part, capsule in widths[CHILD].items():
         assert capsule.radius == pytest.approx(widths[ADULT][part].radius * CHILD / ADULT, rel=1e-5)
-
-
-def test_without_measured_bones_widths_are_those_of_an_adult():
-    people = standing(3)
-    guessed = replace(people, status=np.full_like(people.status, INFERRED))
-    parts = by_part(guessed)
-    assert parts['left_thigh'].radius == CAPSULES.thigh
-    assert not any(capsule.measured for capsule in parts.values())
 
 
 def test_hands_lie_on_from_the_forearms_and_move_with_them():
@@ -97,18 +89,6 @@ def test_feet_where_the_network_has_toes():
     np.testing.assert_allclose(feet['left_foot'].ends[1], (0.3, 0.1, 0.02), atol=1e-6)
     assert 'right_foot' not in feet
     assert np.isnan(feet['left_foot'].velocity).all()
-
-
-def test_bones_lead_from_each_point_to_each_other():
-    paths, row = bone_paths(), POINTS.index
-    assert np.isfinite(paths).all()
-    assert paths[row('left_shoulder'), row('left_wrist')] == pytest.approx(BODY.upper_arm + BODY.forearm)
-    assert paths[row('left_ankle'), row('right_ankle')] == pytest.approx(2 * (BODY.shin + BODY.thigh) + BODY.hip_width)
-
-
-def test_nothing_is_within_reach_where_all_is_known():
-    assert len(reaches_of(standing(3))) == 0
-    assert len(reaches_of(People3D.empty(COCO_18))) == 0
 
 
 def test_a_missing_part_is_within_reach_of_the_nearest_known_joint():

@@ -6,7 +6,7 @@ import pytest
 
 from animated_skeleton import SIGMA, STANDING, joints_of, people_of, without
 from openpose_ros_bridges.capsules import capsules_of
-from openpose_ros_bridges.footprints import BODY, LEGS, Circle, circles_of, points_in, predicted
+from openpose_ros_bridges.footprints import Circle, circles_of, points_in, predicted
 from openpose_ros_bridges.located import located
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
@@ -20,15 +20,9 @@ POSE = replace(STANDING, place=tuple(PLACE))
 FAR = {'near': 0.0, 'far': 100.0}
 
 
-def footprints(signals=WALKS, shape=BODY, sigmas=1.0, hidden=()):
-    people = without(people_of([POSE], [7], np.random.RandomState(1)), hidden)
-    return circles_of(located(people, [signals]), capsules_of(people), shape, sigmas)
-
-
-def test_no_people_no_footprints():
-    none = people_of([], [], np.random.RandomState(1))
-    assert circles_of([], capsules_of(none), BODY, 1.0) == []
-    assert points_in([], 0.05, **FAR).shape == (0, 2)
+def footprints(signals=WALKS, sigmas=1.0):
+    people = people_of([POSE], [7], np.random.RandomState(1))
+    return circles_of(located(people, [signals]), capsules_of(people), sigmas)
 
 
 def test_a_body_is_in_its_circle():
@@ -50,25 +44,12 @@ def test_a_body_is_in_its_circle():
 def test_the_trunk_of_a_person_known_in_part_is_in_the_circle_and_in_the_planning_scene(known, least, most):
     people = without(people_of([POSE], [7], np.random.RandomState(1)), [j for j in COCO_18.joints if j not in known])
     capsules = capsules_of(people)
-    (circle,) = circles_of(located(people, [WALKS]), capsules, BODY, 0.0)
+    (circle,) = circles_of(located(people, [WALKS]), capsules, 0.0)
     assert least < circle.radius < most
     assert len(points_in([circle], 0.05, **FAR)) > 100
     trunk = joints_of(POSE)[[j.endswith(('shoulder', 'hip')) for j in COCO_18.joints]]
     held = [np.linalg.norm(trunk - solid.centre, axis=1) < solid.radius for solid in solids_of(capsules, 0.0).values()]
     assert np.any(held, axis=0).sum() >= 2
-
-
-def test_legs_have_a_circle_each():
-    left, right = footprints(shape=LEGS)
-    assert (left.id, right.id) == (14, 15)
-    joints = joints_of(POSE)
-    for circle, side in ((left, 'left'), (right, 'right')):
-        ankle = joints[COCO_18.index[f'{side}_ankle'], :2]
-        np.testing.assert_allclose(circle.centre, ankle, atol=0.05)
-        assert 0.08 < circle.radius < 0.2
-        np.testing.assert_array_equal(circle.velocity, [0.0, 1.5])
-    (body,) = footprints(shape=LEGS, hidden=['left_ankle'])  # one leg alone would leave the other out
-    assert body.id == 14
 
 
 def test_walking_people_go_on_and_their_places_grow_unsure():
@@ -83,13 +64,6 @@ def test_walking_people_go_on_and_their_places_grow_unsure():
     assert ahead[-1].radius == pytest.approx(circle.radius + 2.0 * growth)
     assert predicted(circle, 2.0, 0.25, 0.0)[-1].radius == circle.radius
     assert len(predicted(circle, 0.0, 0.25, 1.0)) == 1
-
-
-@pytest.mark.parametrize('signals', [STANDS, replace(WALKS, walk=None)], ids=['stands', 'not known'])
-def test_standing_people_stay(signals):
-    (circle,) = footprints(signals)
-    assert len(predicted(circle, 2.0, 0.25, 1.0)) == 1
-    assert np.isnan(circle.velocity_sigma) == (signals.walk is None)
 
 
 def test_points_fill_circles_once():

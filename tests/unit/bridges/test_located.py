@@ -7,8 +7,8 @@ import pytest
 from animated_skeleton import SIGMA, STANDING, TRUNK, UP, people_of, without
 from openpose_ros_bridges.body_model import body_poses
 from openpose_ros_bridges.capsules import capsules_of, reaches_of
-from openpose_ros_bridges.footprints import BODY, circles_of
-from openpose_ros_bridges.located import box_round, located
+from openpose_ros_bridges.footprints import circles_of
+from openpose_ros_bridges.located import located
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.reader import SignalReader
@@ -57,7 +57,7 @@ def test_people_who_have_one_id_are_told_apart_by_their_rows(number):
         (1, False, 2), (2, False, 4)]
     placed, capsules = located(people, signals), capsules_of(people)
     assert [(person.id, round(person.position[0])) for person in placed] == [(1, 2), (2, 4)]
-    assert all(circle.radius < 1 for circle in circles_of(placed, capsules, BODY, 1.0))
+    assert all(circle.radius < 1 for circle in circles_of(placed, capsules, 1.0))
     solids = solids_of(capsules, 1.0)
     assert [round(solids[f'person_{row}_head'].centre[0]) for row in (1, 2)] == [2, 4]
     assert sorted(body_poses(people)) == sorted(set(reaches_of(people).persons.tolist())) == [1, 2]
@@ -79,9 +79,3 @@ def test_sigma_is_that_of_the_trunk_where_it_is_known():
     arms = replace(people, sigma=np.where([name in TRUNK for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
     assert located(arms, [BUSY])[0].sigma == pytest.approx(0.04)
     assert located(without(arms, TRUNK), [BUSY])[0].sigma == pytest.approx(0.5)
-
-
-def test_box():
-    box = box_round(np.array([[1.0, 5.0, 2.0], [np.nan] * 3, [3.0, 4.0, 2.0]], np.float32), 0.25)
-    np.testing.assert_array_equal(box.centre, [2.0, 4.5, 2.0])
-    np.testing.assert_array_equal(box.size, [2.5, 1.5, 0.5])

@@ -24,11 +24,6 @@ def test_it_is_the_mean_weighted_by_inverse_covariances():
         np.testing.assert_allclose(joints.covariance[person], np.linalg.inv(total), atol=1e-9)
 
 
-def test_no_person():
-    nothing = Measurements(np.zeros(0, int), np.zeros((0, 18, 3)), np.zeros((0, 18, 3, 3)))
-    assert estimate_joints(0, nothing, CONSTANTS).positions.shape == (0, 18, 3)
-
-
 @pytest.mark.parametrize('information', [np.eye(3) - ALONG_Z, np.zeros((3, 3))], ids=['one ray', 'nothing'])
 def test_too_little_information_makes_no_position(information):
     found = estimate_joints(1, Measurements(np.zeros(1, int), np.zeros((1, 1, 3)), information[np.newaxis, np.newaxis]),

@@ -79,12 +79,6 @@ def test_two_people_near_each_other_keep_their_ids(first, second, noise):
     assert ids_of(live(paths(first, second), around(3, noise=noise)))
 
 
-def test_a_person_that_one_camera_sees_is_reported_when_it_lasts():
-    story = live(paths(((0, 0), (0, 0))), around(3), 1.0, sees=lambda camera, time: None if camera == 'camera0' else ())
-    assert len(story[0][1]) == 0
-    assert ids_of(story, settled=0.2) == [1]
-
-
 def test_a_person_walks_through_cameras_that_do_not_overlap():
     room = paths(((-2, 0), (2, 0)))
     views = {'camera0': (-9, -0.5), 'camera1': (-0.4, 0.4), 'camera2': (0.5, 9)}
@@ -124,14 +118,6 @@ def test_a_camera_at_a_wrong_place_doubles_no_person():
         assert len(people) == 3
         # two cameras out of three are right
         assert np.median(np.linalg.norm(people.xyz[:, np.newaxis] - truth, axis=3).min(axis=1)) < NEAR
-
-
-def test_people_who_were_doubled_become_one_when_the_camera_is_put_right():
-    cameras, room, fusion = around(2), paths(((0, 0), (0, 0))), PeopleFusion()
-    cameras[1].moved = (1.0, 0.0, 0.0)
-    assert len(live(room, cameras, 1.0, fusion=fusion)[-1][1]) == 2
-    cameras[1].moved = (0.0, 0.0, 0.0)
-    assert ids_of(live(room, cameras, 2.0, fusion=fusion, start=1.1), settled=1.2) == [1]
 
 
 def with_joints(sighting, joints, **values):
@@ -188,14 +174,3 @@ def test_a_person_with_three_joints_takes_no_id_but_keeps_the_one_it_has():
     _, people, _ = live(room, cameras, 2.4, fusion=fusion, start=2.6, missing=HIDDEN)[-1]
     assert people.ids.tolist() == [1]
     assert ids_of(live(room, cameras, 0.5, fusion=fusion, start=5.0), settled=0) == [1]
-
-
-def test_ids_that_a_camera_gives_no_more_are_forgotten():
-    """A camera that gives a person a new id in each frame."""
-    room, fusion, camera = paths(((0, 0), (0, 0))), PeopleFusion(), around(1)[0]
-    for number in range(200):
-        stamp = 0.1 + number / 2
-        seen = camera.see(room, 0.1)
-        people = fusion.update([replace(seen, stamp=stamp, ids=np.array([number + 1], np.int64))], stamp)
-    assert people.ids.tolist() == [1]
-    assert fusion.known == {(camera.name, number + 1): 1}

@@ -27,16 +27,6 @@ def test_a_rig_is_read_as_it_was_written(tmp_path):
     np.testing.assert_allclose(rotation @ [0, 0, 2.0] + centre, [2.25, -1, 1.5], atol=1e-12)
 
 
-def test_values_by_hand(tmp_path):
-    """Without a clock offset, with whole numbers and a quaternion of few digits."""
-    (tmp_path / 'rig.yaml').write_text('fixed_frame: /map\ncameras:\n- {name: a, frame_id: /a, translation: [1, 2, 3], '
-                                       'rotation: [0.707, 0, 0, 0.707]}\n')
-    camera = read_rig(tmp_path / 'rig.yaml').camera('a')
-    assert (read_rig(tmp_path / 'rig.yaml').fixed_frame, camera.frame_id) == ('map', 'a')  # tf2 refuses slashes
-    assert camera.clock_offset == 0 and np.linalg.norm(camera.rotation) == pytest.approx(1, abs=1e-12)
-    np.testing.assert_array_equal(camera.translation, [1, 2, 3])
-
-
 @pytest.mark.parametrize('text, told', [
     ('', 'expected fixed_frame: TEXT, cameras: a list'),
     ('fixed_frame: world', 'expected fixed_frame: TEXT'),

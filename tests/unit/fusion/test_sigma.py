@@ -40,7 +40,7 @@ def test_innovations_tell_the_variance(people, apart, share, variance):
     measured = Measurements(np.arange(people), random.normal(0, apart, (*shape, 3)),
                             np.broadcast_to(np.eye(3) / 0.01, (*shape, 3, 3)))
     halves, variances = np.full((2 * people, 2000), 0.5), np.full(shape, 0.01)
-    joints = Joints(np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), halves, np.ones((2 * people, 2000)), halves)
+    joints = Joints(np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), np.ones((2 * people, 2000)), halves)
     # one frame ends the memory, so that the share is that of the frame
     tracks = Tracks.begun(0.0, iter(range(people)), np.zeros((*shape, 3)))
     covariance = np.broadcast_to([0.5, 0.0, 0.0], (*shape, 3))

@@ -108,7 +108,7 @@ def test_time_that_goes_back_is_another_recording():
 
 def test_parameters_of_before(caplog):
     assert build(FloorParams, {'up': [0.0, -2.0, 0.0]}).upwards.tolist() == [0, -1, 0]
-    assert build(FloorParams, {'thickness': 0.03, 'rate': 2}) == FloorParams(rate=2.0)
+    assert build(FloorParams, {'thickness': 0.03, 'most_height': 2}) == FloorParams(most_height=2.0)
     assert 'thickness' in caplog.text
     with pytest.raises(ParameterError, match="'up' = '0 0 0' is not allowed"):
         FloorParams(up='0 0 0')

@@ -9,11 +9,8 @@ from animated_skeleton import ADULT, CHILD, FACE, LYING, SITTING, STANDING, UP, 
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
-from skeleton_extract_3d.points.transform import transform_people
 
 GROUND = np.array([0.0, 0.0, 1.0, 0.0])
-# From the room's axes to those of a level camera: x right, y down, z forward.
-TO_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]), np.array([0.5, 1.2, 3.0])
 BOW = replace(STANDING, left=Limb((0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), facing=50.0, place=(2.0, -1.0))
 
 
@@ -45,12 +42,6 @@ def test_below_the_trunk_and_turned_to_where_the_body_faces(facing):
     np.testing.assert_allclose(axes_of(found)[2], UP, atol=1e-9)
 
 
-@pytest.mark.parametrize('pose, floor', [(STANDING, GROUND), (SITTING, np.array([0.0, 0.0, 1.0, 0.7])),
-                                         (LYING, np.array([0.1, 0.0, 0.995, -0.2]))])
-def test_the_pose_is_on_the_plane(pose, floor):
-    assert pose_of(pose, floor).position @ floor[:3] + floor[3] == pytest.approx(0.0, abs=1e-6)
-
-
 @pytest.mark.parametrize('pose, stature, hidden', [
     (STANDING, ADULT, ()), (STANDING, CHILD, ()), (SITTING, CHILD, ()), (LYING, ADULT, ()),
     (STANDING, ADULT, ('knee', 'ankle'))])
@@ -78,17 +69,3 @@ def test_without_any_direction_it_is_that_of_the_frame():
     np.testing.assert_allclose(axes_of(pose_of(BOW, hidden=('shoulder',))), np.eye(3), atol=1e-9)
     # on the back the body faces upwards
     np.testing.assert_allclose(axes_of(pose_of(replace(LYING, facing=50.0))), np.eye(3), atol=1e-9)
-
-
-def test_the_frame_of_a_camera_gives_the_same_place():
-    random, reader = np.random.RandomState(1), SignalReader()
-    rotation, translation = TO_CAMERA
-    up = rotation @ UP
-    for frame in range(5):
-        people = transform_people(people_of([BOW], [1], random), rotation, translation)
-        (person,) = reader.update(people, frame / 10, up, Surroundings(floor=np.append(up, -up @ translation)))
-    position = rotation.T @ (person.floor.position - translation)
-    np.testing.assert_allclose(position, [2.0, -1.0, 0.0], atol=0.03)
-    axes = axes_of(person.floor) @ rotation
-    np.testing.assert_allclose(axes[0], [np.cos(np.radians(50)), np.sin(np.radians(50)), 0.0], atol=0.1)
-    np.testing.assert_allclose(axes[2], UP, atol=1e-6)

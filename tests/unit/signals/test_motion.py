@@ -54,11 +54,6 @@ def test_a_person_that_stopped_with_a_hidden_trunk_does_not_move_when_seen_again
     assert walks[0.9].moving and len(again) > 10 and not any(walk.moving for walk in again)
 
 
-def test_swaying_is_not_walking():
-    sways = held(*[(0.5 * number, replace(STANDING, lean=5.0 * (-1) ** number)) for number in range(8)])
-    assert not any(person.walk.moving for stamp, person in watch(sways, 4) if stamp > 0.3)
-
-
 @pytest.mark.parametrize('facing', [0, 75, 290])
 def test_facing_of_body_and_head(facing):
     person = watch(held((0, replace(STANDING, facing=facing))), 0.5)[-1][1]
@@ -79,11 +74,6 @@ def test_the_face_tells_where_a_head_faces_if_it_was_found():
     head = SignalReader().update(people, 0.0, UP, landmarks=Landmarks3D(Landmarks3D.empty().hands, face))[0].head
     np.testing.assert_allclose(head.direction, [0.5, 3 ** 0.5 / 2, 0], atol=1e-6)
     np.testing.assert_allclose(head.begin, [0.1, 0.05, 1.6], atol=1e-6)
-
-
-def test_hidden_joints_tell_no_facing():
-    assert watch(held((0, STANDING)), 0.5, hidden=('left_shoulder',))[-1][1].body is None
-    assert watch(held((0, STANDING)), 0.5, hidden=('eye', 'ear'))[-1][1].head is None
 
 
 @pytest.mark.parametrize('before, rate, stature', [(STANDING, 5, ADULT), (STANDING, 30, CHILD), (SITTING, 10, ADULT),

@@ -6,7 +6,7 @@ from animated_skeleton import ADULT, CHILD, FACE, STANDING, UP, Limb, frames, he
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import Body
 from openpose_ros_signals.person import Surroundings
-from openpose_ros_signals.pointing import hit_points, pointing_of, with_points, with_targets
+from openpose_ros_signals.pointing import pointing_of, with_targets
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Pointing, Ray, Target
 
@@ -17,11 +17,11 @@ WRIST = np.array([0.6, 0.0, 1.4])
 def ray_from(height, sigma):
     """Return the ray from a height [m] through the wrist."""
     way = WRIST - (0.0, 0.0, height)
-    return Ray(np.array([0.0, 0.0, height]), way / np.linalg.norm(way), sigma, None)
+    return Ray(np.array([0.0, 0.0, height]), way / np.linalg.norm(way), sigma)
 
 
 # Eyes and shoulder 13 cm above and below: 12 deg up and down.
-AHEAD = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.23, None, ray_from(1.53, 0.1),
+AHEAD = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.23, ray_from(1.53, 0.1),
                  ray_from(1.27, 0.1))
 
 
@@ -91,21 +91,6 @@ def at(angle, distance=2.0, begin=1.4):
     return np.array([distance, 0.0, begin + distance * np.tan(np.radians(angle))])
 
 
-def test_a_target_on_either_line_is_hit_rather_than_one_in_the_middle():
-    on_eyes, on_arm = (one.origin + 2.5 * one.direction for one in (AHEAD.eye_ray, AHEAD.arm_ray))
-    middle = Target('middle', at(1.0))
-    for place in (on_eyes, on_arm):
-        pointing = with_targets(AHEAD, [middle, Target('meant', place), Target('beside', at(27.0))])
-        assert [target.name for target in pointing.targets] == ['meant', 'middle']
-        assert pointing.hit.name == 'meant' and pointing.hit.position is place
-        assert pointing.hit.off == pytest.approx(np.radians(off(AHEAD, place)))
-        assert pointing.targets[0].sigmas == pytest.approx(pointing.hit.off / AHEAD.sigma)
-        assert sum(target.probability for target in pointing.targets) == pytest.approx(1)
-        assert pointing.targets[0].probability > 0.6
-    # alone in the cone, it is what is meant
-    assert with_targets(AHEAD, [middle]).targets[0].probability == pytest.approx(1)
-
-
 def test_probabilities_are_those_that_a_simulation_finds():
     """People point from the eyes or the shoulder at one of three targets, and miss by the sigma of the ray."""
     random, count = np.random.default_rng(3), 200_000
@@ -122,37 +107,12 @@ def test_probabilities_are_those_that_a_simulation_finds():
         assert told[name] == pytest.approx(number / sum(hits.values()), abs=0.02)
 
 
-def wall(distance, size=1.0):
-    """Return points of a wall across x, 2 cm apart."""
-    y, z = np.meshgrid(np.arange(-size, size, 0.02), 1.4 + np.arange(-size, size, 0.02))
-    return np.stack([np.full(y.shape, distance), y, z], axis=-1).reshape(-1, 3)
-
-
-def test_the_ray_meets_the_first_surface_beyond_the_hand():
-    wrist = WRIST
-    own_hand = np.array([[0.6, 0.0, 1.4], [0.7, 0.01, 1.4], [0.72, 0.0, 1.41], [0.75, 0.0, 1.4]])
-    lone_points = np.array([[1.5, 0.0, 1.4], [np.nan, np.nan, np.nan]])
-    scene = np.concatenate([wall(3.0), own_hand, lone_points])
-    assert hit_points(AHEAD, scene, wrist, ADULT).position == pytest.approx([3.0, 0.0, 1.4], abs=0.01)
-    assert hit_points(AHEAD, np.concatenate([scene, wall(2.0, 0.1)]), wrist, ADULT).position[0] == pytest.approx(2.0)
-    assert hit_points(AHEAD, own_hand, wrist, ADULT) is None
-    assert hit_points(AHEAD, np.zeros((0, 3)), wrist, ADULT) is None
-
-
-def test_both_rays_meet_the_wall_at_their_places():
-    pointing = with_points(AHEAD, wall(3.0), WRIST, ADULT)
-    for ray, height in ((pointing, 1.4), (pointing.eye_ray, 1.53 - 0.65), (pointing.arm_ray, 1.27 + 0.65)):
-        assert ray.hit.position == pytest.approx([3.0, 0.0, height], abs=0.02)
-
-
-def test_signals_tell_known_targets_before_points():
+def test_signals_tell_what_is_hit():
     target = np.array(TARGETS['ahead'])
-    pose, points = aimed(target, 'eyes'), wall(3.5, 2.0)
-    known = Surroundings((Target('cup', target),), points)
-    for around, name in ((known, 'cup'), (Surroundings(points=points), '')):
-        hit = watch(held((0, pose)), 1, around=around)[-1][1].gesture('point').pointing.hit
-        assert hit.name == name
-    assert watch(held((0, pose)), 1)[-1][1].gesture('point').pointing.hit is None
+    motion = held((0, aimed(target, 'eyes')))
+    assert watch(motion, 1, around=Surroundings((Target('cup', target),)))[-1][1].gesture(
+        'point').pointing.hit.name == 'cup'
+    assert watch(motion, 1)[-1][1].gesture('point').pointing.hit is None
 
 
 # The head does not matter for the gesture itself where the arm is stretched out sideways.

@@ -25,9 +25,6 @@ from animated_skeleton import (
     swinging,
     watch,
 )
-from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_signals.geometry import Body
-from openpose_ros_signals.postures import posture_degrees
 
 WIDE_STEP = Pose(left_leg=Limb((0, 0.5, -1), (0, 0.2, -1)), right_leg=Limb((0, -0.4, -1), (0, -0.8, -0.8)))
 ON_A_BED = replace(LYING, left_leg=Limb((0, 1, 0), (0, 0, -1)), right_leg=Limb((0, 1, 0), (0, 0, -1)))
@@ -85,17 +82,6 @@ def test_hidden_legs_tell_no_posture(pose, hidden):
     assert names_after(signals, -1) == {'unknown'}
     assert np.isnan(signals[-1][1].posture.since) and signals[-1][1].posture.confidence == 0
     assert not any(person.fall or person.gestures for _, person in signals)
-
-
-def test_without_trunk_and_legs_no_posture_is_ruled_out():
-    """What is not seen for a moment ends no posture."""
-    hidden = np.full((len(COCO_18.joints), 3), np.nan)
-    degrees = posture_degrees(Body(0.0, hidden, hidden[:, 0], np.array([0.0, 0.0, 1.0]), 1.75))
-    assert all(np.isnan(value) for value in degrees.values())
-
-
-def test_one_leg_is_enough():
-    assert watch(held((0, SITTING)), 1, hidden=('left_knee', 'left_ankle'))[-1][1].posture.name == 'sitting'
 
 
 @pytest.mark.parametrize('rate', RATES)

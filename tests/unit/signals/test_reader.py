@@ -26,14 +26,6 @@ def read(poses_at, ids_at, seconds=3.0, rate=10, up=UP, turn=None):
     return result
 
 
-def test_people_keep_their_order_and_their_ids():
-    signals = read(lambda _: [replace(STANDING, place=LEFT), replace(RAISED, place=RIGHT)], lambda _: [7, 3])
-    last = signals[3.0]
-    assert [person.id for person in last] == [7, 3]
-    assert [[gesture.name for gesture in person.gestures] for person in last] == [[], ['raise_hand']]
-    assert last[1].place == pytest.approx([0, -1.5, 1.1], abs=0.15)
-
-
 def test_any_direction_may_be_up():
     camera = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # z forward, y down
     person = read(lambda _: [RAISED], lambda _: [1], up=np.array([0.0, -2.0, 0.0]), turn=camera)[3.0][0]
@@ -91,13 +83,6 @@ def test_people_of_the_last_frame_and_since_when(frames, there):
     assert [(present.signals.id, present.since) for present in reader.present] == there
 
 
-def test_stamps_that_jump_back_begin_anew():
-    reader, random = SignalReader(), np.random.RandomState(0)
-    for stamp in (100.0, 100.1, 100.2, 100.3, 50.0):
-        person, = reader.update(people_of([STANDING], [1], random), stamp, UP)
-    assert person.posture.name == 'unknown' and person.walk is None
-
-
 def test_missing_joints_and_people_are_no_trouble():
     reader, random = SignalReader(), np.random.RandomState(0)
     people = people_of([STANDING], [1], random)
@@ -113,12 +98,6 @@ def read_again(people):
     """Return the signals of people who are the same in six frames."""
     reader = SignalReader()
     return [reader.update(people, number / 10, UP) for number in range(6)][-1]
-
-
-def test_joints_in_one_point_tell_nothing():
-    people = people_of([RAISED], [1], np.random.RandomState(0))
-    person, = read_again(replace(people, xyz=np.ones_like(people.xyz)))
-    assert person.gestures == () and person.fall is None and person.body is None and person.head is None
 
 
 @pytest.mark.parametrize('skeleton, sigma', [(BODY_25, 0.03), (COCO_18, np.nan)],

@@ -19,9 +19,10 @@ from openpose_ros_signals.records import (
 from openpose_ros_tools.tables.long_csv import SIGNAL_COLUMNS, LongCsvWriter, signal_rows
 
 LAMP = np.array([3.0, 0.0, 1.5])
-RAY = Pointing(np.array([0.5, 0.0, 1.5]), np.array([1.0, 0.0, 0.0]), 0.25, Hit(LAMP, 'lamp, left'),
-               Ray(np.array([0.5, 0.0, 1.7]), np.array([0.0, 1.0, 0.0]), 0.125, None),
-               Ray(np.array([0.5, 0.0, 1.3]), np.array([0.0, 0.0, 1.0]), 0.0625, None),
+RAY = Pointing(np.array([0.5, 0.0, 1.5]), np.array([1.0, 0.0, 0.0]), 0.25,
+               Ray(np.array([0.5, 0.0, 1.7]), np.array([0.0, 1.0, 0.0]), 0.125),
+               Ray(np.array([0.5, 0.0, 1.3]), np.array([0.0, 0.0, 1.0]), 0.0625),
+               Hit(LAMP, 'lamp, left', 0.0),
                (PointedTarget('lamp, left', LAMP, 0.5, 0.875), PointedTarget('cup', LAMP, 1.5, 0.125)))
 BUSY = PersonSignals(7, np.array([0.5, 0.25, 1.0]), Posture('lying', 11.5, 0.75),
                      (Gesture('wave', 'left', 12.25, 0.5), Gesture('point', 'right', 12.0, 1.0, RAY)),

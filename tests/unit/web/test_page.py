@@ -12,7 +12,7 @@ from browser import Browser, chromium
 from development import PACKAGES
 from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_web import three_js
-from openpose_ros_web.protocol import cloud_message, encode, image_message
+from openpose_ros_web.protocol import encode
 from openpose_ros_web.server import Key, PeopleServer
 
 PACKAGE = PACKAGES['openpose_ros_web']
@@ -74,7 +74,6 @@ def site():
 @pytest.fixture(scope='module')
 def browser(site):
     with Browser() as browser:
-        browser.prefer('dark')
         browser.open(f'http://localhost:{site.port}/')
         browser.wait('Boolean(window.peopleView?.messages.hello)')
         yield browser
@@ -139,28 +138,6 @@ def expected_pixels(browser, camera, people):
 
 
 @needs_browser
-def test_nothing_is_drawn_before_the_first_message(browser):
-    browser.wait_for_drawing()
-    assert picture_of(browser)[300:, :900].max() < 130, 'the floor alone'
-
-
-@needs_browser
-def test_many_shapes_have_their_own_places(browser):
-    """A pool that grows while it is filled keeps each shape."""
-    far = browser.run('''Promise.all(["./pool.js", "./vendor/three.module.min.js"].map(each => import(each))).then(
-        ([{Spheres}, {Group, Matrix4}]) => {
-            const pool = new Spheres(new Group()), found = new Matrix4()
-            for (let index = 0; index < 600; index++) pool.add([index, 0, 0], 1, [index % 256, 0, 0])
-            return [...Array(600).keys()].filter(index => {
-                pool.mesh.getMatrixAt(index, found)
-                return found.elements[12] !== index
-                    || pool.mesh.instanceColor.array[3 * index] !== Math.fround(index % 256 / 255)
-            })
-        })''')
-    assert far == []
-
-
-@needs_browser
 @pytest.mark.parametrize('index', range(len(CAMERAS['cameras'])))
 def test_people_are_drawn_where_the_messages_say(site, browser, index):
     people, signals = frame(3, False)
@@ -182,11 +159,11 @@ def test_drawn_pixels_have_the_colours_of_the_people(site, browser):
     people, signals = frame(2, True)
     shown(site, browser, people, signals)
     browser.press('1')
-    browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, false))')
+    browser.run('["labels", "velocity", "pointing"].forEach(name => peopleView.settings.set(name, false))')
     browser.wait_for_drawing()
     picture = picture_of(browser)
     joints = browser.run('peopleView.joints()')
-    browser.run('["labels", "velocity", "pointing", "trails"].forEach(name => peopleView.settings.set(name, true))')
+    browser.run('["labels", "velocity", "pointing"].forEach(name => peopleView.settings.set(name, true))')
     colours = {person['id']: person['rgb'] for person in people['people']}
     for number, rgb in colours.items():
         pixels = [picture[round(joint['y']), round(joint['x'])] for joint in joints
@@ -231,107 +208,6 @@ def test_names_never_become_markup(site, browser):
 
 
 @needs_browser
-def test_a_damaged_image_is_left_out(site, browser):
-    site.send(HELLO)
-    good = cv2.imencode('.jpg', np.zeros((24, 32, 3), np.uint8))[1].tobytes()
-    wait_for(lambda: site.server.due_widths(0) == {640})
-    site.server.publish(Key('image', 0, 640), image_message(0, 1.0, b'no jpeg'))
-
-    def is_good_drawn():
-        site.server.publish(Key('image', 0, 640), image_message(0, 1.0, good))
-        return browser.run('document.getElementById("image").width') == 32
-
-    wait_for(is_good_drawn)
-    assert browser.run('document.getElementById("link").textContent') == 'live'
-
-
-@needs_browser
-def test_the_cloud_is_drawn_while_it_is_shown(site, browser):
-    people, signals = frame(2, True)
-    shown(site, browser, {**people, 'people': []}, {**signals, 'people': []})
-    browser.press('0')
-    browser.press('o')
-    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
-    assert magenta(browser) == 0
-    xyz = np.random.default_rng(1).uniform((-1, -1, 0), (1, 1, 2), (1001, 3))
-    site.server.publish(Key('cloud', 0), cloud_message(0, 1.0, xyz, np.tile(np.uint8([255, 0, 255]), (1001, 1))))
-    wait_for(lambda: magenta(browser) > 200)
-    browser.press('o')
-    wait_for(lambda: magenta(browser) == 0)
-    browser.press('o')
-    wait_for(lambda: site.server.is_wanted(lambda want: want.cloud))
-    browser.wait_for_drawing()
-    assert magenta(browser) == 0, 'the old cloud is shown again'
-    browser.press('o')
-
-
-def magenta(browser):
-    red, green, blue = np.moveaxis(picture_of(browser), 2, 0)
-    return np.count_nonzero((red > 150) & (green < 90) & (blue > 150))
-
-
-@needs_browser
-def test_the_view_from_a_camera_moves_with_it(site, browser):
-    people, signals = frame(3, False)
-    shown(site, browser, people, signals)
-    browser.press('1')
-    browser.wait('peopleView.view.mode === "camera 0"')
-    moved = {**CAMERAS['cameras'][0], 'position': [500, -300, 1200]}
-    site.send({**CAMERAS, 'cameras': [moved]})
-    browser.wait('peopleView.messages.cameras?.cameras.length === 1')
-    browser.wait_for_drawing()
-    expected = expected_pixels(browser, moved, people)
-    for joint in browser.run('peopleView.joints()'):
-        assert (joint['x'], joint['y']) == pytest.approx(expected[joint['id'], joint['joint']], abs=1.0)
-    elsewhere = {'frame': 'elsewhere'}
-    site.send({**CAMERAS, **elsewhere}, {**people, **elsewhere})
-    browser.wait('peopleView.messages.people?.frame === "elsewhere"')
-    browser.wait_for_drawing()
-    assert browser.run('peopleView.view.camera.position.toArray()') == pytest.approx([0, 0, 1.7]), 'not that of a fit'
-    assert browser.run('peopleView.state.people().every(person => !person.signals)'), 'signals are in another frame'
-    shown(site, browser, people, signals)
-    browser.press('0')
-
-
-@needs_browser
-def test_follows_a_person(site, browser):
-    people, signals = frame(2, True)
-    shown(site, browser, people, signals)
-    browser.run('document.querySelector("#people tr").click()')
-    first = people['people'][0]
-    browser.wait(f'peopleView.view.mode === "person {first["id"]}"')
-    target = browser.run('peopleView.view.controls.target.toArray()')
-    joints = HELLO['skeletons'][people['skeleton']]['joints']
-    hips = [np.array(first['xyz'][3 * row:3 * row + 3]) / 1000 for row, name in enumerate(joints)
-            if name.endswith('hip') and first['status'][row]]
-    assert target == pytest.approx(np.mean(hips, axis=0).tolist(), abs=0.01)
-    browser.press('0')
-    browser.wait('peopleView.view.mode === "free"')
-
-
-@needs_browser
-def test_both_themes_and_a_phone(site, browser):
-    people, signals = frame(3, False)
-    shown(site, browser, people, signals)
-    grounds = []
-    for theme in ('light', 'dark'):
-        browser.prefer(theme)
-        browser.wait_for_drawing()
-        grounds.append(picture_of(browser)[60, 20].mean())
-    assert grounds[0] > 200
-    assert grounds[1] < 60
-    width = 390
-    browser.resize(width, 780, phone=True)
-    browser.wait(f'document.getElementById("scene").clientWidth === {width}')
-    browser.run('peopleView.state.setLink("lost", "no connection, trying again")')
-    browser.run('document.getElementById("figures").textContent = "14.8 Hz · 120 ms"')
-    assert browser.run('document.documentElement.scrollWidth') == width, 'nothing is beside the screen'
-    assert browser.run('document.querySelector("header").offsetHeight') < 60, 'one line'
-    browser.run('peopleView.state.setLink("live", "live")')
-    browser.resize(1280, 800)
-
-
-@needs_browser
 def test_people_are_faded_when_no_message_comes(site, browser):
     people, signals = frame(3, False)
     shown(site, browser, people, signals)
@@ -343,28 +219,6 @@ def test_people_are_faded_when_no_message_comes(site, browser):
     shown(site, browser, *frame(2, True))
     browser.wait('document.body.classList.contains("old") === false')
     assert browser.run('document.getElementById("notice").hidden')
-
-
-@needs_browser
-def test_a_page_that_is_busy_takes_its_messages_for_no_silence(browser):
-    """They have arrived, and wait to be read: a look at the clock long after the last one tells nothing."""
-    states = browser.run('''import("./live.js").then(({LiveSource}) => {
-        const states = [], source = new LiveSource("ws://localhost:1/ws")
-        source.state = {setLink: state => states.push(state), receive: () => {}}
-        source.connect = () => {}
-        source.socket = {readyState: WebSocket.OPEN, close: () => states.push("closed")}
-        const now = Date.now
-        source.receive('{"type": "state"}')
-        Date.now = () => now() + 10000
-        source.watch()
-        source.receive('{"type": "state"}')
-        states.push("heard")
-        for (let look = 0; look < 6; look++) source.watch()
-        Date.now = now
-        clearTimeout(source.timer)
-        return states
-    })''')
-    assert states == ['heard', 'closed', 'lost']
 
 
 @needs_browser

@@ -7,45 +7,34 @@ from typing import List, NamedTuple, Sequence
 
 import numpy as np
 
-from openpose_ros_bridges.capsules import CAPSULES, PARTS, Capsules
+from openpose_ros_bridges.capsules import CAPSULES, Capsules
 from openpose_ros_bridges.located import Located, velocity_sigma
-
-BODY, LEGS = 'body', 'legs'
-# The left and the right shin, as `Capsules.parts` has them.
-_SHINS = tuple(PARTS.index(f'{side}_shin') for side in ('left', 'right'))
 
 
 class Circle(NamedTuple):
     """A circle on the floor that moves."""
 
-    id: int  # of the person; with `LEGS` 2 * id of the left leg or of the body, 2 * id + 1 of the right leg
+    id: int  # of the person
     centre: np.ndarray  # (2,) [m]
     radius: float  # [m]
     velocity: np.ndarray  # (2,) [m/s]; zeros: standing still, or not known
     velocity_sigma: float  # root mean square length of its error [m/s]; NaN: not known
 
 
-def circles_of(persons: Sequence[Located], capsules: Capsules, shape: str, sigmas: float) -> List[Circle]:
-    """Return the footprints of people, whose radii grow by `sigmas` times the sigma of the joints.
+def circles_of(persons: Sequence[Located], capsules: Capsules, sigmas: float) -> List[Circle]:
+    """Return the footprints of people: circles round their places that hold all of their capsules.
 
-    `BODY`: a circle round the place of each person that holds all of its capsules; `LEGS`: one round each shin, where
-    both are known, else as `BODY`.
+    Radii grow by `sigmas` times the sigma of the joints.
     """
     radii = capsules.radii[:, np.newaxis] + sigmas * capsules.known_sigma
-    return [circle for person in persons for circle in _circles(person, capsules, radii, shape)]
-
-
-def _circles(person: Located, capsules: Capsules, radii: np.ndarray, shape: str) -> List[Circle]:
-    velocity = np.zeros(2) if person.velocity is None else np.asarray(person.velocity[:2])
-    own = np.flatnonzero(capsules.persons == person.id)
-    ids, centres, rows = [person.id if shape == BODY else 2 * person.id], [np.asarray(person.position[:2])], [own]
-    legs = [own[capsules.parts[own] == shin] for shin in _SHINS]
-    if shape == LEGS and all(len(leg) for leg in legs):
-        rows, ids = legs, [2 * person.id, 2 * person.id + 1]
-        centres = [capsules.ends[leg, :, :2].mean(axis=(0, 1)) for leg in legs]
-    distances = [np.linalg.norm(capsules.ends[part, :, :2] - centre, axis=2) for part, centre in zip(rows, centres)]
-    return [Circle(name, centre, float((away + radii[part]).max(initial=CAPSULES.shin)), velocity,
-                   velocity_sigma(person)) for name, centre, part, away in zip(ids, centres, rows, distances)]
+    circles = []
+    for person in persons:
+        velocity = np.zeros(2) if person.velocity is None else np.asarray(person.velocity[:2])
+        centre, own = np.asarray(person.position[:2]), capsules.persons == person.id
+        reach = np.linalg.norm(capsules.ends[own, :, :2] - centre, axis=2) + radii[own]
+        circles.append(Circle(person.id, centre, float(reach.max(initial=CAPSULES.shin)), velocity,
+                              velocity_sigma(person)))
+    return circles
 
 
 def predicted(circle: Circle, horizon: float, step: float, sigmas: float) -> List[Circle]:

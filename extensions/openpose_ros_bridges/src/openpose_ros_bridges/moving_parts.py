@@ -47,13 +47,6 @@ class MovingParts(NamedTuple):
         return MovingParts(*(np.concatenate(values) for values in zip(self, other)))
 
 
-class Margins(NamedTuple):
-    """Distances of L links from N parts at three points, and root mean square errors along a line: (3, L, N) [m]."""
-
-    distances: np.ndarray
-    sigmas: np.ndarray
-
-
 def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
     """Return centres (M, 3) and a radius of spheres that hold the capsule between ends (2, 3) [m]; one, of a sphere."""
     length = float(np.linalg.norm(ends[1] - ends[0]))
@@ -63,8 +56,9 @@ def spheres_of(ends: np.ndarray, radius: float) -> Tuple[np.ndarray, float]:
 
 
 def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: Links, grown: np.ndarray
-               ) -> Margins:
-    """Return how far links are from parts at their ends (N, 2, 3) [m] and at the nearest point between.
+               ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return how far links are from parts at their ends (N, 2, 3) [m] and at the nearest point between, and the root
+    mean square errors along a line: both (3, L, N) [m].
 
     Where errors are the same along a part, the nearest point decides; where they differ, one of these nearly does.
     `sigma` (N, 2) is that of the ends, `grown` (N, 2) by how much they may be nearer [m].
@@ -80,7 +74,7 @@ def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: L
         return (1 - shares) * values[:, 0] + shares * values[:, 1]
 
     distances = distances - known.radii - (links.radii + links.away)[:, np.newaxis]
-    return Margins(distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9))
+    return distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9)
 
 
 def tail(deviations: np.ndarray) -> np.ndarray:

@@ -2,20 +2,12 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Type
 
-from openpose_ros_bridges.footprints import BODY, LEGS
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import parameter
 
 
 @dataclass(frozen=True)
-class BridgeSettings:
-    """Parameters of a bridge that has none of its own."""
-
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class VisionParams(Parameters):
+class VisionParams(DemandParams):
     """How people become detections."""
 
     class_id: int = parameter(
@@ -29,22 +21,11 @@ class VisionParams(Parameters):
 
 
 @dataclass(frozen=True)
-class VisionSettings:
-    """Parameters of vision_msgs_node."""
-
-    vision: VisionParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class HriParams(Parameters):
+class HriParams(DemandParams):
     """What is published of people, and how they are named."""
 
-    retired = ('id_prefix', 'image_width', 'image_height', 'signals', 'roi_margin', 'forget')
+    retired = ('id_prefix', 'image_width', 'image_height', 'signals', 'roi_margin', 'forget', 'cameras')
 
-    cameras: str = parameter(
-        '', 'Namespaces of chains whose people are not fused, separated by spaces: a body of left is named left_p5. '
-            'Empty: the chain in the namespace of the node.')
     persons: bool = parameter(
         False, 'Publish each body also as an anonymous person below /humans/persons, with its frame at the head. Where '
                'another node manages persons, leave that to it.')
@@ -54,15 +35,7 @@ class HriParams(Parameters):
 
 
 @dataclass(frozen=True)
-class HriSettings:
-    """Parameters of hri_node."""
-
-    hri: HriParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class SeparationParams(Parameters):
+class SeparationParams(DemandParams):
     """Separation of people from links of the robot."""
 
     retired = ('rate', 'feet', 'data_timeout', 'tf_timeout', 'guard_margin')
@@ -90,15 +63,7 @@ class SeparationParams(Parameters):
 
 
 @dataclass(frozen=True)
-class SeparationSettings:
-    """Parameters of separation_node."""
-
-    separation: SeparationParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class MoveitParams(Parameters):
+class MoveitParams(DemandParams):
     """How people become objects of the planning scene."""
 
     retired = ('tf_timeout', 'prefix', 'robot_padding', 'max_rate')
@@ -115,27 +80,16 @@ class MoveitParams(Parameters):
 
 
 @dataclass(frozen=True)
-class MoveitSettings:
-    """Parameters of moveit_node."""
-
-    moveit: MoveitParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class ObstacleParams(Parameters):
+class ObstacleParams(DemandParams):
     """How people become obstacles on the floor."""
 
-    retired = ('tf_timeout', 'step', 'spacing', 'height', 'footprint_range', 'max_rate')
+    retired = ('tf_timeout', 'step', 'spacing', 'height', 'footprint_range', 'max_rate', 'footprint')
 
     planning_frame: str = parameter(
         'odom', 'Frame of the obstacles of teb_local_planner, with z upwards: the global_frame of its costmap, as it '
                 'does not turn velocities.')
     robot_frame: str = parameter('base_link', 'Frame of the footprints of costmap_2d, with z upwards and its origin in '
                                               'the middle of the robot.')
-    footprint: str = parameter(BODY, 'Obstacles of a person: body, a circle that holds all of the body; legs, one for '
-                                     'each leg, where both are known, with the ids 2 ID and 2 ID + 1, else the body '
-                                     'with 2 ID.', choices=(BODY, LEGS))
     sigmas: float = parameter(1.0, 'Radii grow by this multiple of the sigma of the joints and, of predicted '
                                    'footprints, of the velocity.', minimum=0.0, maximum=5.0)
     horizon: float = parameter(2.0, 'Prediction horizon of people that walk.', unit='s', minimum=0.0, maximum=10.0)
@@ -144,16 +98,8 @@ class ObstacleParams(Parameters):
                                     maximum=10.0)
 
 
-@dataclass(frozen=True)
-class ObstacleSettings:
-    """Parameters of obstacles_node."""
-
-    obstacles: ObstacleParams
-    demand: DemandParams
-
-
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {
-    **{f'{bridge}_node.yaml': BridgeSettings for bridge in ('jsk', 'people_msgs', 'spencer')},
-    'hri_node.yaml': HriSettings, 'moveit_node.yaml': MoveitSettings, 'obstacles_node.yaml': ObstacleSettings,
-    'separation_node.yaml': SeparationSettings, 'vision_msgs_node.yaml': VisionSettings}
+    **{f'{bridge}_node.yaml': DemandParams for bridge in ('jsk', 'people_msgs', 'spencer')},
+    'hri_node.yaml': HriParams, 'moveit_node.yaml': MoveitParams, 'obstacles_node.yaml': ObstacleParams,
+    'separation_node.yaml': SeparationParams, 'vision_msgs_node.yaml': VisionParams}

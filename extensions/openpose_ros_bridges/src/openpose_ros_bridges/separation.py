@@ -35,7 +35,7 @@ from openpose_ros_bridges.capsules import (
     reaches_of,
 )
 from openpose_ros_bridges.guard import View
-from openpose_ros_bridges.moving_parts import Links, Margins, MovingParts, greatest, margins_of, tail
+from openpose_ros_bridges.moving_parts import Links, MovingParts, greatest, margins_of, tail
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import distinct_ids
@@ -160,17 +160,17 @@ class SeparationEstimator:
     def _nearest(self, known: MovingParts, reaches: MovingParts, ages: np.ndarray, links: Links) -> Separation:
         if not len(ages):
             return Separation(math.inf, math.inf)
-        statements = [margins(parts, ages, links) for parts in (known, reaches)
-                      for margins in (self._motion, self._walking)]
-        away = self._motion(known._replace(radii=known.skins), np.minimum(ages, self._constants.longest_motion),
-                            links._replace(away=np.zeros(len(links.radii)))).distances
+        longest = self._constants.longest_motion
+        statements = [self._margins(parts, ages, links, most) for parts in (known, reaches) for most in (longest, 0.0)]
+        away, _ = self._margins(known._replace(radii=known.skins), np.minimum(ages, longest),
+                                links._replace(away=np.zeros(len(links.radii))), longest)
 
         def deviations(bound: float) -> np.ndarray:
             """Return by how many standard deviations each part (N) would have to be nearer to each link (L)."""
-            return np.asarray(np.max([((each.distances - bound) / each.sigmas).min(axis=0) for each in statements],
+            return np.asarray(np.max([((distances - bound) / sigmas).min(axis=0) for distances, sigmas in statements],
                                      axis=0))
 
-        highest = float(np.max([each.distances.min(axis=0) for each in statements], axis=0).min())
+        highest = float(np.max([distances.min(axis=0) for distances, _ in statements], axis=0).min())
         _, person = np.unique(known.persons, return_inverse=True)
 
         def probability(bound: float) -> float:
@@ -180,24 +180,20 @@ class SeparationEstimator:
 
         bound = greatest(probability, 1 - self._params.probability, highest)
         # the pair that alone would have the least bound
-        alone = np.max([(each.distances - self._quantile * each.sigmas).min(axis=0) for each in statements], axis=0)
+        alone = np.max([(distances - self._quantile * sigmas).min(axis=0) for distances, sigmas in statements], axis=0)
         link, row = divmod(int(alone.argmin()), len(ages))
         distance = max(float(away.min()), 0.0)
         return Separation(distance, min(bound, distance), links.names[link], int(known.persons[row]),
                           PARTS[known.parts[row]], int(known.status[row]), float(ages[row]))
 
-    def _motion(self, known: MovingParts, ages: np.ndarray, links: Links) -> Margins:
-        moved = np.minimum(ages, self._constants.longest_motion)[:, np.newaxis]
+    def _margins(self, known: MovingParts, ages: np.ndarray, links: Links, most: float
+                 ) -> Tuple[np.ndarray, np.ndarray]:
+        """Return what `margins_of` parts that moved on for at most so long [s], and walk since."""
+        moved = np.minimum(ages, most)[:, np.newaxis]
         sigma = np.hypot(known.sigma, known.speeds * moved)
-        ends = known.ends + known.velocity * moved[..., np.newaxis]
-        return margins_of(known, ends, sigma, links, self._walked(known, ages[:, np.newaxis] - moved))
-
-    def _walking(self, known: MovingParts, ages: np.ndarray, links: Links) -> Margins:
-        return margins_of(known, known.ends, known.sigma, links, self._walked(known, ages[:, np.newaxis]))
-
-    def _walked(self, known: MovingParts, ages: np.ndarray) -> np.ndarray:
-        """Return how far both ends may have got in times (N, 1) [s], (N, 2) [m]."""
-        return self._constants.walking * ages + np.minimum(self._constants.limbs * ages, known.swings)
+        ends, rest = known.ends + known.velocity * moved[..., np.newaxis], ages[:, np.newaxis] - moved
+        walked = self._constants.walking * rest + np.minimum(self._constants.limbs * rest, known.swings)
+        return margins_of(known, ends, sigma, links, walked)
 
     def _of(self, people: People3D, stamp: float) -> Tuple[MovingParts, MovingParts]:
         """Return the parts of the people of a frame, and the spheres within reach of measured joints that hold them."""

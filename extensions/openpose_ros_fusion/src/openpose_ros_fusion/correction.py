@@ -18,15 +18,6 @@ from skeleton_extract_3d.track.joint_filter import averaged_innovations, error_v
 _JOINTS = len(COCO_18.joints)
 
 
-class _Views(NamedTuple):
-    """How the cameras see F people."""
-
-    cameras: np.ndarray      # (F,) int
-    measured_by: np.ndarray  # (F, 18) int, cameras that measure a joint; one with depth counts as two
-    with_depth: np.ndarray   # (F, 18) bool, whether one with depth measures or infers it
-    confidence: np.ndarray   # (F, 18), the greatest
-
-
 class Errors(NamedTuple):
     """How far the joints of F people err after a frame."""
 
@@ -39,19 +30,36 @@ class Errors(NamedTuple):
 def corrected(tracks: Tracks, matches: Matches, offsets: KeypointOffsets, constants: FusionConstants
               ) -> Tuple[Tracks, np.ndarray, np.ndarray]:
     """Return the tracks after a frame, and what that tells of their joints: status and confidence, (F, 18)."""
-    views = _views(matches)
-    measured = _measurements(tracks, matches, offsets, constants)
+    shape = (len(tracks), _JOINTS)
+    cameras = np.zeros(len(tracks), np.int64)  # that see each person
+    views = np.zeros(shape, np.int64)  # cameras that measure a joint; one with depth counts as two
+    with_depth, confidence = np.zeros(shape, bool), np.zeros(shape)
+    beside, assumed = offsets.of_bodies(tracks.positions), tracks.assumed_positions
+    parts = [Measurements(np.zeros(0, np.int64), np.zeros((0, _JOINTS, 3)), np.zeros((0, _JOINTS, 3, 3)))]
+    for sighting, rows in matches.pairs:
+        people = np.flatnonzero(rows >= 0)
+        owner, status = rows[people], sighting.status[people]
+        np.add.at(cameras, owner, 1)
+        np.add.at(views, owner, (status == MEASURED) * (2 if sighting.has_depth else 1))
+        with_depth[owner] |= sighting.has_depth & (status != MISSING)
+        np.fmax.at(confidence, owner, sighting.confidence[people])
+        moved = -tracks.moves(sighting.stamp - tracks.stamp, constants.motion)[owner]
+        spread = tracks.spread_after(abs(tracks.stamp - sighting.stamp), constants.motion)[owner]
+        points = sighting.points(people) + moved - beside[owner]
+        if sighting.has_depth:
+            points = points - offsets.of_depth(sighting.directions[people])
+        parts.append(Measurements(owner, points, sighting.information(assumed[owner], people, spread)))
+    measured = Measurements.joined(parts)
     joints = estimate_joints(len(tracks), Measurements.joined([tracks.expected, measured]), constants.estimate)
-    errors = joint_errors(tracks, measured, joints, views.with_depth, constants.estimate)
-    sizes, positions = with_bones(tracks.sizes, joints, views.measured_by >= 2, views.confidence)
+    errors = joint_errors(tracks, measured, joints, with_depth, constants.estimate)
+    sizes, positions = with_bones(tracks.sizes, joints, views >= 2, confidence)
     # bones would be bent along the rays of a camera that is alone and measures no depth
     positions = np.where((matches.views == 1)[:, np.newaxis, np.newaxis], joints.positions, positions)
     after = tracks.corrected(positions, errors.filtered, errors.independent, constants.motion)
     after = replace(after, sizes=sizes, variance=errors.variance, innovations=errors.innovations,
-                    seen=np.where(views.cameras > 0, tracks.stamp, after.seen),
-                    cameras=np.maximum(after.cameras, views.cameras))
-    status = np.where(np.isfinite(positions).all(axis=2), np.where(views.measured_by >= 2, MEASURED, INFERRED), MISSING)
-    return after, status.astype(np.uint8), views.confidence
+                    seen=np.where(cameras > 0, tracks.stamp, after.seen), cameras=np.maximum(after.cameras, cameras))
+    status = np.where(np.isfinite(positions).all(axis=2), np.where(views >= 2, MEASURED, INFERRED), MISSING)
+    return after, status.astype(np.uint8), confidence
 
 
 def joint_errors(tracks: Tracks, measured: Measurements, joints: Joints, with_depth: np.ndarray,
@@ -105,34 +113,3 @@ def with_bones(sizes: Sizes, joints: Joints, measured: np.ndarray, confidence: n
     sizes = learn(sizes, safe, measured & known, confidence)
     moved = satisfy_lengths(safe, noise, expected_lengths(sizes), length_spreads(sizes), known)
     return sizes, np.where(known[..., np.newaxis], moved, np.nan)
-
-
-def _measurements(tracks: Tracks, matches: Matches, offsets: KeypointOffsets, constants: FusionConstants
-                  ) -> Measurements:
-    """Return what cameras measured of joints, at the tracks' stamp."""
-    beside, assumed = offsets.of_bodies(tracks.positions), tracks.assumed_positions
-    parts = [Measurements(np.zeros(0, np.int64), np.zeros((0, _JOINTS, 3)), np.zeros((0, _JOINTS, 3, 3)))]
-    for sighting, rows in matches.pairs:
-        people = np.flatnonzero(rows >= 0)
-        owner = rows[people]
-        moved = -tracks.moves(sighting.stamp - tracks.stamp, constants.motion)[owner]
-        spread = tracks.spread_after(abs(tracks.stamp - sighting.stamp), constants.motion)[owner]
-        points = sighting.points(people) + moved - beside[owner]
-        if sighting.has_depth:
-            points = points - offsets.of_depth(sighting.directions[people])
-        parts.append(Measurements(owner, points, sighting.information(assumed[owner], people, spread)))
-    return Measurements.joined(parts)
-
-
-def _views(matches: Matches) -> _Views:
-    shape = (matches.tracks, _JOINTS)
-    views = _Views(np.zeros(matches.tracks, np.int64), np.zeros(shape, np.int64), np.zeros(shape, bool),
-                   np.zeros(shape))
-    for sighting, rows in matches.pairs:
-        people = np.flatnonzero(rows >= 0)
-        owner, status = rows[people], sighting.status[people]
-        np.add.at(views.cameras, owner, 1)
-        np.add.at(views.measured_by, owner, (status == MEASURED) * (2 if sighting.has_depth else 1))
-        views.with_depth[owner] |= sighting.has_depth & (status != MISSING)
-        np.fmax.at(views.confidence, owner, sighting.confidence[people])
-    return views

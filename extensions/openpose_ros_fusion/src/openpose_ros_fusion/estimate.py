@@ -47,14 +47,12 @@ class Joints(NamedTuple):
     Attributes:
         positions: (F, K, 3) [m]; NaN where no measurement tells them.
         covariance: (F, K, 3, 3) of weighted least squares [m^2]; too great where all measurements agree.
-        weights: (M, K) of the measurements, w_i [0..1].
-        trust: (M, K) the same without the usual errors, v_i [0..1].
+        trust: (M, K) of the measurements, v_i [0..1].
         leverage: (M, K) by how much a position moves with a measurement, mean over the axes [0..1].
     """
 
     positions: np.ndarray
     covariance: np.ndarray
-    weights: np.ndarray
     trust: np.ndarray
     leverage: np.ndarray
 
@@ -82,7 +80,7 @@ def estimate_joints(people: int, measured: Measurements, constants: EstimateCons
     trust = np.minimum(2 * weights, 1.0)
     covariance = np.moveaxis(inverse, (0, 1), (2, 3))
     return Joints(np.where(known[..., np.newaxis], np.moveaxis(positions, 0, 2), np.nan),
-                  np.where(known[..., np.newaxis, np.newaxis], covariance, np.nan), weights, trust, leverage)
+                  np.where(known[..., np.newaxis, np.newaxis], covariance, np.nan), trust, leverage)
 
 
 def mean_variances(information: np.ndarray, constants: EstimateConstants) -> np.ndarray:

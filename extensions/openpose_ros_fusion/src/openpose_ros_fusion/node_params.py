@@ -4,11 +4,11 @@ from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import parameter
 
 
 @dataclass(frozen=True)
-class FusionParams(Parameters):
+class FusionParams(DemandParams):
     """Whose people are fused, and in which frame."""
 
     retired = ('people_topic', 'keypoints_topic', 'camera_info_topic', 'tf_timeout', 'correct_clocks')
@@ -42,13 +42,5 @@ class FusionParams(Parameters):
         return (*self.cameras.split(), *self.rgb_cameras.split())
 
 
-@dataclass(frozen=True)
-class FusionSettings:
-    """All that the fusion node reads."""
-
-    fusion: FusionParams
-    demand: DemandParams
-
-
 # The parameters of each file in config/; a node loads the file of its name.
-CONFIG_FILES: Dict[str, Type[Any]] = {'people_fusion_node.yaml': FusionSettings}
+CONFIG_FILES: Dict[str, Type[Any]] = {'people_fusion_node.yaml': FusionParams}

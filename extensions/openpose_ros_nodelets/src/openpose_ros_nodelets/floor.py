@@ -4,10 +4,13 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.params.parameters import Parameters, direction, direction_parameter, parameter
+from openpose_ros_pkg.params.nodes import DemandParams
+from openpose_ros_pkg.params.parameters import direction, direction_parameter, parameter
 
 # Points are thinned to their mean in each cube of this size, so that near surfaces do not outvote far ones [m].
 _CELL = 0.06
+# Points further from the camera are not used [m].
+_RANGE = 8.0
 # Planes through this many random samples are tried, at most, in steps; RANSAC ends when it is this likely that no
 # better one is met.
 _SAMPLES, _STEP, _PROBABILITY = 1500, 100, 0.999
@@ -38,19 +41,15 @@ _SMOOTHING = 0.5
 
 
 @dataclass(frozen=True)
-class FloorParams(Parameters):
+class FloorParams(DemandParams):
     """Where the floor may be."""
 
     retired = ('points', 'gravity_tolerance', 'thickness', 'least_area', 'most_below', 'most_tilt_sigma',
-               'smoothing_time')
+               'smoothing_time', 'rate', 'tolerance', 'range')
 
-    rate: float = parameter(5.0, 'The floor is sought this often, by the stamps of the clouds.', unit='Hz',
-                            minimum=0.1, maximum=1000.0)
     up: str = direction_parameter(
         '0 -1 0', "Direction upwards in the frame of the cloud: three numbers. The default is the image's up: of a "
-                  'camera that is tilted or rolled by less than the tolerance.')
-    tolerance: float = parameter(40.0, "Greatest angle of the floor's normal from `up`.", unit='degrees',
-                                 minimum=1.0, maximum=89.0)
+                  'camera that is tilted or rolled by less than 40 degrees.')
     gravity_frame: str = parameter('', 'Frame of tf whose z axis is up, such as base_link or odom: used instead of '
                                        '`up`, with a tolerance of 10 degrees. Empty: none.')
     least_height: float = parameter(
@@ -58,7 +57,6 @@ class FloorParams(Parameters):
              'for it.', unit='m', minimum=0.0, maximum=100.0)
     most_height: float = parameter(3.0, 'Greatest height of the camera above the floor.', unit='m', minimum=0.0,
                                    maximum=100.0)
-    range: float = parameter(8.0, 'Points further from the camera are not used.', unit='m', minimum=0.5, maximum=100.0)
     publish_tf: bool = parameter(
         False, 'Publish the frame `floor_frame` on tf, child of the frame of the cloud: origin on the floor below the '
                "camera, x along the camera's view, y left, z up (REP 103). While the floor is hidden, it stays where "
@@ -106,7 +104,7 @@ def find_floor(points: np.ndarray, up: np.ndarray, tolerance: float, params: Flo
         up: (3,) about opposite to gravity, unit length.
         tolerance: greatest angle between `up` and the normal [rad].
     """
-    cells = _means_in_cells(points[(points ** 2).sum(axis=1) <= params.range ** 2]).astype(np.float32)
+    cells = _means_in_cells(points[(points ** 2).sum(axis=1) <= _RANGE ** 2]).astype(np.float32)
     if len(cells) * _CELL ** 2 < _LEAST_AREA:
         return None, 'too few points'
     margins = -_BELOW * _THICKNESS - _BELOW_PER_METRE * np.linalg.norm(cells, axis=1)

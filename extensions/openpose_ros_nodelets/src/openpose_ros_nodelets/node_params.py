@@ -4,35 +4,17 @@ from typing import Any, Dict, Type
 
 from openpose_ros_nodelets.floor import FloorParams
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import parameter
 
 
 @dataclass(frozen=True)
-class CloudToDepthParams(Parameters):
-    """The depth image and its camera."""
+class CloudToDepthParams(DemandParams):
+    """The depth image."""
+
+    retired = ('camera',)
 
     encoding: str = parameter('16UC1', 'Pixels: 16UC1 [mm, up to 65.535 m] or 32FC1 [m].', choices=('16UC1', '32FC1'))
-    camera: str = parameter(
-        'auto', 'Camera info of the depth image: topic (what comes on camera_info; it must be rectified and of the '
-                "cloud's size and frame), fit (the pinhole camera that the points belong to), or auto (fit as long as "
-                'none has come).', choices=('auto', 'topic', 'fit'))
-
-
-@dataclass(frozen=True)
-class CloudToDepthSettings:
-    """All that cloud_to_depth_node reads."""
-
-    depth: CloudToDepthParams
-    demand: DemandParams
-
-
-@dataclass(frozen=True)
-class FloorSettings:
-    """All that floor_node reads."""
-
-    floor: FloorParams
-    demand: DemandParams
 
 
 # The parameters of each file in config/.
-CONFIG_FILES: Dict[str, Type[Any]] = {'cloud_to_depth.yaml': CloudToDepthSettings, 'floor.yaml': FloorSettings}
+CONFIG_FILES: Dict[str, Type[Any]] = {'cloud_to_depth.yaml': CloudToDepthParams, 'floor.yaml': FloorParams}

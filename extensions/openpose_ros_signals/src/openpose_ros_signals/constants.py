@@ -100,10 +100,6 @@ class PointingConstants:
     aim: float = constant(4.0, 'Root mean square angle by which people miss along their own line.', unit='deg',
                           source='Bangerter and Oppenheimer 2006: about 3 deg level and 3 deg upright')
     cone: float = constant(2.0, 'Known targets within this many sigma of the ray are pointed at.', unit='sigma')
-    beyond: float = constant(0.15, 'Points of the cloud count from so far beyond the wrist.', unit='statures')
-    width: float = constant(2.0, 'The ray meets points this near to it.', unit='deg')
-    surface: float = constant(0.15, 'Points of one surface are this near to each other along the ray.', unit='m')
-    least_points: int = constant(3, 'Least number of points of a surface.')
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,11 @@
 """Gestures of one arm or both; how far each one holds, by the joints of the last second."""
 import math
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_signals.constants import GestureConstants, SignalConstants, SwingConstants
+from openpose_ros_signals.constants import GestureConstants, SwingConstants
 from openpose_ros_signals.geometry import ARMS, NOSE, TICK, Body, angle, least, length, ramp, unless_hidden
-from openpose_ros_signals.records import ARM_GESTURES
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
 
@@ -40,6 +39,22 @@ class Palm(NamedTuple):
     fingers: np.ndarray
 
 
+class View(NamedTuple):
+    """What gestures of an arm are told from."""
+
+    arms: Sequence[Arm]  # in the last second, the newest last
+    other: Arm  # the other arm
+    palm: Optional[Palm]  # of this arm's hand; None: not known
+    body: Body  # at the time of the newest
+    gesture: GestureConstants
+    swing: SwingConstants
+
+    @property
+    def arm(self) -> Arm:
+        """The newest."""
+        return self.arms[-1]
+
+
 def arm_of(body: Body, side: int) -> Arm:
     """Return the left (0) or right (1) arm of a body."""
     shoulder, elbow, wrist = body.joints[ARMS[side]]
@@ -63,31 +78,13 @@ def palm_of(hands: Hands3D, person: int, left: bool) -> Optional[Palm]:
     return None
 
 
-def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Body, signals: SignalConstants
-                ) -> Dict[str, float]:
-    """Return how far each of `ARM_GESTURES` holds for one arm, 0 to 1; NaN if the arm is hidden.
-
-    Args:
-        arms: in the last second, the newest last.
-        other: the other arm: two arms that are stretched out do not point.
-        palm: of this arm's hand; None: not known.
-        body: at the time of the newest.
-    """
-    arm = arms[-1]
-    if not arm.known:
-        return dict.fromkeys(ARM_GESTURES, np.nan)
-    constants = signals.gesture
-    held = ramp(_wrist_motion(arms, constants.held_time), constants.held)
-    wave = _wave_degree(arms, signals.swing, constants)
-    beckon = least(_beckon_degree(arms, signals.swing, constants), 1 - wave)
-    raised = least(ramp(arm.over_eyes, constants.over_eyes), ramp(arm.raised, constants.steep_arm),
-                   ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_face), held, 1 - wave)
-    stop = least(_stop_degree(arms, palm, body, constants), 1 - wave, 1 - beckon, 1 - raised)
-    over_hips = body.height(arm.place * body.stature, body.hips)
-    point = least(_extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm), held, 1 - wave, 1 - beckon,
-                  1 - stop, unless_hidden(1 - _extended(other, constants)),
-                  unless_hidden(ramp(over_hips, constants.over_hips)))
-    return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
+def arm_degrees(view: View) -> Dict[str, float]:
+    """Return how far each of `ARM_GESTURES` holds for one arm, 0 to 1; NaN if the arm is hidden."""
+    degrees: Dict[str, float] = {}
+    for gesture in ARM_GESTURES:
+        degrees[gesture.name] = (least(gesture.degree(view), *(1 - degrees[name] for name in gesture.unless))
+                                 if view.arm.known else np.nan)
+    return degrees
 
 
 def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstants) -> float:
@@ -99,32 +96,14 @@ def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstant
                  *(ramp(-arm.wrist[2], constants.chest_height) for arm in (left, right)))
 
 
-def _extended(arm: Arm, constants: GestureConstants) -> float:
-    """Return how far an arm is straight and away from the body."""
-    return least(ramp(arm.elbow, constants.straight_arm), ramp(arm.raised, constants.arm_away))
-
-
-def _stop_degree(arms: Sequence[Arm], palm: Optional[Palm], body: Body, constants: GestureConstants) -> float:
-    """Return how far a hand says stop: by its palm, or without one by the arm."""
-    arm = arms[-1]
-    held = least(ramp(_wrist_motion(arms, constants.stop_time), constants.held),
-                 ramp(arm.wrist[1], constants.stop_ahead))
-    if palm is None:
-        return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.forearm_up),
-                     ramp(arm.wrist[2], constants.hand_up), ramp(arm.from_nose, constants.off_face))
-    outwards = arm.reach - (arm.reach @ body.up) * body.up
-    return least(held, ramp(angle(palm.normal, outwards), constants.palm),
-                 ramp(angle(palm.fingers, body.up), constants.palm))
-
-
-def _wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
+def _wave(view: View) -> float:
     """Return how far a hand that is up goes to and fro sideways."""
-    arm = arms[-1]
+    arm, held, constants = view.arm, view.gesture, view.swing
     posture = least(ramp(arm.wrist[2], held.hand_up), ramp(arm.forearm, held.forearm_up),
                     unless_hidden(ramp(arm.from_nose, held.off_face)))
     if not posture > 0:
         return posture
-    run = _newest_run(arms, lambda one: one.fore[2] > 0)
+    run = _newest_run(view.arms, lambda one: one.fore[2] > 0)
     if not run:
         return 0.0
     wrists = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
@@ -142,19 +121,14 @@ def _wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureCo
     return least(posture, ramp(longer, constants.wave), ramp(2 * shorter, constants.wave))
 
 
-def _level(motion: np.ndarray) -> float:
-    """Return how many times as far a motion goes to the side as forwards or up."""
-    return float(abs(motion[0]) / (max(abs(motion[1]), abs(motion[2])) + 1e-9))
-
-
-def _beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
+def _beckon(view: View) -> float:
     """Return how far the elbow of an arm before the body bends and stretches."""
-    arm = arms[-1]
+    arm, held, constants = view.arm, view.gesture, view.swing
     posture = least(ramp(arm.wrist[1], constants.beckon_ahead), ramp(arm.from_nose, held.off_face),
                     1 - ramp(arm.over_eyes, held.over_eyes))
     if not posture > 0:
         return posture
-    run = _newest_run(arms, lambda one: one.elbow < held.straight_arm[1])
+    run = _newest_run(view.arms, lambda one: one.elbow < held.straight_arm[1])
     if not run:
         return 0.0
     elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
@@ -167,6 +141,68 @@ def _beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: Gesture
         return 0.0
     bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
     return least(posture, bent, ramp(min(before, last), constants.beckon))
+
+
+def _raise_hand(view: View) -> float:
+    """Return how far a hand is above the eyes, its arm steep and still."""
+    arm, constants = view.arm, view.gesture
+    return least(ramp(arm.over_eyes, constants.over_eyes), ramp(arm.raised, constants.steep_arm),
+                 ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_face), _held(view))
+
+
+def _stop(view: View) -> float:
+    """Return how far a hand says stop: by its palm, or without one by the arm."""
+    arm, palm, body, constants = view.arm, view.palm, view.body, view.gesture
+    held = least(ramp(_wrist_motion(view.arms, constants.stop_time), constants.held),
+                 ramp(arm.wrist[1], constants.stop_ahead))
+    if palm is None:
+        return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.forearm_up),
+                     ramp(arm.wrist[2], constants.hand_up), ramp(arm.from_nose, constants.off_face))
+    outwards = arm.reach - (arm.reach @ body.up) * body.up
+    return least(held, ramp(angle(palm.normal, outwards), constants.palm),
+                 ramp(angle(palm.fingers, body.up), constants.palm))
+
+
+def _point(view: View) -> float:
+    """Return how far an arm alone is stretched out and still, neither steep nor below the hips."""
+    arm, body, constants = view.arm, view.body, view.gesture
+    over_hips = body.height(arm.place * body.stature, body.hips)
+    return least(_extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm), _held(view),
+                 unless_hidden(1 - _extended(view.other, constants)),
+                 unless_hidden(ramp(over_hips, constants.over_hips)))
+
+
+class ArmGesture(NamedTuple):
+    """A gesture of one arm."""
+
+    name: str  # as PersonGesture.msg has it
+    degree: Callable[[View], float]  # how far it holds, 0 to 1; NaN: not known
+    unless: Tuple[str, ...] = ()  # gestures above it in the table that exclude it
+    is_swing: bool = False  # a motion to and fro, which its degree sees as a whole
+    also_lying: bool = False  # counts of a person that lies, too
+
+
+ARM_GESTURES = (
+    ArmGesture('wave', _wave, is_swing=True, also_lying=True),
+    ArmGesture('raise_hand', _raise_hand, unless=('wave',), also_lying=True),
+    ArmGesture('beckon', _beckon, unless=('wave',), is_swing=True),
+    ArmGesture('stop', _stop, unless=('wave', 'beckon', 'raise_hand')),
+    ArmGesture('point', _point, unless=('wave', 'beckon', 'stop')))
+"""All gestures of one arm."""
+
+
+def _extended(arm: Arm, constants: GestureConstants) -> float:
+    """Return how far an arm is straight and away from the body."""
+    return least(ramp(arm.elbow, constants.straight_arm), ramp(arm.raised, constants.arm_away))
+
+
+def _held(view: View) -> float:
+    return ramp(_wrist_motion(view.arms, view.gesture.held_time), view.gesture.held)
+
+
+def _level(motion: np.ndarray) -> float:
+    """Return how many times as far a motion goes to the side as forwards or up."""
+    return float(abs(motion[0]) / (max(abs(motion[1]), abs(motion[2])) + 1e-9))
 
 
 def _wrist_motion(arms: Sequence[Arm], seconds: float) -> float:

@@ -29,10 +29,11 @@ class UprightParams(Parameters):
 
 
 @dataclass(frozen=True)
-class SignalsParams(Parameters):
+class SignalsParams(UprightParams, DemandParams):
     """In which frame signals are read, and what people may point at."""
 
-    retired = ('tf_timeout', 'text_scale', 'facing_length', 'pointing_length', 'signal_lifetime')
+    retired = ('tf_timeout', 'text_scale', 'facing_length', 'pointing_length', 'signal_lifetime',
+               'use_cloud')
 
     fixed_frame: str = parameter(
         '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '
@@ -43,8 +44,6 @@ class SignalsParams(Parameters):
                'frame of the people, as the node floor publishes it).')
     use_landmarks: bool = parameter(
         False, 'Read hands and faces: palms tell stop, faces tell where heads face. These are computed for it then.')
-    use_cloud: bool = parameter(
-        False, 'Read the organized cloud on ~point_cloud: what pointing rays meet there is told.')
     summary: bool = parameter(
         False, 'Serve get_people, for state machines: the people that are there, since when, and what they do. The '
                'node works then all the time.')
@@ -53,14 +52,5 @@ class SignalsParams(Parameters):
             'empty: no known targets.')
 
 
-@dataclass(frozen=True)
-class SignalsSettings:
-    """All that the node of signals reads."""
-
-    signals: SignalsParams
-    upright: UprightParams
-    demand: DemandParams
-
-
 # The parameters of each file in config/; a node loads the file of its name.
-CONFIG_FILES: Dict[str, Type[Any]] = {'people_signals_node.yaml': SignalsSettings}
+CONFIG_FILES: Dict[str, Type[Any]] = {'people_signals_node.yaml': SignalsParams}

@@ -6,13 +6,12 @@ import numpy as np
 
 from openpose_ros_signals import motion
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
-from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit, unless_hidden
-from openpose_ros_signals.gestures import Arm, Palm, arm_degrees, arm_of, crossed_degree
+from openpose_ros_signals.geometry import Body, body_of, least, ramp, stature_of, unit, unless_hidden
+from openpose_ros_signals.gestures import ARM_GESTURES, Arm, Palm, View, arm_degrees, arm_of, crossed_degree
 from openpose_ros_signals.holding import Held
-from openpose_ros_signals.pointing import pointing_of, with_points, with_targets
+from openpose_ros_signals.pointing import pointing_of, with_targets
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
-    ARM_GESTURES,
     BOTH,
     LEFT,
     POSTURES,
@@ -28,17 +27,12 @@ from openpose_ros_signals.records import (
 )
 
 SIDES = (LEFT, RIGHT)
-# Gestures that count of a person that lies, too.
-_ALSO_LYING = ('wave', 'raise_hand')
-# Gestures that move to and fro.
-_SWINGS = ('wave', 'beckon')
 
 
 class Surroundings(NamedTuple):
     """What is around people."""
 
-    targets: Tuple[Target, ...] = ()  # of pointing; they go before points
-    points: Optional[np.ndarray] = None  # (N, 3) [m] of a cloud, NaN where missing
+    targets: Tuple[Target, ...] = ()  # of pointing
     floor: Optional[np.ndarray] = None  # (4,) plane a, b, c, d: a x + b y + c z + d = 0; (a, b, c) of length 1, upwards
 
 
@@ -66,8 +60,8 @@ class Person:
         # no other posture is like lying
         self._postures = {name: Held(hold, at_once=name == 'lying') for name in POSTURES}
         # all of them look back: at a motion to and fro, or at a tenth of a second
-        self._gestures = [{name: Held(hold, 0.0) if name in _SWINGS else Held(hold, at_once=True)
-                           for name in ARM_GESTURES} for _ in SIDES]
+        self._gestures = [{one.name: Held(hold, 0.0) if one.is_swing else Held(hold, at_once=True)
+                           for one in ARM_GESTURES} for _ in SIDES]
         self._crossed, self._moving, self._falls = Held(hold), Held(hold), motion.FallWatch(constants.motion)
         self._rays: List[Tuple[float, Optional[Pointing]]] = [(-np.inf, None)] * 2
 
@@ -122,9 +116,11 @@ class Person:
         free, up = unless_hidden(1 - crossed), 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):
-            degrees = arm_degrees(list(self._arms[side]), self._arms[1 - side][-1], seen.palms[side], body, constants)
-            for name, held in self._gestures[side].items():
-                held.take(body.stamp, least(degrees[name], free, 1.0 if name in _ALSO_LYING else up))
+            degrees = arm_degrees(View(list(self._arms[side]), self._arms[1 - side][-1], seen.palms[side], body,
+                                       constants.gesture, constants.swing))
+            for one in ARM_GESTURES:
+                self._gestures[side][one.name].take(
+                    body.stamp, least(degrees[one.name], free, 1.0 if one.also_lying else up))
             found += [Gesture(name, arm, held.since, held.confidence,
                               self._pointing(side, body, degrees['point'], around) if name == 'point' else None)
                       for name, held in self._gestures[side].items() if held.on]
@@ -139,8 +135,6 @@ class Person:
         if ray is None or not degree >= hold.unsure:
             stamp, last = self._rays[side]
             return last if stamp >= max(self._gestures[side]['point'].since, body.stamp - hold.hidden) else None
-        if around.points is not None:
-            ray = with_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature, constants)
         pointing = with_targets(ray, around.targets, constants)
         self._rays[side] = body.stamp, pointing
         return pointing

@@ -6,8 +6,6 @@ import numpy as np
 
 UNKNOWN = 'unknown'
 POSTURES = ('standing', 'sitting', 'crouching', 'kneeling', 'lying')
-ARM_GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point')
-GESTURES = (*ARM_GESTURES, 'arms_crossed')
 LEFT, RIGHT, BOTH = 'left', 'right', 'both'
 
 
@@ -29,11 +27,11 @@ class Target(NamedTuple):
 
 @dataclass(frozen=True)
 class Hit:
-    """What a pointing ray meets."""
+    """A known target that a pointing ray meets."""
 
     position: np.ndarray  # (3,) [m]
-    name: str = ''  # of a known target; '': a point of the cloud
-    off: float = 0.0  # angle between it and the ray, at the ray's origin [rad]
+    name: str
+    off: float  # angle between it and the ray, at the ray's origin [rad]
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,6 @@ class Ray:
     origin: np.ndarray  # (3,) [m]
     direction: np.ndarray  # (3,) unit vector, from there through the wrist
     sigma: float  # [rad], root mean square angle to the target; the cone of half angle 2 sigma holds most targets
-    hit: Optional[Hit]  # None: nothing known
 
 
 class PointedTarget(NamedTuple):
@@ -59,8 +56,9 @@ class PointedTarget(NamedTuple):
 class Pointing(Ray):
     """The ray of a pointing arm, in the middle between the two along which people point."""
 
-    eye_ray: Ray  # of people who aim, from the eyes; it hits points of the cloud alone
-    arm_ray: Ray  # of people who do not, from the shoulder, likewise
+    eye_ray: Ray  # of people who aim, from the eyes
+    arm_ray: Ray  # of people who do not, from the shoulder
+    hit: Optional[Hit] = None
     targets: Tuple[PointedTarget, ...] = ()  # known ones in the cone of 2 sigma, the most probable first
 
 
@@ -68,7 +66,7 @@ class Pointing(Ray):
 class Gesture:
     """A gesture of an arm or of both."""
 
-    name: str  # one of `GESTURES`
+    name: str  # one of `ARM_GESTURES`, or arms_crossed
     arm: str  # `LEFT`, `RIGHT` or `BOTH`, the person's own
     since: float  # when its conditions began to hold [s]; it is reported shortly after
     confidence: float  # how far its conditions hold, 0 to 1

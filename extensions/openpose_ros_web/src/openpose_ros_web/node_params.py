@@ -9,6 +9,8 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 class WebParams(Parameters):
     """Where pages are served, and what they show."""
 
+    retired = ('cloud', 'cloud_rate', 'cloud_points', 'jpeg_quality')
+
     host: str = parameter('localhost', 'Name or address of this computer at which pages are served; localhost: for its '
                                        'own browsers alone, 0.0.0.0: for all of the network.')
     port: int = parameter(8080, 'Port of HTTP and WebSocket.', minimum=0, maximum=65535)
@@ -19,12 +21,6 @@ class WebParams(Parameters):
                                  'by spaces; this and rgb_cameras empty: a single chain, in the namespace of this '
                                  'node.')
     rgb_cameras: str = parameter('', 'The same for cameras without depth.')
-    cloud: bool = parameter(True, 'Offer the points of the cameras, thinned.')
-    cloud_rate: float = parameter(5.0, 'Send the points of each camera at most this often.', unit='Hz', minimum=0.1,
-                                  maximum=30.0)
-    cloud_points: int = parameter(20000, 'At most so many points of all cameras together.', minimum=100,
-                                  maximum=200000)
-    jpeg_quality: int = parameter(75, 'Quality of the images.', minimum=1, maximum=100)
 
 
 # The parameters of each file in config/; a node loads the file of its name.

@@ -1,4 +1,4 @@
-"""The messages that pages get: JSON texts, and binary ones with images and clouds; docs/web.md describes them.
+"""The messages that pages get: JSON texts, and binary ones with images; docs/web.md describes them.
 
 Positions are whole millimetres in a frame with z up, so that they are short as JSON and have no NaN.
 """
@@ -20,8 +20,8 @@ from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.show.markers import DASH, INFERRED_OPACITY, INFERRED_WHITE, LANDMARK_WIDTH, MarkerParams
 
 VERSION = 1
-IMAGE, CLOUD = 1, 2
-"""First byte of binary messages."""
+IMAGE = 1
+"""First byte of the binary messages."""
 WIDTHS = (160, 320, 640, 960)
 """Images are sent in the largest of these widths that is not beyond what a page wants [px]."""
 FASTEST_IMAGES = 15.0
@@ -30,7 +30,6 @@ FASTEST_IMAGES = 15.0
 _LOOK = MarkerParams(joint_scale=0.06)
 _SIGMA_OPACITY = 0.25  # of the spheres of uncertainty
 _IMAGE_HEAD = struct.Struct('<BBHId')
-_CLOUD_HEAD = struct.Struct('<BBHId4f')
 # Positions beyond are cut [mm]: JavaScript's numbers are whole up to 2^53.
 _FARTHEST = 1e9
 _TRUNK = ('neck', 'right_shoulder', 'left_shoulder', 'right_hip', 'left_hip', 'mid_hip')
@@ -58,7 +57,6 @@ class Want(NamedTuple):
     camera: int = 0  # index of that of the image
     width: int = 0  # of the image [px]; 0: none
     rate: float = FASTEST_IMAGES  # greatest, of images [Hz]
-    cloud: bool = False
 
 
 def encode(message: Message) -> str:
@@ -66,14 +64,14 @@ def encode(message: Message) -> str:
     return json.dumps(message, separators=(',', ':'), allow_nan=False)
 
 
-def hello(cameras: Sequence[str], cloud: bool, dimensions: int) -> Message:
-    """Return the first message of a connection; `cloud`: whether clouds are offered; `dimensions` 2: only images."""
+def hello(cameras: Sequence[str], dimensions: int) -> Message:
+    """Return the first message of a connection; `dimensions` 2: only images."""
     skeletons = {model.name: {'joints': model.joints, 'limbs': [(model.index[start], model.index[end])
                                                                 for start, end in model.drawn_limbs]}
                  for model in (*SKELETONS.values(), HAND_21, FACE_70)}
     opacity = {'joint': 1.0, 'skeleton': 1.0, 'joint_inferred': INFERRED_OPACITY,
                'skeleton_inferred': INFERRED_OPACITY, 'sigma': _SIGMA_OPACITY}
-    return {'type': 'hello', 'version': VERSION, 'dimensions': dimensions, 'cameras': list(cameras), 'cloud': cloud,
+    return {'type': 'hello', 'version': VERSION, 'dimensions': dimensions, 'cameras': list(cameras),
             'widths': WIDTHS, 'image_rate': FASTEST_IMAGES, 'skeletons': skeletons,
             'look': {'joint_diameter': _LOOK.joint_scale, 'limb_width': _LOOK.skeleton_scale,
                      'dash_length': DASH, 'landmark_width': LANDMARK_WIDTH,
@@ -123,19 +121,6 @@ def image_message(camera: int, stamp: float, jpeg: bytes) -> bytes:
     return _IMAGE_HEAD.pack(IMAGE, camera, 0, 0, stamp) + jpeg
 
 
-def cloud_message(camera: int, stamp: float, xyz: np.ndarray, rgb: np.ndarray) -> bytes:
-    """Return the message of a cloud.
-
-    Args:
-        xyz: (N, 3) [m] in the frame of the messages before it, all finite.
-        rgb: (N, 3) uint8.
-    """
-    low = xyz.min(axis=0) if len(xyz) else np.zeros(3)
-    step = max(float((xyz - low).max(initial=0.0)) / 65535, 1e-6)
-    whole = np.rint((xyz - low) / step).astype('<u2')
-    return _CLOUD_HEAD.pack(CLOUD, camera, 0, len(xyz), stamp, *low, step) + whole.tobytes() + rgb.tobytes()
-
-
 def read_want(text: Any, cameras: int) -> Want:
     """Return what a page asks for.
 
@@ -147,13 +132,12 @@ def read_want(text: Any, cameras: int) -> Want:
         image = want.get('image') or {}
         camera, width = int(image.get('camera', 0)), int(image.get('width', 0))
         rate = float(image.get('rate', FASTEST_IMAGES))
-        cloud = want.get('cloud', False)
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
         raise BadInputError(f'no such request: {error!r}') from error
-    if not (0 <= camera < max(cameras, 1) and 0 <= width <= 10000 and 0 < rate <= 1000 and isinstance(cloud, bool)):
+    if not (0 <= camera < max(cameras, 1) and 0 <= width <= 10000 and 0 < rate <= 1000):
         raise BadInputError('no such request: a value is not allowed')
     return Want(camera, max((each for each in WIDTHS if each <= width), default=WIDTHS[0] if width else 0),
-                min(rate, FASTEST_IMAGES), cloud)
+                min(rate, FASTEST_IMAGES))
 
 
 def _signals_of(person: PersonSignals, pose: Transform, stamp: float) -> Message:
@@ -170,7 +154,7 @@ def _gesture_of(gesture: Gesture, pose: Transform, stamp: float) -> Message:
     values: Message = {'name': gesture.name, 'arm': gesture.arm, 'seconds': _rounded(stamp - gesture.since)}
     ray = gesture.pointing
     if ray is not None:
-        hit = ray.hit or Hit(np.full(3, np.nan))
+        hit = ray.hit or Hit(np.full(3, np.nan), '', np.nan)
         values['pointing'] = {'origin': _place(ray.origin, pose), 'direction': _direction(ray.direction, pose),
                               'sigma': _rounded(ray.sigma), 'hit': _place(hit.position, pose), 'target': hit.name}
     return values

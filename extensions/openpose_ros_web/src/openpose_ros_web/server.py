@@ -228,7 +228,7 @@ class _Page(_Guarded, WebSocketHandler):
             # one that is late does not delay the next: 10 of 15 images a second can be sent
             self._next_image = now + period - min(now - self._next_image, period / 2)
             return True
-        return self.want.cloud if key.kind == 'cloud' else key.kind != 'image'
+        return key.kind != 'image'
 
     async def _send(self) -> None:
         """Send what waits, each message when the one before has left."""

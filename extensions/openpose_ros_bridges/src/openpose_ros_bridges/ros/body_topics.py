@@ -1,5 +1,4 @@
 """What comes and goes with bodies: their topics, and their robot models on the parameter server."""
-import re
 import time
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
@@ -55,18 +54,11 @@ class BodyTopics:
 
 
 class HumanDescriptions:
-    """Sets the robot model of each body, with the lengths of its bones as they are first seen, and deletes it.
+    """Sets the robot model of each body, with the lengths of its bones as they are first seen, and deletes it."""
 
-    Args:
-        ids: regular expression of the ids of this node's bodies. Those that an earlier run left, as it crashed, are
-            deleted.
-    """
-
-    def __init__(self, ids: str, health: Health) -> None:
+    def __init__(self, health: Health) -> None:
         self._lengths: Dict[str, Lengths] = {}
         self._health = health
-        self._delete([name for names in self._call([('getParamNames',)]) for name in names
-                      if re.fullmatch(f'{_MODEL}{ids}', name)])
 
     def lengths(self, name: str, body: BodyPose) -> Lengths:
         """Return the lengths of the model of a body; the model is there from now on."""
@@ -79,15 +71,13 @@ class HumanDescriptions:
 
     def forget(self, names: Sequence[str]) -> None:
         """Delete the models of bodies that have one."""
-        self._delete([_MODEL + name for name in names if self._lengths.pop(name, None) is not None])
+        calls = [('deleteParam', _MODEL + name) for name in names if self._lengths.pop(name, None) is not None]
+        if calls:
+            self._call(calls)
 
     def clear(self) -> None:
         """Delete the models of all bodies."""
         self.forget(list(self._lengths))
-
-    def _delete(self, names: Sequence[str]) -> None:
-        if names:
-            self._call([('deleteParam', name) for name in names])
 
     def _call(self, calls: Sequence[Tuple[Any, ...]]) -> List[Any]:
         """Return the values of calls of the master; none where it does not answer."""

@@ -2,7 +2,6 @@
 import math
 import threading
 import time
-from functools import partial
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import genpy
@@ -34,10 +33,10 @@ _SAME_STAMP = 0.0005
 _FLUSH_TIME = 0.1
 
 
-def start_signals(namespace: str = '') -> str:
-    """Return the command that starts the node of signals in the namespace of a chain; empty: the node's own."""
-    resolved = rospy.resolve_name(namespace).strip('/')
-    return f"roslaunch openpose_ros_bringup people.launch chain:=false{resolved and f' ns:={resolved}'}"
+def start_signals() -> str:
+    """Return the command that starts the node of signals in the namespace of this one."""
+    namespace = rospy.get_namespace().strip('/')
+    return f"roslaunch openpose_ros_bringup people.launch chain:=false{namespace and f' ns:={namespace}'}"
 
 
 class FieldMap:
@@ -90,37 +89,29 @@ class _Publisher:
         """Convert and publish messages of the inputs."""
         with self._lock:
             if time.monotonic() >= self._due and not self._is_shut_down:
-                self._convert(messages)
+                result = self._output.convert(*messages)
+                if self._output.rate:
+                    self._due = max(self._due + 1 / self._output.rate, time.monotonic())
+                header = getattr(result, 'header', messages[-1].header)
+                self._frame_id = header.frame_id
+                if result is not None:
+                    self._topic.publish(result)
+                self._health.frame_done(header.stamp)
         if self._input is not None:
             self._input.heard()
 
-    def _convert(self, messages: Tuple[genpy.Message, ...]) -> None:
-        result = self._output.convert(*messages)
-        if self._output.rate:
-            self._due = max(self._due + 1 / self._output.rate, time.monotonic())
-        header = getattr(result, 'header', messages[-1].header)
-        self._frame_id = header.frame_id
-        if result is not None:
-            self._topic.publish(result)
-        self._health.frame_done(header.stamp)
-
-    def _end(self) -> None:
+    def _end(self, shut_down: bool = False) -> None:
         with self._lock:
-            self._publish_end()
+            # a reader that comes back has people from before, which the next message then has to remove
+            if not self._is_shut_down and self._frame_id and self._topic.get_num_connections():
+                result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
+                if result is not None:
+                    self._topic.publish(result)
+            self._is_shut_down |= shut_down
 
     def _shut_down(self) -> None:
-        with self._lock:
-            self._publish_end()
-            self._is_shut_down = True
+        self._end(shut_down=True)
         time.sleep(_FLUSH_TIME)
-
-    def _publish_end(self) -> None:
-        # a reader that comes back has people from before, which the next message then has to remove
-        if not (self._frame_id and self._topic.get_num_connections()) or self._is_shut_down:
-            return
-        result = self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
-        if result is not None:
-            self._topic.publish(result)
 
 
 class Bridge:
@@ -142,7 +133,7 @@ class Bridge:
                 newest = StampSynchronizer(sources, PairingParams(slop=_SAME_STAMP), self._health,
                                            ('people', 'signals'))
                 newest.watch_pairs(demand.watch, sources, setting='')
-            newest.registerCallback(partial(_submit, worker))
+            newest.registerCallback(lambda *messages, worker=worker: worker.submit(messages))
             needs.update({source: [publisher] for source in sources})
             workers.append(worker)
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in workers))})
@@ -150,14 +141,10 @@ class Bridge:
         introduce(demand.inputs, messages=', '.join(output.kind._type for output in outputs))
 
 
-def _submit(worker: NewestWinsWorker, *messages: genpy.Message) -> None:
-    worker.submit(messages)
-
-
 def run_bridge(name: str, settings: Type[Any], outputs: Callable[[Any], Sequence[Output]]) -> None:
     """Run the node with what a function returns for its settings."""
     def make(values: Any) -> Bridge:
-        return Bridge(values.demand.lazy, outputs(values))
+        return Bridge(values.lazy, outputs(values))
 
     make.__module__ = outputs.__module__  # whose docstring is the help of the node
     run_node(name, settings, make)

@@ -8,8 +8,8 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Int32
 
-from openpose_ros_bridges.node_params import BridgeSettings
 from openpose_ros_bridges.ros.bridge import HEADER, IN_IMAGE, PEOPLE, FieldMap, Output, run_bridge
+from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.skeletons import openpose_name
@@ -19,7 +19,7 @@ from skeleton_extract_3d.ros.convert import people_from_array
 PACKAGE = ForeignPackage('jsk_recognition_msgs', 'https://github.com/jsk-ros-pkg/jsk_recognition (branch master)')
 
 
-def outputs(_settings: Optional[BridgeSettings] = None) -> Sequence[Output]:
+def outputs(_settings: Optional[DemandParams] = None) -> Sequence[Output]:
     """Return the outputs of the node."""
     # of a person's joints: names, positions (3,) and scores
     person = FieldMap(PACKAGE, 'PeoplePose',
@@ -73,4 +73,4 @@ def outputs(_settings: Optional[BridgeSettings] = None) -> Sequence[Output]:
 
 def main() -> None:
     """Run the bridge to jsk_recognition_msgs."""
-    run_bridge('jsk_node', BridgeSettings, outputs)
+    run_bridge('jsk_node', DemandParams, outputs)

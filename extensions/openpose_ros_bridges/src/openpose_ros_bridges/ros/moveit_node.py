@@ -1,10 +1,8 @@
 """People as objects of MoveIt's planning scene, moveit_msgs/PlanningScene, and as markers."""
-from functools import partial
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
-import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from scipy.spatial.transform import Rotation
@@ -12,20 +10,17 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from openpose_ros_bridges.capsules import capsules_of
-from openpose_ros_bridges.node_params import MoveitParams, MoveitSettings
-from openpose_ros_bridges.planning_scene import ADD, Change, SceneObjects, Solid, solids_of
+from openpose_ros_bridges.node_params import MoveitParams
+from openpose_ros_bridges.planning_scene import Solid, solids_of
 from openpose_ros_bridges.robot_links import read_links, without_links
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, FieldMap, Output, run_bridge
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.ros.frames import Frames
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros.convert import people_from_array
 
 MOVEIT = ForeignPackage('moveit_msgs', 'https://github.com/moveit/moveit_msgs (branch master)')
 SHAPES = ForeignPackage('shape_msgs', 'https://github.com/ros/common_msgs (branch noetic-devel)')
-# Below it each node has the names of its objects, for the one that starts after it was killed.
-_OBJECTS = '/openpose_ros/planning_scene_objects'
 # Links of the robot are wider by this, on each side [m].
 _PADDING = 0.05
 _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
@@ -33,20 +28,16 @@ _COLOUR = ColorRGBA(1.0, 0.6, 0.1, 0.35)
 
 
 class PlanningSceneMessages:
-    """Makes diffs of planning scenes; remembers what they have told.
-
-    Args:
-        left: names of objects that are there from before.
-        save: is called with the names of all objects that are there when they change.
+    """Makes diffs of planning scenes; remembers which objects are there.
 
     Raises:
         ForeignPackageError: the messages are not found, or are others.
         ParameterError: `robot_links` has a link that is none.
     """
 
-    def __init__(self, params: MoveitParams, left: Sequence[str] = (),
-                 save: Callable[[Sequence[str]], None] = lambda names: None) -> None:
-        self._params, self._save, self._objects = params, save, SceneObjects(left)
+    def __init__(self, params: MoveitParams) -> None:
+        self._params = params
+        self._known: Sequence[str] = ()  # objects that the planner knows
         self._links = read_links(params.robot_links, 'robot_links')
         self._frames = Frames(params.planning_frame, params.robot_links)
         self.kind = MOVEIT.message('PlanningScene', {
@@ -59,29 +50,21 @@ class PlanningSceneMessages:
             return [primitive(primitive.kind.CYLINDER, solid.length, solid.radius), ball, ball]
 
         self._object = FieldMap(
-            MOVEIT, 'CollisionObject', header=HEADER, id=('string', lambda _, change: change.name),
-            operation=('byte', lambda _, change: getattr(self._object.kind, change.operation)),
-            pose=('geometry_msgs/Pose', lambda _, change: _pose(change.solid)),
-            primitives=('shape_msgs/SolidPrimitive[]', lambda _, change: (
-                primitives(change.solid) if change.operation == ADD else [])),
-            primitive_poses=('geometry_msgs/Pose[]', lambda _, change: (
-                [Pose(Point(0.0, 0.0, height), _NO_TURN) for height in (
-                    0.0, -change.solid.length / 2, change.solid.length / 2)] if change.operation == ADD else [])))
+            MOVEIT, 'CollisionObject', header=HEADER, id=('string', lambda _, name, solid: name),
+            operation=('byte', lambda _, name, solid: self._object.kind.ADD if solid else self._object.kind.REMOVE),
+            pose=('geometry_msgs/Pose', lambda _, name, solid: _pose(solid) if solid else Pose(Point(), _NO_TURN)),
+            primitives=('shape_msgs/SolidPrimitive[]', lambda _, name, solid: primitives(solid) if solid else []),
+            primitive_poses=('geometry_msgs/Pose[]', lambda _, name, solid: (
+                [Pose(Point(0.0, 0.0, height), _NO_TURN) for height in (0.0, -solid.length / 2, solid.length / 2)]
+                if solid else [])))
 
     def convert(self, message: PersonDetection_3dArray) -> Optional[genpy.Message]:
-        """Return what changes with a frame, None: nothing; raises NoTransformError."""
-        solids, header = self._solids(message)
-        before = self._objects.names
-        changes = self._objects.update(solids, header.stamp.to_sec())
-        if self._objects.names != before:
-            self._save(self._objects.names)
-        return self._diff(changes, header)
+        """Return the scene of a frame, None: no person is or was there; raises NoTransformError."""
+        return self._diff(*self._solids(message))
 
     def end(self, header: Header) -> Optional[genpy.Message]:
         """Return the message that removes all people."""
-        changes = self._objects.clear()
-        self._save(())
-        return self._diff(changes, header)
+        return self._diff({}, header)
 
     def markers(self, message: PersonDetection_3dArray) -> MarkerArray:
         """Return the parts of people as markers, in the place of all earlier ones."""
@@ -114,12 +97,16 @@ class PlanningSceneMessages:
             capsules = without_links(capsules, ends, [link.radius + _PADDING for link in self._links])
         return solids_of(capsules, self._params.sigmas), header
 
-    def _diff(self, changes: Sequence[Change], header: Header) -> Optional[genpy.Message]:
-        if not changes:
+    def _diff(self, solids: Dict[str, Solid], header: Header) -> Optional[genpy.Message]:
+        """Return what adds all parts, in the place of those of their names, and removes those that are gone."""
+        gone, self._known = [name for name in self._known if name not in solids], list(solids)
+        if not gone and not solids:
             return None
         scene = self.kind(is_diff=True)
         scene.robot_state.is_diff = True  # else all attached objects would be taken away
-        scene.world.collision_objects = [self._object(header, change) for change in changes]
+        scene.world.collision_objects = [
+            *(self._object(header, name, None) for name in gone),
+            *(self._object(header, name, solid) for name, solid in solids.items())]
         return scene
 
 
@@ -133,23 +120,13 @@ def _ends(solid: Solid) -> List[Pose]:
     return [Pose(Point(*(solid.centre + side * along).tolist()), _NO_TURN) for side in (-1, 1)]
 
 
-def saver(key: str) -> Callable[[Sequence[str]], None]:
-    """Return what saves names as a parameter, and does not wait for it: the master may be gone."""
-    def failed(error: Exception) -> None:
-        rospy.logwarn_throttle(60.0, f'the names of the objects are not saved: {error}')
-
-    worker = NewestWinsWorker(partial(rospy.set_param, key), failed, 'names of objects')
-    return lambda names: worker.submit(list(names))
-
-
-def outputs(settings: MoveitSettings) -> Sequence[Output]:
+def outputs(params: MoveitParams) -> Sequence[Output]:
     """Return the outputs of the node."""
-    saved = _OBJECTS + rospy.get_name()
-    messages = PlanningSceneMessages(settings.moveit, rospy.get_param(saved, []), saver(saved))
+    messages = PlanningSceneMessages(params)
     return (Output('planning_scene', messages.kind, (PEOPLE,), messages.convert, messages.end, PLANNER_RATE),
             Output('~markers', MarkerArray, (PEOPLE,), messages.markers, messages.no_markers, PLANNER_RATE))
 
 
 def main() -> None:
     """Run the bridge to MoveIt."""
-    run_bridge('moveit_node', MoveitSettings, outputs)
+    run_bridge('moveit_node', MoveitParams, outputs)

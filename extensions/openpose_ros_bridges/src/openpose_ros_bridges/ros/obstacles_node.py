@@ -13,9 +13,9 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_bridges.capsules import capsules_of
-from openpose_ros_bridges.footprints import BODY, Circle, circles_of, points_in, predicted
+from openpose_ros_bridges.footprints import Circle, circles_of, points_in, predicted
 from openpose_ros_bridges.located import covariance, located
-from openpose_ros_bridges.node_params import ObstacleParams, ObstacleSettings
+from openpose_ros_bridges.node_params import ObstacleParams
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, SIGNALS, FieldMap, Output, run_bridge
 from openpose_ros_pkg.errors import ForeignPackageError
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
@@ -42,8 +42,7 @@ class Footprints:
         self._params = params
         self._frames = Frames(params.planning_frame, params.robot_frame)
 
-    def circles(self, people: PersonDetection_3dArray, signals: PersonSignalsArray, frame: str, shape: str
-                ) -> List[Circle]:
+    def circles(self, people: PersonDetection_3dArray, signals: PersonSignalsArray, frame: str) -> List[Circle]:
         in_space = people_from_array(people)
         turn, move = self._frames.to(frame, signals.header)
         persons = [dataclasses.replace(
@@ -51,7 +50,7 @@ class Footprints:
             velocity=None if person.velocity is None else turn @ person.velocity)
             for person in located(in_space, signals_from_array(signals))]
         capsules = capsules_of(transform_people(in_space, *self._frames.to(frame, people.header)))
-        return circles_of(persons, capsules, shape, self._params.sigmas)
+        return circles_of(persons, capsules, self._params.sigmas)
 
 
 def teb_output(params: ObstacleParams, footprints: Footprints) -> Output:
@@ -68,8 +67,8 @@ def teb_output(params: ObstacleParams, footprints: Footprints) -> Output:
                              obstacle(header, circle) for circle in circles]))
 
     def convert(people: PersonDetection_3dArray, signals: PersonSignalsArray) -> genpy.Message:
-        return obstacles(_in_frame(signals.header, params.planning_frame), footprints.circles(
-            people, signals, params.planning_frame, params.footprint))
+        return obstacles(_in_frame(signals.header, params.planning_frame),
+                         footprints.circles(people, signals, params.planning_frame))
 
     return Output('~obstacles', obstacles.kind, (PEOPLE, SIGNALS), convert, lambda header: obstacles(header, []),
                   PLANNER_RATE)
@@ -83,7 +82,7 @@ def costmap_outputs(params: ObstacleParams, footprints: Footprints) -> Sequence[
         return cloud_to_message(values, header)
 
     def points(people: PersonDetection_3dArray, signals: PersonSignalsArray) -> PointCloud2:
-        circles = [ahead for circle in footprints.circles(people, signals, params.robot_frame, BODY)
+        circles = [ahead for circle in footprints.circles(people, signals, params.robot_frame)
                    for ahead in predicted(circle, params.horizon, _STEP, params.sigmas)]
         return cloud(points_in(circles, _SPACING, params.robot_radius, _RANGE),
                      _in_frame(signals.header, params.robot_frame))
@@ -110,12 +109,12 @@ def _in_frame(header: Header, frame: str) -> Header:
     return Header(stamp=header.stamp, frame_id=frame or header.frame_id)
 
 
-def outputs(settings: ObstacleSettings) -> Sequence[Output]:
+def outputs(params: ObstacleParams) -> Sequence[Output]:
     """Return the outputs of the node; that for teb_local_planner, if its messages are there."""
-    footprints = Footprints(settings.obstacles)
-    found = costmap_outputs(settings.obstacles, footprints)
+    footprints = Footprints(params)
+    found = costmap_outputs(params, footprints)
     try:
-        return (teb_output(settings.obstacles, footprints), *found)
+        return (teb_output(params, footprints), *found)
     except ForeignPackageError as error:
         rospy.logwarn('%s has no obstacles for teb_local_planner: %s', rospy.get_name(), error)
         return found
@@ -123,4 +122,4 @@ def outputs(settings: ObstacleSettings) -> Sequence[Output]:
 
 def main() -> None:
     """Run the bridge to planners on the floor."""
-    run_bridge('obstacles_node', ObstacleSettings, outputs)
+    run_bridge('obstacles_node', ObstacleParams, outputs)

@@ -10,8 +10,8 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 from std_msgs.msg import Header
 
 from openpose_ros_bridges.located import covariance, located, velocity_sigma
-from openpose_ros_bridges.node_params import BridgeSettings
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, SIGNALS, FieldMap, Output, run_bridge
+from openpose_ros_pkg.params.nodes import DemandParams
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_signals.ros.convert import signals_from_array
 from skeleton_extract_3d.ros.convert import people_from_array
@@ -21,7 +21,7 @@ SPENCER = ForeignPackage('spencer_tracking_msgs', 'https://github.com/spencer-pr
                                                   'noetic, folder messages)')
 
 
-def people_msgs(_settings: Optional[BridgeSettings] = None) -> Sequence[Output]:
+def people_msgs(_settings: Optional[DemandParams] = None) -> Sequence[Output]:
     """Return the output of people_msgs_node."""
     person = FieldMap(
         PEOPLE_MSGS, 'Person', name=('string', lambda one: str(one.id)),
@@ -55,7 +55,7 @@ class Ages:
         self._first.clear()
 
 
-def spencer(_settings: Optional[BridgeSettings] = None) -> Sequence[Output]:
+def spencer(_settings: Optional[DemandParams] = None) -> Sequence[Output]:
     """Return the output of spencer_node."""
     ages = Ages()
     person = FieldMap(
@@ -91,9 +91,9 @@ def _output(topic: str, array: FieldMap, forget: Callable[[], None] = lambda: No
 
 def main_people_msgs() -> None:
     """Run the bridge to people_msgs."""
-    run_bridge('people_msgs_node', BridgeSettings, people_msgs)
+    run_bridge('people_msgs_node', DemandParams, people_msgs)
 
 
 def main_spencer() -> None:
     """Run the bridge to spencer_tracking_msgs."""
-    run_bridge('spencer_node', BridgeSettings, spencer)
+    run_bridge('spencer_node', DemandParams, spencer)

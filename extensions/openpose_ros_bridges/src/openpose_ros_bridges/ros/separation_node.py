@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.moving_parts import Links, spheres_of
-from openpose_ros_bridges.node_params import SeparationSettings
+from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_bridges.robot_links import read_links
 from openpose_ros_bridges.ros.bridge import IN_SPACE, PEOPLE
 from openpose_ros_bridges.separation import CONSTANTS, Separation, SeparationEstimator, unknown
@@ -46,8 +46,8 @@ class SeparationNode:
         ParameterError: `robot_links` are none.
     """
 
-    def __init__(self, settings: SeparationSettings) -> None:
-        self._params = params = settings.separation
+    def __init__(self, params: SeparationParams) -> None:
+        self._params = params
         self._links = read_links(params.robot_links, 'robot_links')
         if not self._links:
             raise ParameterError("parameter 'robot_links' names no link, expected FRAME:RADIUS, such as tool0:0.08",
@@ -59,7 +59,7 @@ class SeparationNode:
         self._info: Optional[CameraInfo] = None
         self._clock = rospy.Time(), time.monotonic()
         self._due, self._reason = time.monotonic(), ''
-        self._demand = Demand(settings.demand.lazy, self._health)
+        self._demand = Demand(params.lazy, self._health)
         self._topic = self._demand.advertise(f'{IN_SPACE}/person_separation', PersonSeparation, RESULTS_QUEUE)
         self._worker = NewestWinsWorker(self._take, self._health.frame_failed, 'people')
         people = InputSubscriber(*PEOPLE)
@@ -158,4 +158,4 @@ class SeparationNode:
 
 def main() -> None:
     """Run the node of separation."""
-    run_node('separation_node', SeparationSettings, SeparationNode)
+    run_node('separation_node', SeparationParams, SeparationNode)

@@ -7,7 +7,7 @@ from geometry_msgs.msg import Point, Pose, Pose2D, PoseWithCovariance, Quaternio
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 from openpose_ros_bridges.located import box_round, covariance, region_round, reliability_of, sigma_of
-from openpose_ros_bridges.node_params import VisionSettings
+from openpose_ros_bridges.node_params import VisionParams
 from openpose_ros_bridges.ros.bridge import HEADER, IN_IMAGE, IN_SPACE, PEOPLE, FieldMap, Output, run_bridge
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
@@ -18,9 +18,8 @@ _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
 _NOWHERE = PoseWithCovariance(Pose(Point(), _NO_TURN), covariance(np.nan, np.nan))
 
 
-def outputs(settings: VisionSettings) -> Sequence[Output]:
+def outputs(params: VisionParams) -> Sequence[Output]:
     """Return the outputs of the node; people without keypoints, or joints, are left out."""
-    params = settings.vision
     result = FieldMap(PACKAGE, 'ObjectHypothesisWithPose', id=('int64', lambda *_: params.class_id),
                       score=('float64', lambda confidence, _: reliability_of(confidence)),
                       pose=('geometry_msgs/PoseWithCovariance', lambda _, pose: pose))
@@ -60,4 +59,4 @@ def outputs(settings: VisionSettings) -> Sequence[Output]:
 
 def main() -> None:
     """Run the bridge to vision_msgs."""
-    run_bridge('vision_msgs_node', VisionSettings, outputs)
+    run_bridge('vision_msgs_node', VisionParams, outputs)

@@ -13,7 +13,7 @@ from openpose_ros_fusion.cameras import CameraJudge, CameraJudgement
 from openpose_ros_fusion.collector import Collector, Update
 from openpose_ros_fusion.constants import FUSION, FusionConstants
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.node_params import FusionSettings
+from openpose_ros_fusion.node_params import FusionParams
 from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.rig import read_rig
 from openpose_ros_fusion.ros.camera_input import CameraInput
@@ -24,7 +24,6 @@ from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros import convert
 
 # As an extractor's, so that whatever reads one camera reads the fused people as well.
@@ -40,8 +39,8 @@ _JUDGED_PERIOD = 0.5
 class PeopleFusionNode:
     """Fuses what cameras send, in a thread of its own; callbacks only store the newest message of each camera."""
 
-    def __init__(self, settings: FusionSettings, constants: FusionConstants = FUSION) -> None:
-        params, self._silent = settings.fusion, constants.collector.silent
+    def __init__(self, params: FusionParams, constants: FusionConstants = FUSION) -> None:
+        self._silent = constants.collector.silent
         rig = read_rig(Path(params.rig)) if params.rig else None
         self._fixed_frame = params.fixed_frame if rig is None else rig.fixed_frame
         self._health, self._timing = Health(), TimingReport(STAGES, result='total')
@@ -54,7 +53,7 @@ class PeopleFusionNode:
         self._judged_at = -float('inf')
         # when the message of a sighting came, time.monotonic() [s], and its stamp
         self._messages: WeakKeyDictionary[Sighting, Tuple[float, rospy.Time]] = WeakKeyDictionary()
-        self._demand = demand = Demand(settings.demand.lazy, self._health)
+        self._demand = demand = Demand(params.lazy, self._health)
         self._array = demand.advertise(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d, PERSONS_QUEUE)
         self._states = demand.advertise('cameras', FusedCameraArray, RESULTS_QUEUE)
@@ -108,7 +107,9 @@ class PeopleFusionNode:
     def _fuse(self, update: Update) -> None:
         started = time.monotonic()
         people = self._fusion.update(update.sightings, update.stamp)
-        self._judge_cameras(update, people)
+        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
+        if self._states.get_num_connections() > 0 or time.monotonic() - self._judged_at >= _JUDGED_PERIOD:
+            self._judged, self._judged_at = self._judge.judgements(), time.monotonic()
         fused = time.monotonic()
         newest = max(update.sightings, key=lambda sighting: sighting.stamp)
         # exactly the stamp of its message, where its clock needs no correction
@@ -146,12 +147,6 @@ class PeopleFusionNode:
             return FusedCamera.OUT_OF_TIME
         return FusedCamera.DISAGREES if judged.disagrees else FusedCamera.OK
 
-    def _judge_cameras(self, update: Update, people: People3D) -> None:
-        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
-        now = time.monotonic()
-        if self._states.get_num_connections() > 0 or now - self._judged_at >= _JUDGED_PERIOD:
-            self._judged, self._judged_at = self._judge.judgements(), now
-
     def _values(self) -> Dict[str, str]:
         states = self._camera_states()
         texts = {f'camera {state.name}': f'{STATES[state.state]}, {state.rate:.1f} Hz, people {state.people}, error '
@@ -172,4 +167,4 @@ class PeopleFusionNode:
 
 def main() -> None:
     """Run the fusion node."""
-    run_node('people_fusion_node', FusionSettings, PeopleFusionNode)
+    run_node('people_fusion_node', FusionParams, PeopleFusionNode)

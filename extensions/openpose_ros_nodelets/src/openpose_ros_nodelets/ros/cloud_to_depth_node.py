@@ -5,7 +5,7 @@ from typing import Optional
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_nodelets.depth_image import depth_pixels
-from openpose_ros_nodelets.node_params import CloudToDepthSettings
+from openpose_ros_nodelets.node_params import CloudToDepthParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_pkg.ros.demand import Demand
@@ -20,18 +20,18 @@ from skeleton_extract_3d.ros import convert
 class CloudToDepth:
     """Publishes depth_registered/image_rect and depth_registered/camera_info with the header of each cloud."""
 
-    def __init__(self, settings: CloudToDepthSettings) -> None:
-        self._params = settings.depth
+    def __init__(self, params: CloudToDepthParams) -> None:
+        self._encoding = params.encoding
         self._info: Optional[CameraInfo] = None
         self._health = Health(bad_input='bad clouds')
-        demand = Demand(settings.demand.lazy, self._health)
+        demand = Demand(params.lazy, self._health)
         self._images = demand.advertise('depth_registered/image_rect', Image, queue_size=1)
         self._infos = demand.advertise('depth_registered/camera_info', CameraInfo, queue_size=1)
         clouds = InputSubscriber('points', PointCloud2)
         clouds.registerCallback(NewestWinsWorker(self._process, self._health.frame_failed, 'clouds').submit)
-        self._info_input = InputSubscriber('camera_info', CameraInfo, optional=self._params.camera == 'auto')
-        self._info_input.registerCallback(self._store_info)
-        demand.read(clouds, *([] if self._params.camera == 'fit' else [self._info_input]))
+        infos = InputSubscriber('camera_info', CameraInfo, optional=True)
+        infos.registerCallback(self._store_info)
+        demand.read(clouds, infos)
         introduce(demand.inputs)
 
     def _store_info(self, message: CameraInfo) -> None:
@@ -39,14 +39,14 @@ class CloudToDepth:
 
     def _process(self, message: PointCloud2) -> None:
         cloud = convert.cloud_from_message(message)
-        pixels = depth_pixels(cloud, self._params.encoding)
+        pixels = depth_pixels(cloud, self._encoding)
         info = self._camera_of(cloud, message)
         self._images.publish(convert.depth_to_message(pixels, message.header))
         self._infos.publish(info)
         self._health.frame_done(message.header.stamp)
 
     def _camera_of(self, cloud: OrganizedCloud, message: PointCloud2) -> CameraInfo:
-        """Return the camera info that was given, or the one that fits the points."""
+        """Return the camera info that has come, which has to be rectified, or the one that fits the points."""
         given, size = self._info, (cloud.width, cloud.height)
         if given is not None:
             of_info, frame = calibration_from_message(given).image_size, message.header.frame_id
@@ -56,8 +56,6 @@ class CloudToDepth:
             info = copy.copy(given)
             info.header = message.header
             return info
-        if self._params.camera == 'topic':
-            raise BadInputError(f'no camera info has come on {self._info_input.resolved_name}')
         camera = cloud.camera_model()
         if camera is None:
             raise BadInputError('no camera can be fitted to the cloud: too few of its points are valid')
@@ -66,4 +64,4 @@ class CloudToDepth:
 
 def main() -> int:
     """Run the node; return the exit status."""
-    return run_node('cloud_to_depth', CloudToDepthSettings, CloudToDepth)
+    return run_node('cloud_to_depth', CloudToDepthParams, CloudToDepth)

@@ -10,8 +10,7 @@ from pcl_msgs.msg import ModelCoefficients
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_nodelets.floor import Floor, FloorTracker, find_floor
-from openpose_ros_nodelets.node_params import FloorSettings
+from openpose_ros_nodelets.floor import Floor, FloorParams, FloorTracker, find_floor
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
@@ -23,8 +22,10 @@ from skeleton_extract_3d.ros.transforms import Transforms
 
 # About as many points of a cloud are read, evenly over its rows and columns.
 _POINTS = 12000
-# With `gravity_frame` [degrees].
-_GRAVITY_TOLERANCE = 10.0
+# Greatest angle of the floor's normal from `up`, and with `gravity_frame` [degrees].
+_TOLERANCE, _GRAVITY_TOLERANCE = 40.0, 10.0
+# The floor is sought this often, by the stamps of the clouds [Hz].
+_RATE = 5.0
 # Until frames that others publish are heard after the start [s], as of the rig of openpose_ros_fusion.
 _SETTLING = 2.0
 
@@ -32,8 +33,8 @@ _SETTLING = 2.0
 class FloorNode:
     """Finds the floor in clouds, organized or not; publishes ~plane and, with `publish_tf`, its frame."""
 
-    def __init__(self, settings: FloorSettings) -> None:
-        self._params, self._tracker = settings.floor, FloorTracker()
+    def __init__(self, params: FloorParams) -> None:
+        self._params, self._tracker = params, FloorTracker()
         self._found: Optional[Floor] = None  # in the newest cloud
         self._frame: Optional[TransformStamped] = None  # where the floor was seen last: people may hide it
         self._sought = rospy.Time()
@@ -42,7 +43,7 @@ class FloorNode:
         self._begin, self._is_alone = time.monotonic(), False
         self._transforms = Transforms(0.0) if self._params.gravity_frame or self._params.publish_tf else None
         self._broadcaster = tf2_ros.TransformBroadcaster() if self._params.publish_tf else None
-        demand = Demand(settings.demand.lazy and not self._params.publish_tf, self._health)
+        demand = Demand(params.lazy and not params.publish_tf, self._health)
         self._planes = demand.advertise('~plane', ModelCoefficients, queue_size=1)
         clouds = InputSubscriber('points', PointCloud2)
         clouds.registerCallback(NewestWinsWorker(self._process, self._health.frame_failed, 'clouds').submit)
@@ -65,7 +66,7 @@ class FloorNode:
         if since < 0:
             self._frame = None
         try:
-            if since < 0 or since > 0.9 / self._params.rate:  # a tenth of a period early is in time, as stamps jitter
+            if since < 0 or since > 0.9 / _RATE:  # a tenth of a period early is in time, as stamps jitter
                 self._sought = header.stamp
                 self._seek(cloud)
         finally:
@@ -74,7 +75,7 @@ class FloorNode:
 
     def _seek(self, cloud: PointCloud2) -> None:
         """Find the floor in a cloud, and publish it if it is known."""
-        up, tolerance = self._params.upwards, self._params.tolerance
+        up, tolerance = self._params.upwards, _TOLERANCE
         if self._params.gravity_frame:
             newest = self._transforms.newest(cloud.header.frame_id, self._params.gravity_frame)
             up, tolerance = convert.rotation_and_translation(newest)[0][:, 2], _GRAVITY_TOLERANCE
@@ -109,4 +110,4 @@ class FloorNode:
 
 def main() -> int:
     """Run the node; return the exit status."""
-    return run_node('floor', FloorSettings, FloorNode)
+    return run_node('floor', FloorParams, FloorNode)

@@ -16,7 +16,7 @@ from skeleton_extract_3d.points.transform import rotation_of
 
 _NOWHERE = np.full(3, np.nan)
 # What messages have for what is not known.
-_NO_FACING, _NO_HIT = records.Facing(_NOWHERE, np.nan), records.Hit(_NOWHERE, off=np.nan)
+_NO_FACING, _NO_HIT = records.Facing(_NOWHERE, np.nan), records.Hit(_NOWHERE, '', np.nan)
 _NO_WALK, _NO_FALL = records.Walk(False, np.nan, _NOWHERE), records.Fall(np.nan, np.nan, np.nan)
 _NO_FLOOR = records.FloorPose(_NOWHERE, np.full(4, np.nan))
 
@@ -115,18 +115,16 @@ def _pointing_from_message(message: msg.PersonPointing) -> records.Pointing:
     hit = None if np.isnan(message.hit.x) else records.Hit(_array(message.hit), message.target, message.hit_angle)
     targets = tuple(records.PointedTarget(target.name, _array(target.position), target.sigmas, target.probability)
                     for target in message.targets)
-    return records.Pointing(_array(message.origin), _array(message.direction), message.sigma, hit,
-                            _ray_from_message(message.eye_ray), _ray_from_message(message.arm_ray), targets)
+    return records.Pointing(_array(message.origin), _array(message.direction), message.sigma,
+                            _ray_from_message(message.eye_ray), _ray_from_message(message.arm_ray), hit, targets)
 
 
 def _ray_to_message(ray: records.Ray) -> msg.PointingRay:
-    return msg.PointingRay(Point(*ray.origin), Vector3(*ray.direction), ray.sigma,
-                           Point(*(ray.hit or _NO_HIT).position))
+    return msg.PointingRay(Point(*ray.origin), Vector3(*ray.direction), ray.sigma, Point(*_NOWHERE))
 
 
 def _ray_from_message(message: msg.PointingRay) -> records.Ray:
-    return records.Ray(_array(message.origin), _array(message.direction), message.sigma,
-                       None if np.isnan(message.hit.x) else records.Hit(_array(message.hit)))
+    return records.Ray(_array(message.origin), _array(message.direction), message.sigma)
 
 
 def _facing(direction: Vector3, sigma: float) -> Optional[records.Facing]:

@@ -13,7 +13,6 @@ from openpose_ros_msgs.msg import (
     PersonSignalsArray,
 )
 from openpose_ros_msgs.srv import GetPeople, GetPeopleRequest, GetPeopleResponse
-from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import Marker
@@ -24,13 +23,13 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
-from openpose_ros_signals.node_params import SignalsSettings
+from openpose_ros_signals.node_params import SignalsParams
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import Present, SignalReader
 from openpose_ros_signals.records import Target
 from openpose_ros_signals.ros.convert import poses_of, signals_to_array, summary_to_message
 from openpose_ros_signals.ros.frames import Frames
-from openpose_ros_signals.ros.input_end import Silence
+from openpose_ros_signals.ros.input_end import InputEnd
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
@@ -41,10 +40,8 @@ from skeleton_extract_3d.ros.floor_input import FloorInput
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 # Text, two facings, and rays with cones of two arms.
 _MARKERS_QUEUE = 7 * PERSONS_QUEUE
-# Hands, faces and clouds belong to people whose stamp is this near [s]; hands are found after the people.
+# Hands and faces belong to people whose stamp is this near [s]; hands are found after the people.
 _SAME_TIME = 0.3
-# One point of the cloud in this many rows and columns is looked at: 5 mm apart at 2.5 m.
-_CLOUD_STEP = 4
 # z = 0 of a fixed frame.
 _FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 
@@ -71,22 +68,21 @@ class _Latest:
 class SignalsNode:
     """Reads the signals of the newest people in a thread of its own."""
 
-    def __init__(self, settings: SignalsSettings) -> None:
-        params, self._upwards = settings.signals, settings.upright.upwards
-        self._params = params
-        self._turns = settings.upright.level and not params.fixed_frame and not params.use_floor
+    def __init__(self, params: SignalsParams) -> None:
+        self._params, self._upwards = params, params.upwards
+        self._turns = params.level and not params.fixed_frame and not params.use_floor
         self._broadcaster, self._turned = StaticTransformBroadcaster() if self._turns else None, ''
         if self._turns:
             self._upwards = _FIXED_FLOOR[:3]
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
         self._frames = Frames(params.fixed_frame, *(target.frame_id for target in self._targets))
         self._reader, self._markers, self._health = SignalReader(), SignalMarkers(), Health()
-        demand = Demand(settings.demand.lazy and not params.summary, self._health)
+        demand = Demand(params.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
-        self._silence = Silence()
+        self._input = InputEnd()
         self._present: Tuple[Tuple[Present, ...], Header] = (), Header()
         if params.summary:
             rospy.Service('get_people', GetPeople, self._get_people)
@@ -99,10 +95,8 @@ class SignalsNode:
         # without `hands`, or `face`, the extractor publishes nothing there
         self._hands = _Latest(f'{_NAMESPACE}/detected_hands_3d', HandDetection_3dArray, optional=True)
         self._faces = _Latest(f'{_NAMESPACE}/detected_faces_3d', FaceDetection_3dArray, optional=True)
-        self._cloud = _Latest('~point_cloud', PointCloud2)
         demand.read(people, *((self._floor.input,) if params.use_floor and not params.fixed_frame else ()),
-                    *((self._hands.input, self._faces.input) if params.use_landmarks else ()),
-                    *((self._cloud.input,) if params.use_cloud else ()))
+                    *((self._hands.input, self._faces.input) if params.use_landmarks else ()))
         people_frame = f'FRAME{TURNED}' if self._turns else 'the frame of the people'
         introduce(demand.inputs, signals=f'in {params.fixed_frame or people_frame}',
                   targets=', '.join(target.name for target in self._targets) or 'none')
@@ -114,23 +108,25 @@ class SignalsNode:
 
     def _get_people(self, _request: GetPeopleRequest) -> GetPeopleResponse:
         """Return the people that are there, for state machines; raises ServiceException while no messages come."""
-        if self._silence.lasts:
+        if self._input.has_ended:
             raise rospy.ServiceException('no people come: is the extractor running?')
         return GetPeopleResponse(summary_to_message(*self._present))
 
     def _process(self, message: PersonDetection_3dArray) -> None:
-        pose, floor = self._pose(message.header), self._floor_plane(message.header)
+        fixed_frame = self._params.fixed_frame
+        pose = LEVEL if self._turns else self._frames.to(fixed_frame, message.header)
+        floor = _FIXED_FLOOR if fixed_frame else self._floor.at(message.header)
         up = self._upwards if floor is None else floor[:3]
         header = Header(stamp=message.header.stamp, frame_id=self._frame(message.header))
         people = transform_people(convert.people_from_array(message), *pose)
-        around = Surroundings(tuple(self._known_targets(header)), self._points(message.header, pose), floor)
+        around = Surroundings(tuple(self._known_targets(header)), floor)
         persons = self._reader.update(people, header.stamp.to_sec(), up, around, self._landmarks(message.header, pose))
         array = signals_to_array(persons, header)
         self._array.publish(array)
         self._poses.publish(poses_of(array))
         for person in array.persons:
             self._persons.publish(person)
-        self._silence.heard()
+        self._input.heard()
         self._present = self._reader.present, header
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.markers(persons, header.stamp.to_sec(), up):
@@ -145,24 +141,10 @@ class SignalsNode:
             self._broadcaster.sendTransform(convert.upright_transform(header))
         return frame
 
-    def _pose(self, header: Header) -> Transform:
-        return LEVEL if self._turns else self._frames.to(self._params.fixed_frame, header)
-
-    def _floor_plane(self, header: Header) -> Optional[np.ndarray]:
-        return _FIXED_FLOOR if self._params.fixed_frame else self._floor.at(header)
-
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""
         poses = [(target, self._frames.known(target.frame_id, header)) for target in self._targets]
         return [Target(target.name, pose[0] @ target.position + pose[1]) for target, pose in poses if pose is not None]
-
-    def _points(self, header: Header, pose: Transform) -> Optional[np.ndarray]:
-        message = self._cloud.near(header)
-        if message is None:
-            return None
-        cloud = convert.cloud_from_message(message)
-        rows, columns = np.mgrid[:cloud.height:_CLOUD_STEP, :cloud.width:_CLOUD_STEP]
-        return np.asarray(cloud.window(columns.ravel(), rows.ravel(), 1)[:, 0] @ pose[0].T + pose[1])
 
     def _landmarks(self, header: Header, pose: Transform) -> Optional[Landmarks3D]:
         hands, faces, none = self._hands.near(header), self._faces.near(header), Landmarks3D.empty()
@@ -175,4 +157,4 @@ class SignalsNode:
 
 def main() -> None:
     """Run the node of signals."""
-    run_node('people_signals_node', SignalsSettings, SignalsNode, yields=True)
+    run_node('people_signals_node', SignalsParams, SignalsNode, yields=True)

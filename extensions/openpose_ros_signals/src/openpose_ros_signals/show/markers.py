@@ -59,8 +59,10 @@ def _of_person(person: PersonSignals, up: np.ndarray) -> List[MarkerSpec]:
     for gesture in person.gestures:
         if gesture.pointing is not None:
             ray, number = gesture.pointing, 2 * person.id + (gesture.arm == 'right')
-            lines = _points(np.array([(one.origin, _end(one)) for one in (ray.eye_ray, ray.arm_ray)]))
-            markers += [_arrow('pointing', number, (ray.origin, _end(ray)), (*rgb, 1.0)),
+            length = float(np.linalg.norm(ray.hit.position - ray.origin)) if ray.hit else _POINTING
+            lines = _points(np.array([(one.origin, one.origin + _POINTING * one.direction)
+                                      for one in (ray.eye_ray, ray.arm_ray)]))
+            markers += [_arrow('pointing', number, (ray.origin, ray.origin + length * ray.direction), (*rgb, 1.0)),
                         MarkerSpec('pointing_cone', number, 'add', 'line_list', cone_lines(ray, _POINTING),
                                    _CONE_WIDTH, (*rgb, _CONE_OPACITY)),
                         MarkerSpec('pointing_rays', number, 'add', 'line_list', lines, _CONE_WIDTH, (*rgb, 1.0))]
@@ -73,8 +75,7 @@ def text_of(person: PersonSignals) -> str:
              + (f', {person.walk.speed:.1f} m/s' if person.walk and person.walk.moving else '')]
     for gesture in person.gestures:
         hit = gesture.pointing.hit if gesture.pointing else None
-        lines.append(f"{gesture.name.replace('_', ' ')} ({gesture.arm})" + (f' -> {hit.name}' if hit and hit.name
-                                                                            else ''))
+        lines.append(f"{gesture.name.replace('_', ' ')} ({gesture.arm})" + (f' -> {hit.name}' if hit else ''))
     return '\n'.join(lines)
 
 
@@ -89,11 +90,6 @@ def cone_lines(ray: Ray, length: float, sigmas: float = SIGNALS.pointing.cone) -
     edges = circle[:-1:_CONE_LINES // _CONE_EDGES]
     tips = np.broadcast_to(ray.origin, edges.shape)
     return _points(np.concatenate([np.stack([circle[:-1], circle[1:]], axis=1), np.stack([tips, edges], axis=1)]))
-
-
-def _end(ray: Ray) -> np.ndarray:
-    length = _POINTING if ray.hit is None else float(np.linalg.norm(ray.hit.position - ray.origin))
-    return np.asarray(ray.origin + length * ray.direction)
 
 
 def _arrow(name: str, number: int, ends: Sequence[np.ndarray], rgba: Rgba) -> MarkerSpec:

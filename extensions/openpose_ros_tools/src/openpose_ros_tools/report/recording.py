@@ -65,7 +65,7 @@ def facts_of(recording: Recording) -> Message:
     return {
         'name': recording.name, 'moment': recording.moment, 'notes': list(recording.notes),
         'axis': [LEFT, RIGHT],
-        'hello': protocol.hello(['camera'] if recording.thumbnails else [], False, 3),
+        'hello': protocol.hello(['camera'] if recording.thumbnails else [], 3),
         'cameras': protocol.cameras_message([(0, recording.camera, z_up(recording.up))] if recording.camera else [],
                                             recording.frame),
         'stamps': np.round(selection.seconds(selection.frames), 4).tolist(),

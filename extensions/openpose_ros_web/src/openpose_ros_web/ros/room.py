@@ -1,7 +1,7 @@
 """The frame that pages show, and where other frames are in it."""
 import threading
 import time
-from typing import Dict, NamedTuple, Optional, Set
+from typing import Dict, Optional, Set, Tuple
 
 import numpy as np
 from std_msgs.msg import Header
@@ -15,13 +15,6 @@ WORLD = 'world'
 # Transforms are waited for at the begin of listening, for this long, so that a page does not see two frames [s].
 _PATIENCE, _LOOK_PERIOD = 0.5, 0.02
 _STILL = np.eye(3), np.zeros(3)
-
-
-class Place(NamedTuple):
-    """A frame with z up, and the pose of another one in it."""
-
-    frame: str
-    pose: Transform
 
 
 class Room:
@@ -49,7 +42,7 @@ class Room:
         return f"tf does not connect '{self._fixed_frame}' with '{', '.join(missing)}', shown in its place" if (
             missing and self._fixed_frame) else ''
 
-    def place(self, header: Header) -> Place:
+    def place(self, header: Header) -> Tuple[str, Transform]:
         """Return the frame that is shown, and where the frame of a header is in it.
 
         Without a transform at the stamp the newest is taken; without any, the frame itself is shown, turned upright if
@@ -60,10 +53,10 @@ class Room:
         pose = _STILL if target == own else self._pose(target, header)
         self._connected[own] = pose is not None
         if pose is not None:
-            return Place(target, pose)
+            return target, pose
         if not own.endswith(TURNED) and ('optical' in own or own in self._optical):
-            return Place(own + TURNED, LEVEL)
-        return Place(own, _STILL)
+            return own + TURNED, LEVEL
+        return own, _STILL
 
     def rest(self) -> None:
         """Listen to tf no more, until the next question."""

@@ -1,7 +1,7 @@
 """Show people and what they do in browsers, live: a page, and messages for it over a WebSocket.
 
 Nothing is read while no page is open. Pages get the people at the rate of the chain, but for those that are too slow;
-images and points as far as they ask for them. They can change nothing.
+images as far as they ask for them. They can change nothing.
 """
 import time
 from collections import deque
@@ -19,7 +19,7 @@ from openpose_ros_msgs.msg import (
     PersonDetection_3dArray,
     PersonSignalsArray,
 )
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import ParameterError
@@ -35,7 +35,6 @@ from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_web import protocol
 from openpose_ros_web.node_params import WebParams
 from openpose_ros_web.protocol import Message, Moment, Want
-from openpose_ros_web.ros.convert import points_from_cloud, status_of
 from openpose_ros_web.ros.room import Room
 from openpose_ros_web.server import Key, PeopleServer
 from openpose_ros_web.three_js import three_folder
@@ -50,7 +49,11 @@ _KINDS: Dict[str, Tuple[str, Type[Any], Callable[[Any], Any], Callable[..., Mess
     'faces': ('detected_faces_3d', FaceDetection_3dArray, convert.faces_from_array, protocol.faces_message)}
 # What a node said of itself is shown for this long [s].
 _REMEMBERED = 60.0
-_MOST_NODES = 50
+_MOST_NODES, _LONGEST_TEXT = 50, 300
+# Of the JPEG images.
+_QUALITY = 75
+# Key that the nodes of this project have in their status.
+_RATE = 'rate [Hz]'
 
 
 class _Pages(NamedTuple):
@@ -77,13 +80,10 @@ class WebNode:
         self._demand = Demand(True, self._health)
         self._room = Room(params.fixed_frame)
         chains = _chains(params)
-        has_cloud = params.cloud and params.dimensions == 3 and any(SPACE in chain for _, chain in chains)
-        self._server = _serve(params, protocol.hello([name for name, _ in chains], has_cloud, params.dimensions),
+        self._server = _serve(params, protocol.hello([name for name, _ in chains], params.dimensions),
                               self._demand.peer_subscribe)
         self._infos: Dict[int, CameraInfo] = {}
-        self._cameras, self._frame = '', ''
-        self._cloud_points = params.cloud_points // max(sum(SPACE in chain for _, chain in chains), 1)
-        self._cloud_times: Dict[int, float] = {}
+        self._cameras = ''
         self._ages: Deque[Tuple[float, float]] = deque(maxlen=1000)
         self._nodes: Dict[str, Tuple[float, Message]] = {}
         self._workers: List[NewestWinsWorker] = []
@@ -95,9 +95,6 @@ class WebNode:
             needs[self._input(f'{chain}/detected_poses_image', Image, partial(self._image, index))] = [
                 _Pages(self._server, partial(_wants_image, index))]
             inputs.append(self._input(f'{chain}/camera_info', CameraInfo, partial(self._camera_info, index)))
-            if has_cloud and SPACE in chain:
-                needs[self._input(f'{chain}/input_pointcloud', PointCloud2, partial(self._cloud, index))] = [
-                    _Pages(self._server, lambda want: want.cloud)]
         inputs.append(InputSubscriber('/diagnostics', DiagnosticArray, optional=True))
         inputs[-1].registerCallback(self._diagnostics)  # each: two nodes may report at the same time
         self._health.show(lambda: {'pages': str(len(self._server.clients)),
@@ -110,14 +107,14 @@ class WebNode:
     def _people(self, kind: str, message: Any) -> None:
         """Send what is known of the people of a frame."""
         header, (_, _, read, make) = message.header, _KINDS[kind]
-        self._frame, pose = self._room.place(header)
+        frame, pose = self._room.place(header)
         age = (rospy.get_rostime() - header.stamp).to_sec()
-        moment = Moment(header.stamp.to_sec(), age, time.time(), self._frame)
+        moment = Moment(header.stamp.to_sec(), age, time.time(), frame)
         self._server.publish(Key(kind), protocol.encode(make(read(message), pose, moment)))
         if kind == 'people':
             self._ages.append((time.monotonic(), age))
             self._health.frame_done(header.stamp)
-            self._send_cameras(header, moment.frame)
+            self._send_cameras(header, frame)
 
     def _input(self, topic: str, kind: Type[Any], process: Callable[[Any], None], optional: bool = True
                ) -> InputSubscriber:
@@ -149,28 +146,17 @@ class WebNode:
             return
         bgr = convert_2d.image_to_bgr(message)
         for width in widths:
-            jpeg = jpeg_of(bgr, self._params.jpeg_quality, width)
+            jpeg = jpeg_of(bgr, _QUALITY, width)
             self._server.publish(Key('image', index, width),
                                  protocol.image_message(index, message.header.stamp.to_sec(), jpeg))
 
-    def _cloud(self, index: int, message: PointCloud2) -> None:
-        now = time.monotonic()
-        # a little early, as frames do not come at exact times
-        if now - self._cloud_times.get(index, 0.0) < 0.9 / self._params.cloud_rate:
-            return
-        frame, (rotation, translation) = self._room.place(message.header)
-        if frame != self._frame:
-            return
-        self._cloud_times[index] = now
-        xyz, rgb = points_from_cloud(message, self._cloud_points)
-        payload = protocol.cloud_message(index, message.header.stamp.to_sec(), xyz @ rotation.T + translation, rgb)
-        self._server.publish(Key('cloud', index), payload)
-
     def _diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            node = status_of(status)
-            if node and (node['name'] in self._nodes or len(self._nodes) < _MOST_NODES):
-                self._nodes[node['name']] = time.monotonic(), node
+            name = status.name.rpartition(': ')[2][:_LONGEST_TEXT]  # diagnostic_updater puts the node's before its own
+            is_own = any(value.key == _RATE for value in status.values)
+            if is_own and (name in self._nodes or len(self._nodes) < _MOST_NODES):
+                self._nodes[name] = time.monotonic(), {'name': name, 'level': int(status.level),
+                                                       'text': status.message[:_LONGEST_TEXT]}
 
     def _state(self) -> None:
         now = time.monotonic()
