@@ -42,7 +42,13 @@ export function openPage(source) {
     }})
   const picture = new Picture(state, settings, () => ask())
   document.body.classList.toggle('recorded', recorded)
-  const scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
+  let scene
+  try {
+    scene = new Scene(document.getElementById('scene'), document.getElementById('labels'), state, settings, drawn)
+  } catch (error) {
+    notice([`No view in 3D, which needs WebGL: ${error.message}`])
+    throw error
+  }
   // for tests, and for those who look into the page
   window.peopleView = {messages: {}, state, settings, view: scene.view, joints: () => scene.joints()}
   state.on('hello', hello => {

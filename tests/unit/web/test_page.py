@@ -208,6 +208,21 @@ def test_names_never_become_markup(site, browser):
 
 
 @needs_browser
+def test_a_phone(site, browser):
+    people, signals = frame(3, False)
+    shown(site, browser, people, signals)
+    width = 390
+    browser.resize(width, 780, phone=True)
+    browser.wait(f'document.getElementById("scene").clientWidth === {width}')
+    browser.run('peopleView.state.setLink("lost", "no connection, trying again")')
+    browser.run('document.getElementById("figures").textContent = "14.8 Hz · 120 ms"')
+    assert browser.run('document.documentElement.scrollWidth') == width, 'nothing is beside the screen'
+    assert browser.run('document.querySelector("header").offsetHeight') < 60, 'one line'
+    browser.run('peopleView.state.setLink("live", "live")')
+    browser.resize(1280, 800)
+
+
+@needs_browser
 def test_people_are_faded_when_no_message_comes(site, browser):
     people, signals = frame(3, False)
     shown(site, browser, people, signals)
