@@ -20,7 +20,7 @@ def test_found():
      r'no_such_msgs.*apt install ros-\$ROS_DISTRO-no-such-msgs.*https://example\.org/none, and source its setup\.bash'),
     (GEOMETRY, 'Person', {}, r'geometry_msgs has no message Person.*https://example\.org/geometry'),
     (GEOMETRY, 'Point', {'x': 'float64', 'w': 'float64'}, 'w is missing, not float64'),
-    (GEOMETRY, 'Point', {'x': 'float32'}, 'geometry_msgs/Point is defined otherwise than known here: x is float64, not'),
+    (GEOMETRY, 'Point', {'x': 'float32'}, 'Point is defined otherwise than known here: x is float64, not float32'),
     (GEOMETRY, 'Point', {'y': 'string', 'v': 'bool'}, 'y is float64, not string; v is missing, not bool')])
 def test_what_is_missing_or_other(package, name, fields, text):
     with pytest.raises(ForeignPackageError, match=text):
