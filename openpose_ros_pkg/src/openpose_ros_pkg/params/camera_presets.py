@@ -40,7 +40,6 @@ class CameraPreset:
     ns: str = ''
     points: str = ''
     depth: str = ''
-    unregistered: str = ''
     camera_info: str = ''
     points_source: Literal['', 'point_cloud', 'depth_image'] = ''
     image_transport: Literal['raw', 'compressed'] = 'raw'
@@ -189,11 +188,7 @@ def find_preset(name: str, presets: Optional[Presets] = None) -> CameraPreset:
 
 
 class SeenCamera(NamedTuple):
-    """A camera of which the image topic is published.
-
-    Attributes:
-        missing: topics that are read of it but not published, or published with another type.
-    """
+    """A camera of which the image topic is published; `missing`: topics that are not, or with another type."""
 
     preset: CameraPreset
     ns: str

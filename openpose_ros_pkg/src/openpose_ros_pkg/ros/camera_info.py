@@ -19,9 +19,7 @@ class CameraInfoPublisher:
         needed: the node does nothing without the camera info of the input.
 
     Attributes:
-        input: subscriber of the input's camera info, for `demand` to read.
-        newest: camera info of the input; None before the first.
-        source: resolved name of its topic.
+        input: subscriber of the input's camera info, for `demand` to read; `newest` is what came.
         degrees: by which the images are turned clockwise.
     """
 

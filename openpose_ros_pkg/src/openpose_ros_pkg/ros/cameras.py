@@ -8,6 +8,7 @@ import rospy
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.camera_presets import AUTO, CameraPreset, choose_camera, find_preset, read_presets
 from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, published_topics
+from openpose_ros_pkg.ros.topics import is_within
 from openpose_ros_pkg.throttle import Throttle
 
 # Period of looking for a camera with `auto`; of telling that none is there [s].
@@ -69,9 +70,9 @@ def _wait_for_camera(within: str, dimensions: int) -> Camera:
 
 def _published(within: str) -> Dict[str, str]:
     """Return the published topics below a namespace, with their types."""
-    prefix = f'{rospy.resolve_name(within)}/' if within else '/'
     try:
-        return {name: topic.kind for name, topic in published_topics().items() if name.startswith(prefix)}
+        return {name: topic.kind for name, topic in published_topics().items()
+                if is_within(name, within and rospy.resolve_name(within))}
     except CALL_ERRORS:
         rospy.logwarn_throttle(_LOG_PERIOD, f'the ROS master {rosgraph.get_master_uri()} does not answer')
         return {}

@@ -25,11 +25,8 @@ from openpose_ros_pkg.ros.timing_report import TimingReport
 class DetectionOutput:
     """Where the people in images go, besides the clients of the service; for one thread.
 
-    `source` of each `ImageFrame` is a message with the header of the image.
-
-    Args:
-        whole_body: whether people have the points of a network for whole bodies.
-        timing: has the stages publish, LANDMARK_STAGE and DRAW_STAGE.
+    `source` of each `ImageFrame` is a message with the header of the image; `whole_body`: whether people have the
+    points of a network for whole bodies.
     """
 
     def __init__(self, namespace: str, settings: ServiceSettings, whole_body: bool, health: Health,
