@@ -9,7 +9,6 @@ known may be given.
     rosrun openpose_ros_tools evaluate_mocap people.bag take.c3d --markers my_markers.yaml -o report
     rosrun openpose_ros_tools evaluate_mocap poses.csv mocap.trc --clock-offset 0 \\
         --transform 0.1 0 1.35 -0.5 0.5 -0.5 0.5
-    rosrun openpose_ros_tools evaluate_mocap others.csv others_mocap.csv --transform report/summary.json
 
 A table of the errors of each joint [mm] goes to stdout; below it, as validation studies report, RMSE and Pearson's r
 of trajectories by body region and axis, and RMSE of angles. With -o, a folder gets report.html, all figures as
@@ -29,10 +28,9 @@ from typing import Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
-from openpose_ros_pkg.command_options import command_parser, plain_path, seconds
+from openpose_ros_pkg.command_options import command_parser, number, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
-from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
@@ -47,34 +45,15 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return run_command('evaluate_mocap', lambda: _run(_parser().parse_args(arguments)))
 
 
-def transform_of(values: Sequence[str]) -> np.ndarray:
-    """Return the transform (4, 4) from the camera's frame to the reference's that the command line names.
-
-    Args:
-        values: x y z [m] qx qy qz qw, or the path of the summary.json of a report.
-
-    Raises:
-        ParameterError: it is something else.
-    """
+def transform_of(values: Sequence[float]) -> np.ndarray:
+    """Return the transform (4, 4) of x y z [m] qx qy qz qw; ParameterError: the quaternion is not of length 1."""
     from scipy.spatial.transform import Rotation
-    matrix = np.full((4, 4), np.nan)
-    try:
-        if len(values) == 1:
-            matrix = np.array(json_value(Path(values[0]).read_text(encoding='utf-8'))['transform']['matrix'], float)
-        else:
-            place, turn = np.split(np.array([float(value) for value in values]), [3])
-            if abs(np.linalg.norm(turn) - 1) < _ROTATION_TOLERANCE:
-                matrix = np.eye(4)
-                matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(turn).apply(np.eye(3)).T, place
-    except OSError as error:
-        raise ParameterError(f'--transform: {values[0]} can not be read: {error.strerror}') from error
-    except (ValueError, KeyError, OverflowError, TypeError):
-        pass  # it is no transform
-    if not (matrix.shape == (4, 4) and np.isfinite(matrix).all() and np.allclose(matrix[3], [0, 0, 0, 1])
-            and np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3), atol=_ROTATION_TOLERANCE)
-            and np.linalg.det(matrix[:3, :3]) > 0):
-        raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion"
-                             ' of length 1), or the summary.json of a report')
+    place, turn = np.split(np.array(values), [3])
+    if not abs(np.linalg.norm(turn) - 1) < _ROTATION_TOLERANCE:
+        raise ParameterError(f'--transform: the quaternion {turn.tolist()} has the length {np.linalg.norm(turn):g}, '
+                             'expected 1')
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(turn).apply(np.eye(3)).T, place
     return matrix
 
 
@@ -145,7 +124,7 @@ def _parser() -> argparse.ArgumentParser:
                         'of a shipped map (default: chosen by the names of the markers)')
     parser.add_argument('--clock-offset', type=seconds, metavar='S',
                         help='time of the reference minus time of the poses at the same instant [s] (default: found)')
-    parser.add_argument('--transform', nargs='+', metavar='VALUE',
-                        help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y "
-                        'z [m] qx qy qz qw, or the summary.json of a report')
+    parser.add_argument('--transform', nargs=7, type=number(-1e6, 1e6),
+                        metavar=('X', 'Y', 'Z', 'QX', 'QY', 'QZ', 'QW'), help="the camera's place in the reference, "
+                        'x_reference = R x_camera + t [m], as a report has it (default: found)')
     return parser

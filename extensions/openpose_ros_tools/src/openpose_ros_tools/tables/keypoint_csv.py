@@ -148,12 +148,6 @@ def _check_names(path: Path, names: Sequence[str], has_text: bool) -> None:
     """Raise BadInputError if the columns are those of another table, a column is missing, or there twice."""
     if not has_text:
         raise BadInputError(f'{path} is empty, expected a line with the names of columns')
-    if names in (columns('tidy', 2), columns('tidy', 3)):
-        raise BadInputError(f'{path} is in the long form (--tidy), expected one row per person: keypoints_to_csv '
-                            'writes it without --tidy')
-    if any(name.startswith('field.persons') for name in names):
-        raise BadInputError(f'{path} is what rostopic echo -p makes of an array message, which has all people in one '
-                            'row; echo the topic of single persons, or let keypoints_to_csv read the bag')
     joints = {match[1] for match in map(_PART_COLUMN.fullmatch, names) if match} or {'nose'}
     needed = [*(_HEAD[name] for name in _ORIGINAL_HEAD), *(
         f'field.{joint}.{field}' for joint in MESSAGE_JOINTS if joint in joints for field in FIELDS[_dimensions(names)]
@@ -161,7 +155,8 @@ def _check_names(path: Path, names: Sequence[str], has_text: bool) -> None:
     missing = [name for name in needed if name not in names]
     if missing:
         raise BadInputError(f"{path}, line 1: no column {', '.join(missing[:4])}{', ...' * (len(missing) > 4)}; the "
-                            f"first columns are {', '.join(names[:4])[:100]}")
+                            f"first columns are {', '.join(names[:4])[:100]}. Expected is a row per person, as "
+                            'keypoints_to_csv writes it without --tidy')
     twice = [name for number, name in enumerate(names) if names.index(name) != number]
     if twice:
         raise BadInputError(f"{path}, line 1: column '{twice[0]}' is there twice")

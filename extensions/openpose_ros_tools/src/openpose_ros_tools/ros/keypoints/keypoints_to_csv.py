@@ -20,7 +20,7 @@ import argparse
 import queue
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, Callable, Iterator, Optional, Sequence, TextIO
 
 import rosgraph
@@ -46,25 +46,17 @@ Write = Callable[[Any, Optional[int]], int]
 _PAUSE = 0.2
 
 
-def follow_topic(topic: KeypointTopic, write: Write, handle: TextIO, bar: Progress) -> int:
+def follow_topic(topic: KeypointTopic, write: Write, bar: Progress) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
     rows = 0
-    try:
+    with suppress(KeyboardInterrupt):  # the way to end it
         while not rospy.is_shutdown():
-            if messages.empty():
-                handle.flush()  # for a program that reads along
-            try:
-                count = write(messages.get(timeout=_PAUSE), None)
-            except queue.Empty:
-                continue
-            rows += count
-            bar.update()
-    except KeyboardInterrupt:
-        pass  # the way to end it
-    finally:
-        subscriber.unregister()
+            with suppress(queue.Empty):
+                rows += write(messages.get(timeout=_PAUSE), None)
+                bar.update()
+    subscriber.unregister()
     while not messages.empty():
         rows += write(messages.get(), None)
     return rows
@@ -96,7 +88,7 @@ def _run(options: argparse.Namespace) -> int:
                     rows += write(message, None if options.time == 'stamp' else recorded)
                     bar.update()
         else:
-            rows = follow_topic(topic, write, handle, bar)
+            rows = follow_topic(topic, write, bar)
     sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
 
