@@ -1,5 +1,4 @@
-"""Headers for C++ programs say what the Python tables say: joints, limbs, constants of the camera fit."""
-import dataclasses
+"""Headers for C++ programs say what the Python tables say: joints and limbs."""
 import re
 import subprocess
 from pathlib import Path
@@ -9,12 +8,10 @@ import pytest
 from development.generated import with_joints
 from development.systems import this_system
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, SKELETONS
-from skeleton_extract_3d.points.constants import CameraFitConstants
 
 ROOT = Path(__file__).parents[3]
 JOINTS_H_PATH = ROOT / 'openpose_ros_msgs/include/openpose_ros_msgs/joints.h'
 JOINTS_H = JOINTS_H_PATH.read_text()
-PINHOLE_FIT_H = (ROOT / 'openpose_ros_pkg/include/openpose_ros_pkg/pinhole_fit.h').read_text()
 PRINT = '''
 #include <cstdio>
 #include <openpose_ros_msgs/PersonDetection.h>
@@ -59,10 +56,3 @@ def test_a_program_reads_them(tmp_path):
     assert lines[:27] == [f'{name} 1' for name in FIELDS]
     assert lines[27:] == [f'{model.name} {joint}' for model in SKELETONS.values() for joint in (
         *model.joints, *(f'{start}-{end}' for start, end in model.drawn_limbs))] + ['0']
-
-
-def test_constants_of_the_camera_fit():
-    written = {name: float(value) for name, value in re.findall(r'\b(\w+) = ([\d.e-]+)[,;]', PINHOLE_FIT_H)}
-    expected = dataclasses.asdict(CameraFitConstants())
-    expected['columns'], expected['rows'] = expected.pop('grid')
-    assert {name: written.get(name) for name in expected} == expected

@@ -151,11 +151,6 @@ struct Constants : Step
     double outlier = get("outlier"), independent = get("independent");
   } registration{ get<py::object>("registration") };
 
-  struct CameraFit : Step
-  {
-    std::size_t least_points = get<std::size_t>("least_points");
-  } camera_fit{ get<py::object>("camera_fit") };
-
   struct Completion : Step
   {
     double sigma_at_once = get("sigma_at_once"), sigma_growth = get("sigma_growth"), rest_time = get("rest_time");

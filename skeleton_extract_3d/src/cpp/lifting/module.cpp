@@ -22,7 +22,6 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
       .def("satisfy_lengths", &satisfyLengths)
       .def("sample_surface", &sampleSurface)
       .def("register_surface", &registerSurface)
-      .def("fit_pinhole", &fitPinhole)
       .def("complete", &complete)
       .def("correct", &correct);
 }

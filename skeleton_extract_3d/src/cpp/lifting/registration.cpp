@@ -35,11 +35,6 @@ bool nearerToOthers(const Direction& point, double own, const std::vector<Body>&
                      [&](const Body& other) { return other.near(point, ROUND) && other.distance(point, where) < own; });
 }
 
-Direction towardsCamera(const Direction& normal, const Direction& point)
-{
-  return dot(normal, point) > 0 ? normal * -1 : normal;
-}
-
 /** Return the normal of the surface at a pixel by its neighbours; on limbs, and at edges, by the axis of the part. */
 Direction normalAt(const Grid& grid, int row, int column, const Attachment& where, const Places& places)
 {
@@ -53,7 +48,8 @@ Direction normalAt(const Grid& grid, int row, int column, const Attachment& wher
                     [&](const Direction& one) { return std::abs(one.z - point.z) < FLAT; }))
     {
       flat = cross(around[0] - around[1], around[2] - around[3]);
-      flat = towardsCamera(flat * (1 / std::sqrt(std::max(dot(flat, flat), 1e-18))), point);
+      flat = flat * (1 / std::sqrt(std::max(dot(flat, flat), 1e-18)));
+      flat = dot(flat, point) > 0 ? flat * -1 : flat;  // towards the camera
     }
   }
   if (dot(flat, flat) > 0 && where.part >= LIMB_PARTS)

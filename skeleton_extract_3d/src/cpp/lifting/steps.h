@@ -73,8 +73,6 @@ py::tuple sampleSurface(const Constants& method, const DepthGrid& depths, const 
 py::tuple registerSurface(const Constants& method, const DepthGrid& depths, const SurfaceArrays& surface,
                           const Doubles& before, const std::tuple<Doubles, Doubles>& expected, const Doubles& others,
                           const Doubles& radii);
-// camera.cpp
-std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const Doubles& points, const Integers& pixels);
 // completion.cpp
 /**
  * Positions (P, 18, 3) [m], velocities, deviations (P, 18) [m] of people, and which joints are placed, (P, 18), with

@@ -5,11 +5,13 @@ from typing import Callable
 import numpy as np
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.lift.robust import lift_robustly
-from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
+from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 
@@ -45,8 +47,8 @@ def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants
     def lift(observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         lifted = lift_robustly(observed, points, expected, method)
         if params.lifting == 'mean3x3':
-            xyz = in_coco(lift_by_window(observed.people_2d, observed.image_size, points, params.window,
-                                         params.statistic))
+            people = lift_by_window(observed.people_2d, observed.image_size, points, params.window, params.statistic)
+            xyz = values_in(people.xyz.astype(np.float64), people.skeleton, COCO_18, np.nan)
         elif occlusion:
             return lifted
         else:

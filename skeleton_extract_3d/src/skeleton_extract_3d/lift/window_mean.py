@@ -3,8 +3,7 @@ from typing import Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.people import People2D, values_in
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import check_same_aspect
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -20,29 +19,16 @@ def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointG
         BadInputError: image and points differ in aspect ratio.
     """
     check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
-    u, v = nearest_pixels(people.xy, image_size, (points.width, points.height))
+    # integers are pixel centres, so pixel 0 reaches from -0.5 to 0.5
+    corner = (np.asarray(people.xy, np.float64) + 0.5) * np.divide((points.width, points.height), image_size)
+    pixels = np.floor(np.where(np.isfinite(corner), corner, -1)).astype(np.int64)
+    u, v = pixels[..., 0], pixels[..., 1]
     seen = people.present & (u >= 0) & (u < points.width) & (v >= 0) & (v < points.height)
     xyz = np.full((*people.xy.shape[:2], 3), np.nan)
     xyz[seen] = _STATISTICS[statistic](points.window(u[seen], v[seen], window))
     found = np.isfinite(xyz).all(axis=2)
     return People3D(people.skeleton, xyz, people.confidence, np.where(found, MEASURED, MISSING),
                     np.full(found.shape, np.nan), people.ids, existence=people.existence)
-
-
-def in_coco(people: People3D) -> np.ndarray:
-    """Return the positions of people with the joints of COCO_18, (P, 18, 3) [m]; NaN where missing."""
-    return values_in(people.xyz.astype(np.float64), people.skeleton, COCO_18, np.nan)
-
-
-def nearest_pixels(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]
-                   ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return column and row, (...) int64, of the grid's pixel in which positions (..., 2) [px] of the image lie.
-
-    Integers are pixel centres, so pixel 0 reaches from -0.5 to 0.5; -1 where the position is NaN.
-    """
-    corner = (np.asarray(xy, np.float64) + 0.5) * (np.asarray(grid_size, np.float64) / np.asarray(image_size))
-    pixels = np.floor(np.where(np.isfinite(corner), corner, -1)).astype(np.int64)
-    return pixels[..., 0], pixels[..., 1]
 
 
 def _finite_mean(points: np.ndarray) -> np.ndarray:

@@ -202,9 +202,12 @@ def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_s
                             'aspect ratios differ, so they do not show the same view; register one to the other')
 
 
+@np.errstate(all='ignore')  # points at the camera lie anywhere
 def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray, method: MethodConstants = METHOD
                   ) -> Optional[CameraModel]:
     """Return the pinhole camera of the points (H, W) [m] of an organized cloud; None if there are too few to tell.
+
+    It is the least squares of u = fx x / z + cx and v = fy y / z + cy.
 
     Raises:
         BadInputError: no such camera explains the points: they are in another frame, or not registered.
@@ -212,19 +215,32 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray, method: MethodCon
     constants, (height, width) = method.camera_fit, z.shape
     pixels = _fit_pixels(width, height, constants.grid)
     points = np.array([axis[pixels[1], pixels[0]] for axis in (x, y, z)], np.float64)
-    # least squares of u = fx x / z + cx and v = fy y / z + cy; error: greater one of the median errors; compiled
-    fit = method.compiled.fit_pinhole(points, pixels)
-    if fit is None:
-        behind = int((np.nan_to_num(points[2]) < 0).sum())
+    seen = np.isfinite(points).all(axis=0) & (points[2] > 0)
+    uv = pixels[:, seen].astype(np.float64)
+    if seen.sum() < constants.least_points or (uv == uv[:, :1]).all(axis=1).any():
+        behind = int((points[2] < 0).sum())
         if behind >= constants.least_points:
             raise _no_camera(f'{behind} of {points.shape[1]} points that were read have a negative z')
         return None
-    fx, fy, cx, cy, error = fit
+    (fx, cx, error), (fy, cy, other) = (_line(axis[seen] / points[2, seen], of_axis)
+                                        for axis, of_axis in zip(points, uv))
     if not (fx > 0 and fy > 0):
         raise _no_camera(f'the focal lengths that fit best are {fx:.0f} and {fy:.0f} px, expected more than 0')
+    error = max(error, other)
     if error > constants.tolerance:
         raise _no_camera(f'they miss their pixels by {error:.1f} px, expected up to {constants.tolerance:g}')
     return CameraModel(width, height, np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1]))
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> Tuple[float, float, float]:
+    """Return slope and offset of y over x, (N,) each, by least squares, and the median distance."""
+    def total(values: np.ndarray) -> float:
+        return float(np.cumsum(values)[-1])  # one after another, on any processor alike
+
+    x_mean, y_mean = total(x) / len(x), total(y) / len(y)
+    slope = total((x - x_mean) * (y - y_mean)) / max(total((x - x_mean) * (x - x_mean)), 1e-12)
+    errors = np.sort(np.abs(slope * (x - x_mean) - (y - y_mean)))
+    return slope, y_mean - slope * x_mean, float(errors[len(errors) // 2])
 
 
 def _no_camera(reason: str) -> BadInputError:

@@ -63,17 +63,6 @@ class LookedAt(NamedTuple):
         return np.ones(len(tracks), bool) if self.looked is None else np.isin(tracks.ids, self.looked)
 
 
-class _Identified(NamedTuple):
-    """The P people of a frame, before lifting, with the rows (P,) of their tracks; -1: none."""
-
-    row: np.ndarray
-    observed: ObservedPeople
-    clothes: Clothes
-
-    def select(self, people: np.ndarray) -> '_Identified':
-        return _Identified(self.row[people], self.observed.select(people), self.clothes.select(people))
-
-
 class PeopleTracker:
     """Tracks the people before one camera; not thread-safe.
 
@@ -118,16 +107,17 @@ class PeopleTracker:
         expected = before.predicted(view.elapsed, settings.smoothing, method.body)
         seen_now = self._observed(people_2d, frame, view)
         clock.lap('observe')
-        memory, found = self._identified(memory, expected, seen_now, looks, frame, view)
+        memory, row, observed, clothes = self._identified(memory, expected, seen_now, looks, frame, view)
         clock.lap('identity')
-        all_observed = found.observed
+        all_observed = observed
         if not has_depth:
-            unplaced = found.observed.people_2d.select(np.flatnonzero(found.row < 0))
-            found = found.select(np.flatnonzero(found.row >= 0))
-        lifted = self._lift(found.observed, view.points, expect(expected, found.row, method))
-        lifted = lifted._replace(measured=lifted.measured & ~found.observed.unseen)
+            unplaced, known = observed.people_2d.select(np.flatnonzero(row < 0)), np.flatnonzero(row >= 0)
+            row, observed, clothes = row[known], observed.select(known), clothes.select(known)
+        lifted = self._lift(observed, view.points, expect(expected, row, method))
+        lifted = lifted._replace(measured=lifted.measured & ~observed.unseen)
         clock.lap('lift')
-        memory, tracks, people = self._born(memory, expected, Observations(*found, lifted), view.stamp, looks.given)
+        people = Observations(row, observed, clothes, lifted)
+        memory, tracks, people = self._born(memory, expected, people, view.stamp, looks.given)
         seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion, method)
         clock.lap('filter')
         if occlusion:
@@ -181,8 +171,8 @@ class PeopleTracker:
         return observed, observe_clothes(observed, view.points, bgr, self._method)
 
     def _identified(self, memory: Memory, expected: Tracks, people: Tuple[ObservedPeople, Clothes], looks: LookedAt,
-                    frame: Frame, view: FrameView) -> Tuple[Memory, _Identified]:
-        """Return the people of a frame with their tracks: assigned, put together, or found by the points alone."""
+                    frame: Frame, view: FrameView) -> Tuple[Memory, np.ndarray, ObservedPeople, Clothes]:
+        """Return rows of the tracks of the people of a frame, assigned, put together, or found by the points alone."""
         params, method, (observed, clothes) = self._settings.identity, self._method, people
         compared = compare(expected, observed, looks.given, method)
         row = assign(expected, clothes, compared, view.stamp, params, method.track.identity)
@@ -194,7 +184,7 @@ class PeopleTracker:
         if found.people is not observed.people_2d:
             observed, clothes = self._observed(found.people, frame, view)
             observed = replace(observed, error=found.error, unseen=found.unseen)
-        return found.memory, _Identified(np.append(row, found.row), observed, clothes)
+        return found.memory, np.append(row, found.row), observed, clothes
 
     def _born(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float, given: np.ndarray
               ) -> Tuple[Memory, Tracks, Observations]:
