@@ -21,7 +21,6 @@ from openpose_ros_pkg.structured_text import yaml_value
 DONE, SOME_FAILED, REFUSED, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
 # A second interrupt within this time is ignored; a later one ends the program at once [s].
 _CLEANING_UP = 3.0
-_PERIOD_IN_FILES = 10.0  # of progress where stderr is no terminal [s]
 _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
              'openpose_ros_signals', 'openpose_ros_bridges', 'openpose_ros_bringup')
 
@@ -118,11 +117,10 @@ def _close_stdout() -> None:
 
 
 class Progress(tqdm):  # type: ignore[misc]  # it has no types
-    """A progress bar; where stderr is no terminal, drawn every 10 s."""
+    """A progress bar, where stderr is a terminal."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options if sys.stderr.isatty() else {
-            **options, 'mininterval': _PERIOD_IN_FILES, 'maxinterval': _PERIOD_IN_FILES})
+        super().__init__(*args, **{'disable': None, **options})
 
 
 class _AboveTheBar(logging.Handler):
