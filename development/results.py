@@ -12,8 +12,9 @@ HEAD = '''# Results
 
 This page is for readers who want to know how accurate and how fast the packages are, and how sure that is. It is
 written by `./run bench report`; each section says by which commit, on which processor and when it was measured. Figures
-are followed by their 95 % interval, by bootstrap over scenes: 0.961 (0.949–0.972). **T** is the time of a pass of the network mobilenet_thin at 656 x 368 in f32 on two
-threads: divide times by it to compare machines. Sections that name no processor were measured on {processor}.
+are followed by their 95 % interval, by bootstrap over scenes: 0.961 (0.949-0.972). **T** is the time of a pass of the
+network mobilenet_thin at 656 x 368 in f32 on two threads: divide times by it to compare machines. Sections that name no
+processor were measured on {processor}.
 '''
 # Sections in the order of the page; others follow.
 ORDER = ('accuracy', 'errors', 'sigma', 'speed', 'modes', 'latency', 'live', 'images', 'signals', 'separation', 'hands',
@@ -54,7 +55,7 @@ def _section(name: str, section: Dict[str, Any], usual: str) -> List[str]:
 
 
 def _markdown(rows: Sequence[Sequence[str]]) -> str:
-    lines = [_INTERVAL.sub(r'(\1–\2)', f"| {'| '.join(row)}|") for row in rows]
+    lines = [_INTERVAL.sub(r'(\1-\2)', f"| {'| '.join(row)}|") for row in rows]
     lines.insert(1, '|---|' + '---:|' * (len(rows[0]) - 1))
     return '\n'.join(lines) + '\n'
 

@@ -35,7 +35,7 @@ def test_a_section_is_written_and_shown(tmp_path, monkeypatch):
     assert json.loads((tmp_path / 'trial.json').read_text())['figures']['share']['value'] == 0.9613
     page = results_page(read_results(tmp_path))
     assert '## A trial\n' in page
-    assert '| x| 0.961 (0.949–0.972)|' in page
+    assert '| x| 0.961 (0.949-0.972)|' in page
     assert '![results_x.svg](images/results_x.svg)' in page
     assert 'measured on 2 cores.' in page and 'commit abc, T = 50.0 ms, 2026-01-01' in page
     assert page.count('2 cores') == 1 and '`./run bench report second`: commit abc, 8 cores, T = 50.0 ms' in page
