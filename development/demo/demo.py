@@ -1,10 +1,9 @@
 #!/usr/bin/python3
 """Show the whole chain at work and keep what it publishes.
 
-Plays the shipped RGB-D sequence (or a bag, a folder of images, a camera) through detection, lifting and markers, by
+Plays the shipped RGB-D sequence (or a folder of images, a camera) through detection, lifting and markers, by
 roslaunch, on a ROS master of its own. Leaves in the output folder: keypoints_2d.csv and keypoints_3d.csv as
-`rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png. With --stage, sequences of several cameras are
-played, and what is left is of the people that are fused from all of them: keypoints_3d.csv, output.bag and rviz.png.
+`rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png.
 A sequence is played once, then black, and so on; where its gt.json holds the true people, those found are counted.
 With --web, people are shown in browsers until Ctrl-C, and nothing is kept.
 """
@@ -18,14 +17,13 @@ import time
 import urllib.request
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import List, Optional, Tuple
+from typing import List, Tuple
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 import rosbag
 import rosgraph
 import rosparam
 import rospy
-import stage
 from annotated_video import write_annotated_video
 from found_people import Output, count_found
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
@@ -37,10 +35,9 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
-NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': '/people/openpose_ros/skeleton_3d'}
+NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d'}
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
-           '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray),
-           'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
+           '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray)}
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED, OWN_FOLDER = ROOT / 'skeleton_extract_3d/demo/cross', ROOT / 'demo_output'
 # Stamp and index (seq) of each frame of a sequence, from the player.
@@ -52,15 +49,12 @@ START_TIMEOUT = 90.0
 WEB_PORT = 8080
 # Speed of time while RViz is drawn: without a graphics card it draws one to four times a second.
 SLOW_MOTION = 0.05
-# The same for the cameras of a stage, whose clouds take longer to draw, and while results are recorded: two cores find
-# people in the images of three cameras about twice a second.
-STAGE_SLOW_MOTION, STAGE_SPEED = 0.02, 0.1
 # Frames per second of a sequence, before that [Hz].
 SEQUENCE_RATE = 15.0
 # Time that RViz gets to draw before its first screenshot [s].
 RVIZ_SECONDS = 12.0
-# Time from the people of a frame to the screenshot in which RViz shows them [s]; of a stage.
-DRAW_SECONDS, STAGE_DRAW_SECONDS = 0.9, 3.0
+# Time from the people of a frame to the screenshot in which RViz shows them [s].
+DRAW_SECONDS = 0.9
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -68,23 +62,13 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     source = parser.add_mutually_exclusive_group()
-    source.add_argument('--bag', type=Path, metavar='FILE', help='play this bag (with --image and --points)')
     source.add_argument('--images', type=Path, metavar='DIR',
                         help='a folder of images (2D), or an RGB-D sequence: rgb/, depth/ and camera.yaml (3D)')
-    source.add_argument('--stage', type=Path, metavar='DIR',
-                        help='a folder with an RGB-D sequence for each of several cameras, whose poses are known '
-                             '(sequence.yaml or meta.json)')
     source.add_argument('--camera', metavar='N', help='a webcam, by its device number (2D)')
-    parser.add_argument('--image', metavar='T', default='/kinect2/qhd/image_color', help='image topic of the bag')
-    parser.add_argument('--points', metavar='T', default='/kinect2/qhd/points', help='organized cloud topic of the bag')
-    parser.add_argument('--depth', metavar='T', help='aligned depth topic of the bag, instead of --points; '
-                                                         'may end in /compressedDepth')
-    parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info', help='camera info of --depth')
-    parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
     parser.add_argument('--signals', action='store_true',
                         help='tell what people in space do too: postures, gestures, pointing')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
-    parser.add_argument('--web', action='store_true', help='show people in browsers, until Ctrl-C (no bag)')
+    parser.add_argument('--web', action='store_true', help='show people in browsers, until Ctrl-C')
     parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
     parser.add_argument('--screenshots', type=whole_number(0), default=1, metavar='N',
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
@@ -93,11 +77,8 @@ def parse_arguments() -> argparse.Namespace:
                         help='new or empty folder (default: demo_output in the checkout, which each demo fills anew)')
     parser.add_argument('--overwrite', action='store_true', help='replace the outputs in another folder')
     arguments = parser.parse_args()
-    for path in (arguments.bag, arguments.images, arguments.stage):
-        if path is not None and not path.exists():
-            parser.error(f'{path} does not exist')
-    if arguments.web and (arguments.bag or arguments.stage):
-        parser.error('--web needs what plays without end: the shipped sequence, --images or --camera')
+    if arguments.images is not None and not arguments.images.exists():
+        parser.error(f'{arguments.images} does not exist')
     if not (arguments.overwrite or arguments.output.resolve() == OWN_FOLDER):
         check_new(arguments.output)
     return arguments
@@ -114,45 +95,17 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
     if arguments.camera is not None or (arguments.images and not (arguments.images / 'depth').is_dir()):
         source = arguments.camera if arguments.camera is not None else str(arguments.images.resolve())
         return ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'camera:=files', f'source:={source}']
-    if arguments.stage:
-        return stage.launch_command(arguments.bag, arguments.rviz, arguments.signals)
     command = ['roslaunch', 'openpose_ros_bringup', 'people.launch', f'rviz:={str(arguments.rviz).lower()}',
-               f'signals:={str(arguments.signals).lower()}']
-    if arguments.bag:
-        command += [f'camera:={write_camera(arguments)}']
-        knows_world = is_in_world(arguments.bag)
-    else:
-        command += ['camera:=sequence', *([f'source:={arguments.images.resolve()}'] if arguments.images else [])]
-        knows_world = not arguments.images or RgbdSequence.read(arguments.images).T_world_camera is not None
+               f'signals:={str(arguments.signals).lower()}', 'camera:=sequence',
+               *([f'source:={arguments.images.resolve()}'] if arguments.images else [])]
+    knows_world = not arguments.images or RgbdSequence.read(arguments.images).T_world_camera is not None
     return [*command, 'fixed_frame:=world' if knows_world else 'floor:=true']
 
 
-def write_camera(arguments: argparse.Namespace) -> Path:
-    """Write the camera of a bag, of the form of cameras.yaml; return the file."""
-    camera = {'image': arguments.image.strip('/'), 'image_transport': 'compressed' if arguments.compressed else 'raw'}
-    if arguments.depth:
-        depth, is_compressed, _ = arguments.depth.rpartition('/compressedDepth')
-        camera.update(points_source='depth_image', depth=(depth or arguments.depth).strip('/'),
-                      camera_info=arguments.camera_info.strip('/'),
-                      depth_transport='compressedDepth' if is_compressed else 'raw')
-    else:
-        camera.update(points_source='point_cloud', points=arguments.points.strip('/'))
-    path: Path = arguments.output.resolve() / 'bag_camera.yaml'
-    path.write_text(json.dumps({'bag': camera}))
-    return path
-
-
-def is_in_world(path: Path) -> bool:
-    """Return whether static transforms in a bag say where things are in the frame world."""
-    with rosbag.Bag(str(path)) as bag:
-        return any('world' in (one.header.frame_id, one.child_frame_id)
-                   for _, message, _ in bag.read_messages(topics=['/tf_static']) for one in message.transforms)
-
-
-def show_rate(results: ResultWatch, seconds: float, source: Optional[subprocess.Popen]) -> None:
-    """Print the live rate until the time is over or the source has ended."""
+def show_rate(results: ResultWatch, seconds: float) -> None:
+    """Print the live rate until the time is over."""
     end = time.monotonic() + seconds
-    while time.monotonic() < end and (source is None or source.poll() is None):
+    while time.monotonic() < end:
         time.sleep(1.0)
         print('  ' + results.line(), flush=True)
 
@@ -160,10 +113,7 @@ def show_rate(results: ResultWatch, seconds: float, source: Optional[subprocess.
 def record(session: Session, output: Path, dimension: str) -> List[subprocess.Popen]:
     """Start the recorders: CSV by rostopic echo -p, and a bag of the outputs."""
     space = NAMESPACE[dimension]
-    people, topics = {}, []
-    if dimension != 'stage':
-        people['keypoints_2d.csv'] = 'detected_poses_keypoints'
-        topics += ['detected_poses', 'detected_poses_image']
+    people, topics = {'keypoints_2d.csv': 'detected_poses_keypoints'}, ['detected_poses', 'detected_poses_image']
     if dimension != '2d':
         people['keypoints_3d.csv'] = 'detected_poses_keypoints_3d'
         topics += ['detected_poses_3d', 'visualization_markers', 'visualization_skeleton', 'people_signals']
@@ -175,38 +125,25 @@ def record(session: Session, output: Path, dimension: str) -> List[subprocess.Po
     return recorders
 
 
-def play_bag(session: Session, arguments: argparse.Namespace, rate: float = 1.0) -> subprocess.Popen:
-    """Play the bag as soon as the chain listens."""
-    rospy.wait_for_service('detect_poses_3d', START_TIMEOUT)
-    return session.start('rosbag_play', ['rosbag', 'play', '--clock', '--delay', '2', '--rate', str(rate),
-                                         str(arguments.bag)])
-
-
 def take_screenshots(session: Session, arguments: argparse.Namespace, command: List[str], folder: Path,
                           screen: HeadlessScreen) -> None:
     """Run the chain once more, in slow motion, with RViz on a screen in memory, and take screenshots."""
     print('[demo] screenshot of RViz, on a screen in memory ...', flush=True)
     os.environ.update(screen.environment())
     rosparam.set_param('/use_sim_time', 'true')
-    if not arguments.stage:
-        command = [*command, 'target_rate:=0']  # frames come seldom: there is time for all
-    if not arguments.bag:
-        publish_slow_clock(SLOW_MOTION)
-        rate = folder / 'log' / 'rate.yaml'
-        rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}, playback: forth_and_back}}\n')
-        command = [*command, f'config:={rate}']
-    nodes = session.start('nodes_with_rviz', [*command, 'rviz:=true'])
-    if arguments.bag:
-        play_bag(session, arguments, STAGE_SLOW_MOTION if arguments.stage else SLOW_MOTION)
-    results = ResultWatch(*RESULTS['stage' if arguments.stage else '3d'])
+    publish_slow_clock(SLOW_MOTION)
+    rate = folder / 'log' / 'rate.yaml'
+    rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}, playback: forth_and_back}}\n')
+    # frames come seldom: there is time for all
+    nodes = session.start('nodes_with_rviz', [*command, 'target_rate:=0', f'config:={rate}', 'rviz:=true'])
+    results = ResultWatch(*RESULTS['3d'])
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     wait_for(is_drawing, START_TIMEOUT, 'RViz', nodes)
     time.sleep(RVIZ_SECONDS)
     for shot in range(arguments.screenshots):
         seen = len(results.arrivals)
-        with suppress(SessionError):  # a bag may be over
-            wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
-        time.sleep(STAGE_DRAW_SECONDS if arguments.stage else DRAW_SECONDS)
+        wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
+        time.sleep(DRAW_SECONDS)
         take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{shot:02d}.png'))
 
 
@@ -248,29 +185,23 @@ def is_served(url: str) -> bool:
 
 def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
     """Start everything, record, and stop everything again."""
-    if arguments.stage:
-        arguments.bag = output / 'stage.bag'
-        stage.write_bag(arguments.stage, arguments.bag)
     command = launch_command(arguments)
-    dimension = 'stage' if arguments.stage else '2d' if 'camera:=files' in command else '3d'
+    dimension = '2d' if 'camera:=files' in command else '3d'
     with ExitStack() as stack:
         screen = None
         if dimension != '2d' and not (arguments.rviz or arguments.no_rviz):
             screen = stack.enter_context(HeadlessScreen(*RVIZ_SIZE))
         session = stack.enter_context(Session(output / 'log'))
-        if arguments.bag:
-            rosparam.set_param('/use_sim_time', 'true')
         recorders = record(session, output, dimension)
         print(f"[demo] {' '.join(command)}", flush=True)
         nodes = session.start('nodes', command)
         rospy.init_node('demo', anonymous=True, disable_signals=True)
         results = ResultWatch(*RESULTS[dimension])
-        player = play_bag(session, arguments, STAGE_SPEED if arguments.stage else 1.0) if arguments.bag else None
         print('[demo] loading the network ...', flush=True)
-        wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', player or nodes)
-        show_rate(results, arguments.seconds, player)
+        wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
+        show_rate(results, arguments.seconds)
         results.stop()
-        for process in filter(None, [*recorders, player]):
+        for process in recorders:
             session.stop(process)
         if screen is not None:
             session.stop(nodes)

@@ -32,7 +32,8 @@ def cross() -> Scene:
         Motion(ed, MotionKeys(
             [(0, (1.05, 2.55)), (1.0, (0.08, 1.98)), (1.7, (-0.08, 1.9)), (2.7, (-1.1, 2.25))],
             [(0, -52), (0.8, -18), (1.6, -22), (2.2, heading(-1, 0.3))]), 6)]
-    return scene('cross', Room(13, 5.6), ([bea, ed], movers), Camera(KinectV2.intrinsics, 1.35, 5), towards_light=(-0.2, -0.8, 0.9))
+    return scene('cross', Room(13, 5.6), ([bea, ed], movers), Camera(KinectV2.intrinsics, 1.35, 5),
+                 towards_light=(-0.2, -0.8, 0.9))
 
 
 class HandActor(Actor):
@@ -81,8 +82,8 @@ def hands() -> Scene:
     person = rig('bea')
     actor = HandActor(person, Place(0, 1.32, 0), keys, ActorKeys(hands=fingers), 111,
                       head_pitch=[(0, 4), (1.5, 10), (2.8, 2)], head_yaw=[(0, 0), (1.0, -12), (1.9, 12), (2.8, 0)])
-    return scene('hands', Room(37, 4.4), ([person], [actor]), Camera(KinectV2.intrinsics, 1.3, 2), frames=44, hands=True,
-                 towards_light=(-0.3, -0.8, 0.8))
+    return scene('hands', Room(37, 4.4), ([person], [actor]), Camera(KinectV2.intrinsics, 1.3, 2), frames=44,
+                 hands=True, towards_light=(-0.3, -0.8, 0.8))
 
 
 SCENARIOS = {'cross': cross, 'hands': hands}
