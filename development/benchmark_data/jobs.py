@@ -12,7 +12,7 @@ from typing import List, NamedTuple, Optional, Sequence
 
 import cv2
 
-from .scenarios import by_hand_special, long
+from .scenarios import by_hand, long
 from .scenarios.plan import SETS, plan_scene, plan_special
 from .scenarios.random_scenes import build_scene
 from .scenarios.random_signals import build_signals, build_stage
@@ -20,7 +20,7 @@ from .sequence import Scene, write_scene
 
 PEOPLE_SCENES, SIGNAL_SCENES, STAGE_SCENES = 40, 6, 2  # of a set
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
-SCENARIOS = {**by_hand_special.SCENARIOS, **long.SCENARIOS}
+SCENARIOS = {**by_hand.SCENARIOS, **long.SCENARIOS}
 HERE = Path(__file__).resolve().parent
 SCENES, RENDERED = HERE / 'scenes', HERE / 'rendered'  # where scenes go without --out
 

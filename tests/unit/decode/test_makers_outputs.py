@@ -1,6 +1,6 @@
 """Our decoders against the makers' own code on the same tensors.
 
-mmpose 1.3.2, rtmlib 0.0.16: development/benchmarks/makers_outputs.py.
+mmpose 1.3.2 and rtmlib 0.0.16 wrote makers_outputs.npz, in an environment of their own.
 """
 from dataclasses import replace
 from pathlib import Path

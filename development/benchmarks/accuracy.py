@@ -6,10 +6,10 @@ Without sequences: the small ones of this repository. Each frame is searched in 
 process_bag does; with --budget, people count before the search, as in the nodes, and the networks may do that much work
 per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels; work counts pixels, not time.
 
-    ./run bench accuracy                                     # the same as accuracy 3d
-    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --set mode=balanced
-    ./run bench accuracy 3d SEQUENCE --exact-2d
-    ./run bench accuracy 3d SEQUENCE --set lifting=mean3x3 --set tracking=false   # the original
+    ./run bench accuracy
+    ./run bench accuracy SEQUENCE [SEQUENCE ...] --set mode=balanced
+    ./run bench accuracy SEQUENCE --exact-2d
+    ./run bench accuracy SEQUENCE --set lifting=mean3x3 --set tracking=false   # the original
 """
 import sys
 from pathlib import Path
