@@ -8,9 +8,10 @@ import onnxruntime as ort
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
-from openpose_ros_pkg.networks.model_types import Model, Shape
+from openpose_ros_pkg.networks.model_types import Model
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
+_KINDS = {'tensor(float)': 'float32', 'tensor(int64)': 'int64', 'tensor(int32)': 'int32', 'tensor(float16)': 'float16'}
 
 
 class OnnxruntimeBackend(Backend):
@@ -48,7 +49,8 @@ class OnnxruntimeBackend(Backend):
             if len(other.shape) != 2 or other.shape[1] != 2:
                 raise ModelError(f'onnxruntime can not load {weights} as {model.name}: its input {other.name} '
                                  f'{other.shape} is no image and no sizes (N, 2)')
-        self._others = {other.name: _one(other) for other in others}  # sizes, by which it multiplies places, are 1
+        # sizes, by which it multiplies places, are 1
+        self._others = {other.name: np.ones((1, 2), _KINDS[other.type]) for other in others}
         self._outputs = _output_names(self._session, weights, model)
         self.description = f'onnxruntime {ort.__version__} (device {device}, precision {precision})'
 
@@ -74,34 +76,6 @@ def _providers(params: BackendParams) -> List[Any]:
         'cuda': [(_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']],
         'tensorrt': [(_PROVIDERS['tensorrt'], tensorrt), (_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']]}
     return chains[params.device]
-
-
-def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
-    """Return the shapes of the inputs of an ONNX file, and those of its outputs by name.
-
-    Raises:
-        ModelError: onnxruntime can not read it.
-    """
-    try:
-        session = ort.InferenceSession(str(path), providers=[_PROVIDERS['cpu']])
-    except Exception as error:  # its errors have no common class of their own
-        raise ModelError(f'onnxruntime can not read {path}: {error}') from error
-    inputs, outputs = ([tuple(size if isinstance(size, int) else None for size in port.shape) for port in ports]
-                       for ports in (session.get_inputs(), session.get_outputs()))
-    if any(None in shape[1:] for shape in outputs) and not any(None in shape[1:] for shape in inputs):
-        # The file does not tell all that is known.
-        given = {port.name: _one(port) for port in session.get_inputs()}
-        try:
-            outputs = [output.shape for output in session.run(None, given)]
-        except Exception as error:
-            raise ModelError(f'onnxruntime can not compute {path}: {error}') from error
-    return inputs, {port.name: shape for port, shape in zip(session.get_outputs(), outputs)}
-
-
-def _one(port: Any) -> np.ndarray:
-    """Return ones for an input whose shape is known but for the first axis, as one image."""
-    kind = {'tensor(float)': 'float32', 'tensor(double)': 'float64'}.get(port.type, port.type[len('tensor('):-1])
-    return np.ones((1, *port.shape[1:]), kind)
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:
