@@ -100,7 +100,8 @@ class Failing(Networks):
     (('rtmo_s', 'large', 'boxes'), ('mobilenet_thin', 'small')),
     (('rtmo_s', 'large', 'boxes', 'small'), ('mobilenet_thin', 'movenet_thunder'))], ids=str)
 def test_where_a_network_by_name_fails_the_next_best_takes_its_place(installed, monkeypatch, fail, names, rate):
-    monkeypatch.setattr(recipe_choice, 'seconds_per_pixel', lambda recipe, networks, threads: dict.fromkeys(networks, 1e-9))
+    monkeypatch.setattr(recipe_choice, 'seconds_per_pixel', lambda recipe, networks, threads: (
+        dict.fromkeys(networks, 1e-9)))
     installed(LARGE, SMALL, WHOLE, BOXES)
     networks = Failing(*fail)
     unit = Detector(build(DetectorSettings, {'mode': 'best', 'target_rate': rate}), networks, FollowingParams())

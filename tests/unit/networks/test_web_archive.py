@@ -10,7 +10,7 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights_install
-from openpose_ros_pkg.networks.model_registry import BY_NAME, MODELS
+from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.model_types import WebArchive, WeightsFile
 from openpose_ros_pkg.networks.models import weights_path
 
@@ -194,14 +194,3 @@ def test_a_zip_bomb_is_refused_before_it_is_unpacked(tmp_path):
     (tmp_path / 'net.zip').write_bytes(zip_with({'end2end.onnx': bytes(MOST + 1)}))
     with pytest.raises(ModelError, match='has 0 files'):
         weights_install.zip_member(tmp_path / 'net.zip', 'end2end.onnx', MOST)
-
-
-def test_networks_by_name_are_whole_entries():
-    assert {model.name for model in BY_NAME} == {'rtmpose_s', 'rtmpose_m', 'rtmpose_s_feet', 'rtmo_s', 'yolox_tiny'}
-    for model in BY_NAME:
-        assert MODELS[model.name] is model
-        assert model.source.address.startswith('https://') and model.source.address.endswith('.zip')
-        assert model.licence == 'Apache-2.0' and 'issue' in model.source.stated
-        assert len(model.files[0].sha256) == 64 and model.files[0].name == model.source.member == 'end2end.onnx'
-    assert [model.source.published_ap for model in BY_NAME] == sorted(
-        (model.source.published_ap for model in BY_NAME), reverse=True)

@@ -159,19 +159,6 @@ class Story:
         return thread, outcome
 
 
-def test_the_next_item_ends_the_search_but_not_an_owed_part():
-    owed = NextPart(1.0, owed=True)
-    story = Story(owed, SHORT)
-    story.gate.clear()
-    story.loop.submit('camera', 'first', story.handle)
-    assert story.begun.wait(TIMEOUT)
-    assert [story.loop.submit('camera', item, story.handle) for item in ('second', 'third')] == [False, True]
-    story.gate.set()
-    assert story.searching.wait(TIMEOUT)
-    story.loop.stop()
-    assert story.events == ['first', ('first', owed), 'third', ('third', owed), ('third', SHORT)]
-
-
 def test_a_request_is_answered_before_its_search():
     story = Story(SHORT)
     assert story.loop.request('image', story.answer) == 'answer to image'

@@ -115,8 +115,8 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     people = keypoints_in(points, source, target)
     sigmas = None
     if decoded.sigmas is not None:
-        told = np.concatenate([decoded.sigmas, points[..., 2:]], axis=2)
-        sigmas = np.where(people[..., 2:] > 0, keypoints_in(told, source, target)[..., :2], np.nan)
+        scored = np.concatenate([decoded.sigmas, points[..., 2:]], axis=2)
+        sigmas = np.where(people[..., 2:] > 0, keypoints_in(scored, source, target)[..., :2], np.nan)
     kept = np.flatnonzero((people[..., 2] > 0).any(axis=1) & np.isfinite(decoded.scores))
     if len(kept) > 1:
         alike = similarity(people[kept][:, None], people[kept], joint_sigmas(target)) > constants.same_person

@@ -149,8 +149,8 @@ def decode_crop(crop: ComputedView, model: Model, setup: Setup) -> Poses:
 
 def in_joints(poses: Poses, source: SkeletonModel, target: SkeletonModel) -> Poses:
     """Return poses of one joint set in another; see `keypoints_in`."""
-    told = None if poses.sigmas is None else values_in(poses.sigmas, source, target, np.nan)
-    return poses._replace(keypoints=keypoints_in(poses.keypoints, source, target), sigmas=told)
+    deviations = None if poses.sigmas is None else values_in(poses.sigmas, source, target, np.nan)
+    return poses._replace(keypoints=keypoints_in(poses.keypoints, source, target), sigmas=deviations)
 
 
 def quarter_turns(people: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The networks of a recipe: which are loaded, and what takes their place."""
 import logging
 from dataclasses import replace
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 

@@ -17,8 +17,8 @@ from openpose_ros_pkg.detect.recipes import (
     NetworkPass,
     Recipe,
     crop_of,
+    mobilenet,
     mode_of,
-    thin,
     wanted_zooms,
 )
 from openpose_ros_pkg.detect.schedule import SCHEDULE, ScheduleConstants
@@ -176,7 +176,7 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
     Args:
         crop: that the user wants; None: MoveNet Thunder, where crops are wanted or needed.
     """
-    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), thin(0.5))
+    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), mobilenet(0.5))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
     if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES, Decoder.DETR_POSE):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))

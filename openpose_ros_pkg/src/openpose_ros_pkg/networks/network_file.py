@@ -66,8 +66,8 @@ def read_network_file(path: Path) -> Model:
     try:
         from openpose_ros_pkg.networks.backends.openvino import graph_shapes
     except ImportError as error:
-        raise ModelError(f'{path} can not be read: openvino is not importable: {error}; describe the network in a .yaml '
-                         'file: docs/networks.md, "A network of your own"') from error
+        raise ModelError(f'{path} can not be read: openvino is not importable: {error}; describe the network in a '
+                         '.yaml file: docs/networks.md, "A network of your own"') from error
     return recognized(path, Graph(*graph_shapes(path), shuffles=b'DepthToSpace' in path.read_bytes()))
 
 
@@ -177,11 +177,11 @@ _RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose
 
 
 def _unknown(path: Path, graph: Graph, kinds: List[Kind]) -> ModelError:
-    def told(shape: Shape) -> str:
+    def shown(shape: Shape) -> str:
         return f"({', '.join('?' if size is None else str(size) for size in shape)})"
     fits = f": it fits {' and '.join(kind.decoder for kind in kinds)}" if kinds else ''
-    outputs = ', '.join(f'{name} {told(shape)}' for name, shape in graph.outputs.items())
+    outputs = ', '.join(f'{name} {shown(shape)}' for name, shape in graph.outputs.items())
     return ModelError(
-        f"{path} does not tell what network it is{fits}: inputs {', '.join(map(told, graph.inputs))}, outputs "
+        f"{path} does not tell what network it is{fits}: inputs {', '.join(map(shown, graph.inputs))}, outputs "
         f'{outputs}; expected an image (1, 3, H, W), and {_EXPECTED}. Describe any other network in a .yaml file: '
         'docs/networks.md, "A network of your own"')
