@@ -61,7 +61,8 @@ def test_no_model_lacks_licence_source_or_skeleton():
             assert model.licence == 'Apache-2.0'
             assert len(model.source.sha256) == len(model.files[0].sha256) == 64 and model.files[0].size
         elif isinstance(model.source, WebArchive):
-            assert model.source.address.startswith('https://') and model.source.stated and len(model.files[0].sha256) == 64
+            assert model.source.address.startswith('https://') and model.source.stated
+            assert len(model.files[0].sha256) == 64
         else:
             assert isinstance(model.source, UserFiles) and model.source.where
 
