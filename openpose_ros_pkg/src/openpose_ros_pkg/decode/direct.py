@@ -44,7 +44,7 @@ class _Kind(NamedTuple):
 
     decode: Callable[..., Decoded]
     person: float  # score that a person needs
-    overlap: Optional[float] = None  # of two boxes that share more of their union the less sure one goes; None: no boxes
+    overlap: Optional[float] = None  # of boxes: of two that share more of their union the less sure goes
     # whether places are shares of the image's size in its pixels, not of the input's
     of_image: bool = False
 
