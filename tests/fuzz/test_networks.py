@@ -21,7 +21,7 @@ from openpose_ros_pkg.networks.model_types import skeleton_of
 from openpose_ros_pkg.networks.network_file import Graph, recognized
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.networks.tfjs import frozen_graph
-from openpose_ros_pkg.networks.web_archive import zip_member
+from openpose_ros_pkg.networks.weights_install import zip_member
 from openpose_ros_pkg.people import People2D
 
 KERNEL = np.ones((1, 1, 3, 8), np.float16)

@@ -64,7 +64,7 @@ class Sources:
     place_weights: np.ndarray  # the same, on their places
     known: np.ndarray  # (S, K) bool, the joints that each can tell of
 
-    def asked(self, opinions: Sequence[Mapping[int, Optional[np.ndarray]]]) -> np.ndarray:
+    def observable(self, opinions: Sequence[Mapping[int, Optional[np.ndarray]]]) -> np.ndarray:
         """Return which joints the sources of the opinions on each of P people can tell of, (P, K) bool."""
         return np.stack([self.known[list(of_person)].any(axis=0) for of_person in opinions]
                         or [self.known[:0]]).reshape(-1, len(self.sigmas))
@@ -211,19 +211,19 @@ def vote_with_crops(opinions: np.ndarray, sources: Sources) -> np.ndarray:
     weights, place_weights = (np.broadcast_to(one, opinions.shape[:-2])
                               for one in (sources.weights, sources.place_weights))
     scored, placed = vote(opinions, np.stack([weights, place_weights]), sources.sigmas)
-    asked, total = weights @ sources.known, np.maximum(weights.sum(axis=-1, keepdims=True), 1e-12)
-    scores = scored[..., 2] * np.sqrt(total / np.where(asked > 0, asked, total))
+    observed, total = weights @ sources.known, np.maximum(weights.sum(axis=-1, keepdims=True), 1e-12)
+    scores = scored[..., 2] * np.sqrt(total / np.where(observed > 0, observed, total))
     return np.concatenate([placed[..., :2], scores[..., None].astype(np.float32)], axis=-1)
 
 
-def person_scores(keypoints: np.ndarray, asked: np.ndarray) -> np.ndarray:
+def person_scores(keypoints: np.ndarray, observable: np.ndarray) -> np.ndarray:
     """Return the scores of people, (P, K, 3): the root mean square of their joints' scores, missing ones being 0.
 
     Args:
-        asked: (P, K) bool, the joints that count: no score falls for want of a source that knows feet.
+        observable: (P, K) bool, the joints that count: no score falls for want of a source that knows feet.
     """
-    count = np.maximum(asked.sum(axis=1), 1).astype(keypoints.dtype)
-    return np.sqrt((keypoints[..., 2] ** 2 * asked).sum(axis=1) / count)
+    count = np.maximum(observable.sum(axis=1), 1).astype(keypoints.dtype)
+    return np.sqrt((keypoints[..., 2] ** 2 * observable).sum(axis=1) / count)
 
 
 def mean_scores(poses: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -95,28 +95,6 @@ def test_a_crop_has_the_aspect_of_the_input_and_the_makers_border(size, padding)
     assert (crop.input[:, 0] == padding).all() and (crop.input[0] == padding).all() and crop.input[-1, -1].any()
 
 
-@pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
-@pytest.mark.parametrize('degrees, turns', [(0, 0), (90, 1), (180, 2), (-90, 3)])
-def test_of_a_person_who_lies_the_network_sees_one_who_stands(degrees, turns, mirror):
-    angle, middle = np.radians(degrees), np.divide(SIZE, 2)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    person = scored((person_at(330, 100, 250) - middle) @ turn + middle)
-    one = replace(crop_of(MODEL), mirror=mirror)
-    crop, = prepare_crops(CrowdImage(chart(*SIZE), person[None], COCO_18), person[None], one)
-    assert crop.view.turns == (-turns % 4 if mirror else turns)
-    assert crop.input.shape == (256, 192, 3) and crop.view.net_size == (192, 256)
-    width, height = crop.view.plan.image_size
-    assert max(width, height) == pytest.approx(1.25 ** 2 * np.ptp(person[:, :2], axis=0).max(), abs=3)
-    assert (height < width) == bool(turns % 2)
-    network = SimccNetwork([person[:, :2]], SIZE)
-    network.infer(crop.input[None])
-    seen, = network._seen(crop.input)
-    neck, hips = seen[COCO_18.index['neck']], seen[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]]
-    assert neck[1] < hips[:, 1].min() - 30
-    back = crop.view.in_image(Poses(scored(seen)[None], np.ones(1)), COCO_18)
-    np.testing.assert_allclose(back.keypoints[0, :, :2], person[:, :2], atol=0.7)
-
-
 # --- full search ------------------------------------------------------------------------------------------------------
 
 @ALL_MODES
@@ -150,17 +128,6 @@ def test_people_without_a_crop_do_not_fall_for_want_of_feet():
     known = np.ones((1, 25), bool)
     known[:, FEET] = False
     assert person_scores(keypoints, known) == pytest.approx([0.5])
-
-
-@pytest.mark.parametrize('x, y', [(15, 100), (625, 100), (320, 300), (320, -60)], ids=['left', 'right', 'low', 'high'])
-def test_a_person_at_the_border_keeps_the_joints_that_are_in_the_image(x, y):
-    person = with_feet(person_at(x, y, 250))
-    found = people_in(chart(*SIZE), detector([person], crop_model='feet'))
-    inside = ((person > 1) & (person < np.subtract(SIZE, 2))).all(axis=1)
-    # the fields of a joint just outside have a peak at the border
-    outside = ((person < -30) | (person > np.add(SIZE, 30))).any(axis=1)
-    assert len(found) == 1 and found.present[0, inside].all() and not found.present[0, outside].any()
-    np.testing.assert_allclose(found.xy[0, inside], person[inside], atol=1.5)
 
 
 @pytest.mark.parametrize('name', ['mine', 'feet'])
@@ -232,12 +199,6 @@ def test_without_refinement_people_are_seen_once():
     found = people_in(chart(*SIZE), unit)
     np.testing.assert_allclose(in_order(found), [LEFT, RIGHT], atol=1.5)
     assert len(networks['feet'].inputs) == 2
-
-
-def test_the_number_of_refined_people_is_not_that_of_found_ones():
-    people = [with_feet(person_at(60 + 115 * i, 130, 200)) for i in range(5)]
-    found = people_in(chart(*SIZE), box_detector(people, crop_model='mine', look_closer=1)[0])
-    assert len(found) == 5
 
 
 def test_two_boxes_of_one_person_are_one_person():

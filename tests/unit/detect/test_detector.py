@@ -170,12 +170,6 @@ def test_a_network_that_can_not_be_had_leaves_all_as_it_was(pose_model, error, m
     assert_same(people_in(image, unit), before)
 
 
-def test_a_person_without_refinement_keeps_the_score():
-    """Else a third of the opinions would be missing of the second of two equal people."""
-    people = people_in(chart(*SIZE), together([person_at(160, 80, 360), person_at(480, 80, 360)], look_closer=1))
-    assert len(people) == 2 and people.scores.min() > 0.9 * people.scores.max()
-
-
 # --- target rate ----------------------------------------------------------------------------------------------------
 
 def test_target_rate_makes_the_detector_compute_less():

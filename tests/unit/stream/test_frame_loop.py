@@ -6,7 +6,7 @@ import pytest
 
 from openpose_ros_pkg.detect.detection import NextPart
 from openpose_ros_pkg.errors import StoppedError
-from openpose_ros_pkg.stream.frame_loop import QUEUE, FrameLoop, FrameQueue, Taken
+from openpose_ros_pkg.stream.frame_loop import LATE, FrameLoop, FrameQueue, Taken
 
 TIMEOUT = 30.0
 SHORT, LONG = NextPart(0.01), NextPart(0.5)
@@ -92,8 +92,8 @@ def test_a_part_begins_if_it_ends_before_the_next_frame_is_expected():
 
 def test_no_frame_is_expected_of_a_camera_that_became_silent_or_sent_a_single_one():
     queue = queue_of(0.0, 0.1, 0.2)
-    assert not queue.goes_on(LONG, 0.2 + 0.99 * QUEUE.late * 0.1)
-    assert queue.goes_on(LONG, 0.2 + 1.01 * QUEUE.late * 0.1)
+    assert not queue.goes_on(LONG, 0.2 + 0.99 * LATE * 0.1)
+    assert queue.goes_on(LONG, 0.2 + 1.01 * LATE * 0.1)
     assert queue_of(0.0).goes_on(LONG, 0.05)
 
 
@@ -157,19 +157,6 @@ class Story:
         thread = threading.Thread(target=ask)
         thread.start()
         return thread, outcome
-
-
-def test_the_next_item_ends_the_search_but_not_an_owed_part():
-    owed = NextPart(1.0, owed=True)
-    story = Story(owed, SHORT)
-    story.gate.clear()
-    story.loop.submit('camera', 'first', story.handle)
-    assert story.begun.wait(TIMEOUT)
-    assert [story.loop.submit('camera', item, story.handle) for item in ('second', 'third')] == [False, True]
-    story.gate.set()
-    assert story.searching.wait(TIMEOUT)
-    story.loop.stop()
-    assert story.events == ['first', ('first', owed), 'third', ('third', owed), ('third', SHORT)]
 
 
 def test_a_request_is_answered_before_its_search():

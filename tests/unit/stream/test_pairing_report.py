@@ -15,10 +15,10 @@ def played(arrivals, **params):
     return matcher, sum(matcher.add(stream, EPOCH + round(stamp * 1e9), None) is not None for stream, stamp in arrivals)
 
 
-def by_arrival(count, period, offset=0.0, delay=0.0):
-    """Return what came until the last image: clouds have stamps that differ by `offset` and come after `delay` [s]."""
+def by_arrival(count, period, offset):
+    """Return what came until the last image; the stamps of clouds differ by `offset` [s]."""
     sent = [(i * period, IMAGE, i * period) for i in range(count)]
-    sent += [(i * period + max(offset, 0) + delay, CLOUD, i * period + offset) for i in range(count)]
+    sent += [(i * period + offset, CLOUD, i * period + offset) for i in range(count)]
     return [(stream, stamp) for time, stream, stamp in sorted(sent) if time < count * period]
 
 
@@ -28,9 +28,6 @@ def by_arrival(count, period, offset=0.0, delay=0.0):
     # a slop of the user that is too small for a slow camera
     (by_arrival(6, 1.0, 0.21), {'slop': 0.03}, 'differ by 0.21 s, allowed are 0.03 s; slop:=0.3 pairs them',
      {'slop': 0.3}),
-    # clouds that come after three seconds: the images that they belong to wait no longer
-    (by_arrival(80, 1 / 15, 0.0, 3.0), {}, '/points is 3 s behind /image: does its clock differ?; if it only '
-     'comes late, queue_size:=60 pairs them', {'queue_size': 60}),
 ])
 def test_what_the_report_suggests_pairs_the_streams(arrivals, params, words, settings):
     matcher, pairs = played(arrivals, **params)

@@ -4,7 +4,7 @@ All give COCO's 17 joints, SimCC also more. Those of other joint sets that are n
 neck, which is the middle between the shoulders and as sure as the less sure of them.
 """
 from dataclasses import dataclass
-from typing import Callable, Dict, NamedTuple, Sequence
+from typing import Callable, Dict, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from openpose_ros_pkg.ensemble import sigmas as joint_sigmas
 from openpose_ros_pkg.ensemble import similarity, surest
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
-from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import WHOLE_BODY_POINTS, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import POINT_SETS
@@ -34,53 +33,32 @@ class DirectDecodeParams(Parameters):
         minimum=0.0, maximum=1.0)
 
 
-@dataclass(frozen=True)
-class DirectConstants:
-    """Scores of networks that find people themselves."""
-
-    same_person: float = constant(
-        0.6, 'Of two detections with a greater similarity (OKS, of the joints that both have) the less sure one goes. '
-             'Unlike the overlap of boxes it separates people who cross.')
-    rtmo_person: float = constant(0.7, 'Score that a person of RTMO needs.', source='rtmlib, rtmo.py, score_thr')
-    rtmo_overlap: float = constant(
-        0.45, 'Of two boxes of RTMO that share more of their union the less sure one goes.',
-        source='rtmlib, rtmo.py, nms_thr')
-    movenet_person: float = constant(
-        0.15, 'Score that a person of MoveNet needs.',
-        source='on 160 photographs with 166 annotated people, 77 % of the people above 0.15 were real, 86 % above 0.2 '
-               'and all above 0.3, 55, 53 and 44 % of the annotated ones; AP falls by 0.02 from 0.15 to 0.2')
-
-    simcc_person: float = constant(
-        0.3, "Mean score of COCO's joints that a person of a SimCC network needs.",
-        source='mmpose 1.3.2, demo/topdown_demo_with_mmdet.py, kpt-thr')
-    yolo_person: float = constant(
-        0.25, 'Score that a person of YOLO-pose needs.', source="docs.ultralytics.com, Predict, conf")
-    yolo_overlap: float = constant(
-        0.7, 'Of two boxes of YOLO-pose that share more of their union the less sure one goes.',
-        source='docs.ultralytics.com, Predict, iou')
-
-
-DIRECT = DirectConstants()
+# Of two detections with a greater similarity (OKS, of the joints that both have) the less sure one goes. Unlike the
+# overlap of boxes it separates people who cross.
+_SAME_PERSON = 0.6
 
 
 class _Kind(NamedTuple):
-    """A decoder, and the names of its constants."""
+    """A decoder and its thresholds."""
 
     decode: Callable[..., Decoded]
-    person: str  # least score
-    overlap: str = ''  # greatest overlap of boxes, of decoders that compare them
+    person: float  # score that a person needs
+    overlap: Optional[float] = None  # of boxes: of two that share more of their union the less sure goes
 
 
+# Thresholds of the makers. RTMO: rtmlib, rtmo.py, score_thr and nms_thr. YOLO-pose: docs.ultralytics.com, Predict, conf
+# and iou. SimCC, the mean score of COCO's joints: mmpose 1.3.2, demo/topdown_demo_with_mmdet.py, kpt-thr.
+# MoveNet: on 160 photographs with 166 annotated people, 77 % of the people above 0.15 were real, 86 % above 0.2 and all
+# above 0.3, 55, 53 and 44 % of the annotated ones; AP falls by 0.02 from 0.15 to 0.2.
 _KINDS: Dict[str, _Kind] = {
-    Decoder.MOVENET_MULTIPOSE: _Kind(decode_movenet, 'movenet_person'),
-    Decoder.MOVENET_SINGLEPOSE: _Kind(decode_single_person, 'movenet_person'),
-    Decoder.RTMO: _Kind(decode_rtmo, 'rtmo_person', 'rtmo_overlap'),
-    Decoder.YOLO_POSE: _Kind(decode_yolo, 'yolo_person', 'yolo_overlap'),
-    Decoder.SIMCC: _Kind(decode_simcc, 'simcc_person')}
+    Decoder.MOVENET_MULTIPOSE: _Kind(decode_movenet, 0.15),
+    Decoder.MOVENET_SINGLEPOSE: _Kind(decode_single_person, 0.15),
+    Decoder.RTMO: _Kind(decode_rtmo, 0.7, 0.45),
+    Decoder.YOLO_POSE: _Kind(decode_yolo, 0.25, 0.7),
+    Decoder.SIMCC: _Kind(decode_simcc, 0.3)}
 
 
-def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, seen: ImageToNet,
-                  constants: DirectConstants = DIRECT) -> Poses:
+def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, seen: ImageToNet) -> Poses:
     """Turn the outputs for one image into people.
 
     Args:
@@ -95,16 +73,15 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     kind = _KINDS[model.decoder]
     if model.output_scale != 1:
         outputs = [output * np.float32(model.output_scale) for output in outputs]
-    overlap = (getattr(constants, kind.overlap),) if kind.overlap else ()
-    decoded = kind.decode(outputs, params.direct_person_score or getattr(constants, kind.person), seen.net_size,
-                          *overlap)
+    overlap = () if kind.overlap is None else (kind.overlap,)
+    decoded = kind.decode(outputs, params.direct_person_score or kind.person, seen.net_size, *overlap)
     source, target = POINT_SETS[model.points], model.skeleton
     points = only_seen(decoded.points, (*seen.offset, *seen.scaled_size), params.direct_joint_score)
     # before people are compared: the place of a joint out of sight is chance
     people = keypoints_in(points, source, target)
     kept = np.flatnonzero((people[..., 2] > 0).any(axis=1) & np.isfinite(decoded.scores))
     if len(kept) > 1:
-        alike = similarity(people[kept][:, None], people[kept], joint_sigmas(target)) > constants.same_person
+        alike = similarity(people[kept][:, None], people[kept], joint_sigmas(target)) > _SAME_PERSON
         kept = kept[surest(decoded.scores[kept], alike)]
     return Poses(people[kept].astype(np.float32), decoded.scores[kept].astype(np.float32),
                  points[kept].astype(np.float32) if model.points == WHOLE_BODY_POINTS else None)

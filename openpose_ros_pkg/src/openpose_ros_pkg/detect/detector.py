@@ -1,19 +1,12 @@
 """The networks of a recipe: which are loaded, and what takes their place."""
 import logging
-from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Sequence, Tuple
+from dataclasses import replace
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
-from openpose_ros_pkg.detect.recipe_choice import (
-    chosen_for_rate,
-    fitted_to_rate,
-    followed_share,
-    full_search_share,
-    recipes_of,
-    seconds_per_pixel,
-)
+from openpose_ros_pkg.detect.recipe_choice import chosen_for_rate, fitted_to_rate, recipes_of
 from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, DetectorSettings, Recipe
 from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
@@ -21,22 +14,14 @@ from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_ba
 from openpose_ros_pkg.networks.model_registry import OPTIONAL
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import published, weights_path
-from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class CandidateConstants:
-    """Thresholds of candidates where several networks vote: what one network doubts, others may confirm."""
-
-    decoded_person: float = constant(
-        0.2, 'Person score that a candidate of a network with part affinity fields needs, or `person_min_score`.')
-    direct_person: float = constant(0.05, 'Person score that a candidate of MoveNet or RTMO needs; its joints none.')
-
-
-CANDIDATES = CandidateConstants()
+# Thresholds of candidates where several networks vote, as others may confirm what one doubts: person score of networks
+# with part affinity fields, or `person_min_score`, and of others, whose joints need none.
+_DECODED_PERSON, _DIRECT_PERSON = 0.2, 0.05
 
 
 class Networks:
@@ -175,10 +160,10 @@ class Detector:
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
         if rate > 0 and len(recipes) > 1:
-            recipe, loaded = self._chosen_for(rate, recipes, follows)
+            chosen = chosen_for_rate(recipes, self._networks.load_any, rate, follows, self.threads)
         else:
-            *better, last = recipes
-            recipe, loaded = next(filter(None, map(self._networks.load_any, better)), None) or self._networks.load(last)
+            chosen = next(filter(None, map(self._networks.load_any, recipes[:-1])), None)
+        recipe, loaded = chosen or self._networks.load(recipes[-1])
         if params.mode == BEST and recipes[0].models == MODES['balanced'].models:
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
                       'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published '
@@ -191,29 +176,17 @@ class Detector:
         names = [model.name for model in recipe.models]
         return recipe, {name: loaded[name] for name in names}
 
-    def _chosen_for(self, rate: float, recipes: Sequence[Recipe], follows: bool
-                    ) -> Tuple[Recipe, Dict[str, Backend]]:
-        """Return the most accurate of recipes that this processor computes at a rate [Hz], and its networks."""
-        def measure(recipe: Recipe, networks: Dict[str, Backend]) -> Dict[str, float]:
-            return seconds_per_pixel(recipe, networks, self.threads)
-
-        share = followed_share if follows else full_search_share
-        choice = chosen_for_rate(recipes, self._networks.load_any, measure,
-                                 lambda recipe, pace: share(recipe, pace, rate))
-        return self._networks.load(recipes[-1]) if choice is None else (choice.recipe, choice.networks)
-
 
 def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:
     """Return the `Detector` of these settings, which has its own networks."""
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
 
 
-def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings,
-           constants: CandidateConstants = CANDIDATES) -> Setup:
+def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
     decode, direct = settings.decode, settings.direct
     if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
-        decode = replace(decode, person_min_score=min(decode.person_min_score, constants.decoded_person))
-        direct = replace(direct, direct_person_score=constants.direct_person, direct_joint_score=0.0)
+        decode = replace(decode, person_min_score=min(decode.person_min_score, _DECODED_PERSON))
+        direct = replace(direct, direct_person_score=_DIRECT_PERSON, direct_joint_score=0.0)
     return Setup(recipe, networks, decode, direct, settings)
 
 

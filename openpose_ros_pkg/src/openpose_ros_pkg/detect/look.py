@@ -17,20 +17,11 @@ from openpose_ros_pkg.detect.schedule import SCHEDULE, Part, ScheduleConstants, 
 from openpose_ros_pkg.detect.tracking import person_sizes
 from openpose_ros_pkg.detect.views import SearchedImage, Setup, prepare_views, views_of
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, extent, group, person_scores, stacked, vote
-from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
 
-
-@dataclass(frozen=True)
-class LookConstants:
-    """What a search tells of people who touch."""
-
-    moved: float = constant(
-        0.1, 'A keypoint this near to where its own person has the joint stays there, as a share of the size of the '
-             'person (half the diagonal of the box of the joints).')
-
-
-LOOK = LookConstants()
+# A keypoint this near to where its own person has the joint stays there, as a share of the size of the person (half the
+# diagonal of the box of the joints).
+_STAYS = 0.1
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.
 _PACE_RUNS = 9
@@ -178,7 +169,7 @@ class Networks(NamedTuple):
         setup, new = self.image.setup, people[first:]
         expected = np.array([person.expected for person in new], np.float32)
         scores = person_scores(expected.reshape(-1, len(setup.recipe.skeleton.joints), 3),
-                               setup.recipe.sources.asked([one.opinions for one in new]))
+                               setup.recipe.sources.observable([one.opinions for one in new]))
         order = [first + i for i in np.argsort(-scores, kind='stable') if scores[i] >= setup.acceptance.person_score]
         return order[:setup.recipe.max_refined]
 
@@ -235,7 +226,7 @@ def assigned(found: Sequence[PartPeople], people: Sequence[Person], setup: Setup
     competing = [person.number >= 0 and person.visibility >= EXISTENCE.free_view and person.crop is None
                  for person in people]
     for index in range(1, len(found) + 1):
-        groups[:len(people)] = shared_out(groups[:len(people)], index, known, np.array(competing, bool))
+        groups[:len(people)] = reassigned_keypoints(groups[:len(people)], index, known, np.array(competing, bool))
     for i, poses in enumerate(groups):
         person = people[i] if i < len(people) else nowhere
         opinions = dict(person.opinions)
@@ -255,8 +246,8 @@ def assigned(found: Sequence[PartPeople], people: Sequence[Person], setup: Setup
     return result[:len(people)], result[len(people):]
 
 
-def shared_out(groups: Sequence[Opinions], number: int, known: np.ndarray, competing: np.ndarray,
-               moved: float = LOOK.moved) -> List[Opinions]:
+def reassigned_keypoints(groups: Sequence[Opinions], number: int, known: np.ndarray, competing: np.ndarray
+                         ) -> List[Opinions]:
     """Return groups of poses in which people without a pose of a source got keypoints of the others.
 
     Networks make one skeleton of two people who touch: the head of one, the legs of the other. A keypoint goes to a
@@ -276,7 +267,7 @@ def shared_out(groups: Sequence[Opinions], number: int, known: np.ndarray, compe
         pose = of_person[number]
         apart = np.linalg.norm(pose[:, :2] - known[..., :2], axis=2) / sizes[:, None]
         apart = np.where(np.isfinite(apart), apart, np.inf)
-        lost = (apart[missing].min(axis=0) < apart[i]) & (apart[i] > moved)
+        lost = (apart[missing].min(axis=0) < apart[i]) & (apart[i] > _STAYS)
         if not lost.any() or not (np.isfinite(pose[:, 0]) & ~lost).any():
             continue
         nearest = np.array(missing)[apart[missing].argmin(axis=0)]

@@ -33,7 +33,7 @@ class CameraMemory:
     """What is known of the newest image of a camera, and what is remembered of those before."""
 
     stamp: float  # of the image [s]
-    begun: float  # time that all cameras had taken the networks when it began [s]
+    started: float  # time that all cameras had taken the networks when it began [s]
     image: SearchedImage  # the newest one
     plan: SearchPlan  # that it is searched with
     schedule: Schedule
@@ -138,7 +138,7 @@ class CameraMemory:
         setup = self.plan.setup
         new = [person for person in people if person.number < 0 and person.found]
         poses = np.array([person.pose for person in new], np.float32).reshape(-1, len(setup.recipe.skeleton.joints), 3)
-        scores = person_scores(poses, setup.recipe.sources.asked([person.opinions for person in new]))
+        scores = person_scores(poses, setup.recipe.sources.observable([person.opinions for person in new]))
         joints = (poses[..., 2] >= setup.acceptance.joint_score).sum(axis=1)
         return [person for person, score, count in zip(new, scores, joints)
                 if score >= setup.acceptance.person_score and count >= setup.acceptance.person_joints]
@@ -213,7 +213,7 @@ class NetworkDetection:
     def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
         check_image(frame.bgr)
         begin, plan = self._clock(), self._plan
-        memory, interval, idle = self._begun(frame, expected)
+        memory, interval, idle = self._started(frame, expected)
         networks = Networks(memory.image, self._clock)
         if not plan.setup.recipe.is_ensemble:
             return self._one_network(networks, memory, expected)
@@ -253,19 +253,19 @@ class NetworkDetection:
             step = memory.next()
         self._keep(frame, memory)
 
-    def _begun(self, frame: ImageFrame, expected: ExpectedPeople) -> Tuple[CameraMemory, float, float]:
+    def _started(self, frame: ImageFrame, expected: ExpectedPeople) -> Tuple[CameraMemory, float, float]:
         """Return the memory at the begin of an image, the time since the one before, and how long no image of any
         camera was computed in it [s]; infinite: no image before helps.
         """
         plan, memory = self._plan, self._memories.of((frame.camera, frame.size))
         if (memory is None or memory.plan.first_pace is not plan.first_pace or frame.stamp <= 0
                 or frame.stamp < memory.stamp - TRACKING.reset_backstep):
-            return replace(CameraMemory.first(frame, plan), begun=self._worked), np.inf, np.inf
+            return replace(CameraMemory.first(frame, plan), started=self._worked), np.inf, np.inf
         interval = max(frame.stamp - memory.stamp, 0.0)
-        idle = interval - (self._worked - memory.begun)
+        idle = interval - (self._worked - memory.started)
         candidates = [_seen_before(person, memory, interval) for person in memory.candidates]
         memories = {number: one for number, one in memory.memories.items() if number in expected.ids}
-        return replace(memory, stamp=frame.stamp, begun=self._worked, plan=plan, memories=memories,
+        return replace(memory, stamp=frame.stamp, started=self._worked, plan=plan, memories=memories,
                        image=SearchedImage(frame.bgr, plan.setup, frame.depth),
                        candidates=candidates if idle <= plan.schedule.search_time else ()), interval, idle
 

@@ -3,7 +3,7 @@ import logging
 import os
 import time
 from dataclasses import dataclass, replace
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from openpose_ros_pkg.detect.recipes import (
     NetworkPass,
     Recipe,
     crop_of,
+    mobilenet,
     mode_of,
-    thin,
     wanted_zooms,
 )
 from openpose_ros_pkg.detect.schedule import SCHEDULE, ScheduleConstants
@@ -36,6 +36,7 @@ _log = logging.getLogger(__name__)
 _SIDES = {'fast': 480, 'balanced': 640, 'accurate': 960, BEST: 640}
 # With crop refinement, a single network counts twice for the scores of joints, and as much as Thunder for places.
 _SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
+
 
 @dataclass(frozen=True)
 class TargetRateConstants:
@@ -86,7 +87,9 @@ def _adjusted(recipe: Recipe, params: DetectorParams) -> Recipe:
     zooms = wanted_zooms(params, first.zooms)
     if first.model.input.stretched and first.model.input.fixed_size:
         zooms = (1.0,)  # the image fills the input
-    first = replace(first, box=_wanted_box(params, first.box), zooms=zooms, mirror=mirror)
+    width, height = params.net_input_width, params.net_input_height
+    box = width or (-1 if height > 0 else first.box[0]), height or (-1 if width > 0 else first.box[1])
+    first = replace(first, box=box, zooms=zooms, mirror=mirror)
     recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
     if params.look_closer == 0:
         return replace(recipe, refinements=())
@@ -173,7 +176,7 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
     Args:
         crop: that the user wants; None: MoveNet Thunder, where crops are wanted or needed.
     """
-    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), thin(0.5))
+    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), mobilenet(0.5))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
     if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
@@ -195,52 +198,41 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
                   acceptance=_SEARCH_ACCEPTANCE, named=named)
 
 
-def _wanted_box(params: DetectorParams, box: Tuple[int, int]) -> Tuple[int, int]:
-    width, height = params.net_input_width, params.net_input_height
-    return width or (-1 if height > 0 else box[0]), height or (-1 if width > 0 else box[1])
-
-
-class Choice(NamedTuple):
-    """A recipe that was chosen for a rate, its networks, and the share of the allowed time that it takes."""
-
-    recipe: Recipe
-    networks: Dict[str, Backend]
-    share: float
-
-
 def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional[Tuple[Recipe, Dict[str, Backend]]]],
-                    measure: Callable[[Recipe, Dict[str, Backend]], Dict[str, float]],
-                    taken: Callable[[Recipe, Dict[str, float]], float]) -> Optional[Choice]:
-    """Return the first recipe that is computed fast enough, else the fastest; each network is measured once.
+                    rate: float, follows: bool, threads: int) -> Optional[Tuple[Recipe, Dict[str, Backend]]]:
+    """Return the first recipe that is computed fast enough, else the fastest, and its networks.
 
     Args:
         recipes: the most accurate first.
         load: the networks of a recipe, which may become another one, see `Networks.load_any`.
-        measure: what networks take for a pixel of their input [s].
-        taken: the share of the allowed time that a recipe takes, with that time of its networks.
+        rate: [Hz].
+        follows: whether a frame is published before the search.
+        threads: that compute a network; 0 for as many as there are cores.
 
     Returns:
         None where no recipe can be loaded.
     """
+    share_of = followed_share if follows else full_search_share
     pace: Dict[str, float] = {}
-    tried: List[Choice] = []
+    tried = []
     for wanted in recipes:
         loaded = load(wanted)
         if loaded is None:
             continue
         recipe, networks = loaded
         unknown = {name: network for name, network in networks.items() if name not in pace}
-        pace.update(measure(recipe, unknown) if unknown else {})
-        tried.append(Choice(recipe, networks, taken(recipe, pace)))
-        if tried[-1].share <= 1:
+        if unknown:
+            pace.update(seconds_per_pixel(recipe, unknown, threads))
+        tried.append((max(share_of(recipe, pace, rate), 1.0), recipe, networks))
+        if tried[-1][0] <= 1:
             break
     if not tried:
         return None
-    chosen = min(tried, key=lambda choice: max(choice.share, 1.0))
+    share, recipe, networks = min(tried, key=lambda one: one[0])
     _log.info('of %d sets of networks %s is the most accurate that reaches the rate%s', len(recipes),
-              chosen.recipe.description, '' if chosen.share <= 1 else
-              f', or the fastest: it takes {chosen.share:.1f} times the time that it may take')
-    return chosen
+              recipe.description, '' if share <= 1 else
+              f', or the fastest: it takes {share:.1f} times the time that it may take')
+    return recipe, networks
 
 
 def full_search_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
@@ -283,7 +275,10 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
                       [recipe, *less][-1])
     else:
         fitted = _smaller(recipe, max(np.sqrt(allowed / needed), constants.least_scale))
-    fitted = _bounded(fitted, pace, allowed, constants)
+    of_passes, of_person = _parts(fitted, pace, constants.image_size)
+    if of_person > 0:  # as many people as there is time for
+        people = max(int((allowed - of_passes) / of_person), constants.expected_people)
+        fitted = replace(fitted, max_refined=min(people, fitted.max_refined))
     instead = f', so it is {fitted.description}, {1000 * foreseen_seconds(fitted, pace, constants):.0f} ms'
     _log.info('for %g Hz the networks may take %.0f ms: %s takes %.0f ms%s', target_rate, 1000 * allowed,
               recipe.description, 1000 * needed, '' if fitted == recipe else instead)
@@ -319,15 +314,6 @@ def _parts(recipe: Recipe, pace: Dict[str, float], size: Tuple[int, int]) -> Tup
 def _of_person(crops: Sequence[CropRefinement], pace: Dict[str, float]) -> float:
     """Return seconds of the crops of a person."""
     return sum(pace[one.model.name] * one.size[0] * one.size[1] for one in crops)
-
-
-def _bounded(recipe: Recipe, pace: Dict[str, float], allowed: float, constants: TargetRateConstants) -> Recipe:
-    """Return a recipe that refines no more people than there is time for, but at least the expected number."""
-    of_passes, of_person = _parts(recipe, pace, constants.image_size)
-    if of_person == 0:
-        return recipe
-    people = max(int((allowed - of_passes) / of_person), constants.expected_people)
-    return replace(recipe, max_refined=min(people, recipe.max_refined))
 
 
 def _faster(recipe: Recipe) -> Tuple[Recipe, ...]:

@@ -284,8 +284,8 @@ class Recipe:
         parts = [network_pass.description for network_pass in self.passes]
         for model in dict.fromkeys(one.model.name for one in self.refinements):
             sizes = [one.size for one in self.refinements if one.model.name == model]
-            parts.append(f'{len(sizes)} crop refinement{"s" * (len(sizes) > 1)} by {model} at {_told(sizes[0])} px for '
-                         f'up to {self.max_refined} people')
+            parts.append(f'{len(sizes)} crop refinement{"s" * (len(sizes) > 1)} by {model} at '
+                         f'{sizes[0][0]}x{sizes[0][1]} px for up to {self.max_refined} people')
         return ' + '.join(parts)
 
     def without(self, missing: Collection[Model]) -> 'Recipe':
@@ -299,12 +299,7 @@ class Recipe:
         return replace(self, passes=passes, refinements=refinements)
 
 
-def _told(size: Tuple[int, int]) -> str:
-    """Return the size of a crop for the log."""
-    return str(size[0]) if size[0] == size[1] else f'{size[0]}x{size[1]}'
-
-
-def thin(scale: float, weight: float = 1.5) -> NetworkPass:
+def mobilenet(scale: float, weight: float = 1.5) -> NetworkPass:
     return NetworkPass(MOBILENET_THIN, _box(656 * scale, 368 * scale), weight=weight)
 
 
@@ -322,7 +317,7 @@ def _box(width: float, height: float) -> Tuple[int, int]:
 # mirror image and other sizes come next. Accuracy and time of each: docs/results.md.
 MODES: Dict[str, Recipe] = {
     'fast': Recipe((_movenet(384),), (THUNDER_CROP,)),
-    'balanced': Recipe((thin(1.0), _movenet(512)), (THUNDER_CROP,)),
+    'balanced': Recipe((mobilenet(1.0), _movenet(512)), (THUNDER_CROP,)),
     'accurate': Recipe(
         (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
         (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), THUNDER_CROP,
@@ -340,9 +335,9 @@ def mode_of(name: str) -> Recipe:
 # From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
 FASTER: Tuple[Recipe, ...] = (
     MODES['balanced'],
-    Recipe((thin(1.0), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((thin(0.75), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((thin(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((mobilenet(1.0), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((mobilenet(0.75), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((mobilenet(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
     MODES['fast'],
     Recipe((_movenet(320),), (THUNDER_CROP,)),
     Recipe((_movenet(256),), (THUNDER_CROP,)),

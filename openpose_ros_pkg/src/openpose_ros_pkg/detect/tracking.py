@@ -245,15 +245,15 @@ class Mounting:
             self._sides[number] = self._sides.pop(number, np.zeros(4, int)) + np.eye(4, dtype=int)[side]
         for number in [*self._sides][:-constants.most_tracks]:
             del self._sides[number]
-        told = [self._sides[number] for number in people.ids.tolist() if number in self._sides
+        counted = [self._sides[number] for number in people.ids.tolist() if number in self._sides
                 and self._sides[number].sum() >= constants.turned_images]
-        count = sum((sides >= constants.turned_share * sides.sum() for sides in told), np.zeros(4, int))
+        count = sum((sides >= constants.turned_share * sides.sum() for sides in counted), np.zeros(4, int))
         side = int(np.argmax(count))
-        least = max(constants.turned_share * len(told), 1 if side == 2 else constants.turned_people)
+        least = max(constants.turned_share * len(counted), 1 if side == 2 else constants.turned_people)
         if side == 0 or count[side] < least:
             return ''
         how = 'their hips above their necks' if side == 2 else 'their heads to one side'
-        return (f'{count[side]} of {len(told)} people have {how}: if they stand, set the parameter rotate_image: '
+        return (f'{count[side]} of {len(counted)} people have {how}: if they stand, set the parameter rotate_image: '
                 f'{360 - 90 * side}')
 
 

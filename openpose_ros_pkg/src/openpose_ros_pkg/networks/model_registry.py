@@ -1,6 +1,6 @@
 """The pose networks that this project knows: one entry each."""
 from dataclasses import replace
-from typing import Dict, Tuple
+from typing import Any, Dict, Tuple
 
 from openpose_ros_pkg.networks.model_types import (
     RTMO_INPUT,
@@ -71,7 +71,6 @@ MOVENET_THUNDER = Model(
     outputs=('Identity',), decoder=Decoder.MOVENET_SINGLEPOSE, stride=32)
 
 
-
 # Hands and faces. Sizes, colours and outputs: mediapipe/modules/{hand,face}_landmark/*.pbtxt of the project and the
 # graphs themselves. Points of a hand [px of the input], presence, share of right hands; points of the face mesh and the
 # logit of its presence.
@@ -136,14 +135,16 @@ def _openpose(name: str, skeleton: SkeletonModel, folder: str, files: Tuple[Weig
         outputs=(output,), heatmaps=len(skeleton.joints) + 1, peak_threshold=peak_threshold)
 
 
-def _rtmo(size: str, archive: str) -> Model:
-    return Model(
-        name=f'rtmo_{size}',
-        skeleton=COCO_18,
-        files=(WeightsFile('end2end.onnx'),),
-        licence='Apache-2.0',
-        source=UserFiles(f'github.com/open-mmlab/mmpose, projects/rtmo: the link onnx in its table, {archive}'),
-        input=RTMO_INPUT, outputs=('dets', 'keypoints'), decoder=Decoder.RTMO, stride=32)
+_RTMPOSE: Dict[str, Any] = {'input': replace(SIMCC_INPUT, fixed_size=(192, 256)), 'outputs': ('simcc_x', 'simcc_y'),
+                            'decoder': Decoder.SIMCC, 'stride': 32}
+_RTMO: Dict[str, Any] = {'input': RTMO_INPUT, 'outputs': ('dets', 'keypoints'), 'decoder': Decoder.RTMO, 'stride': 32}
+_YOLOX: Dict[str, Any] = {'input': replace(YOLOX_INPUT, fixed_size=(416, 416)), 'outputs': ('dets', 'labels'),
+                          'decoder': Decoder.BOXES, 'stride': 32}
+
+
+def _rtmo_of_user(size: str, archive: str) -> Model:
+    return Model(f'rtmo_{size}', COCO_18, (WeightsFile('end2end.onnx'),), 'Apache-2.0', UserFiles(
+        f'github.com/open-mmlab/mmpose, projects/rtmo: the link onnx in its table, {archive}'), **_RTMO)
 
 
 # Networks by name. Addresses: rtmlib 0.0.16, rtmlib/tools/solution/; AP: README.md of
@@ -154,39 +155,31 @@ _STATED = ("As the author of RTMPose says of its series (github.com/Tau-J/rtmlib
            '(github.com/open-mmlab/mmpose, issue 2393). The data sets that it was trained on have terms of their own.')
 
 
-def _by_name(model: Model, file: WeightsFile, archive: str, ap: float = 0.0, measured_on: str = 'COCO val2017'
-             ) -> Model:
-    return replace(model, files=(file,), licence='Apache-2.0', source=WebArchive(
-        f'{_OPENMMLAB}/{archive}', file.name, 'OpenMMLab', _STATED, ap, measured_on))
+def _by_name(name: str, file: WeightsFile, archive: str, recipe: Dict[str, Any], ap: float = 0.0,
+             measured_on: str = 'COCO val2017') -> Model:
+    """Return a network of OpenMMLab; `ap`: published, 0: none."""
+    return Model(name, skeleton_of(recipe.get('points', 17)), (file,), 'Apache-2.0', WebArchive(
+        f'{_OPENMMLAB}/{archive}', file.name, 'OpenMMLab', _STATED, ap, measured_on), **recipe)
 
 
-def _rtmpose(name: str, points: int = 17) -> Model:
-    return Model(name=name, skeleton=skeleton_of(points), files=(), licence='', source=UserFiles(''),
-                 input=replace(SIMCC_INPUT, fixed_size=(192, 256)), outputs=('simcc_x', 'simcc_y'),
-                 decoder=Decoder.SIMCC, points=points, stride=32)
-
-
-_YOLOX_TINY = Model(
-    name='yolox_tiny', skeleton=COCO_18, files=(), licence='', source=UserFiles(''),
-    input=replace(YOLOX_INPUT, fixed_size=(416, 416)), outputs=('dets', 'labels'), decoder=Decoder.BOXES, stride=32)
 # The best by published AP first.
 BY_NAME = (
-    _by_name(_rtmpose('rtmpose_m'), WeightsFile(
+    _by_name('rtmpose_m', WeightsFile(
         'end2end.onnx', 54330655, '5c0a4bf67953e6d2ac43ce15e77dc9d5d354ae18430a47d2c5963a7bc5683e3c'),
-        'rtmposev1/onnx_sdk/rtmpose-m_simcc-body7_pt-body7_420e-256x192-e48f03d0_20230504.zip', 0.749),
-    _by_name(_rtmpose('rtmpose_s_feet', 26), WeightsFile(
+        'rtmposev1/onnx_sdk/rtmpose-m_simcc-body7_pt-body7_420e-256x192-e48f03d0_20230504.zip', _RTMPOSE, 0.749),
+    _by_name('rtmpose_s_feet', WeightsFile(
         'end2end.onnx', 22793379, '85c5d669aa0b0c7969799ea9e0620d3b8c1d3c2b6878243e98a1ef8351457986'),
-        'rtmposev1/onnx_sdk/rtmpose-s_simcc-body7_pt-body7-halpe26_700e-256x192-7f134165_20230605.zip', 0.720,
-        'images of seven data sets'),
-    _by_name(_rtmpose('rtmpose_s'), WeightsFile(
+        'rtmposev1/onnx_sdk/rtmpose-s_simcc-body7_pt-body7-halpe26_700e-256x192-7f134165_20230605.zip',
+        {**_RTMPOSE, 'points': 26}, 0.720, 'images of seven data sets'),
+    _by_name('rtmpose_s', WeightsFile(
         'end2end.onnx', sha256='9aeb635b83f86aea45cf45d85798f7eba1a162de8e0d721c44e54fe5eebaf47d'),
-        'rtmposev1/onnx_sdk/rtmpose-s_simcc-body7_pt-body7_420e-256x192-acd4a1ef_20230504.zip', 0.697),
-    _by_name(_rtmo('s', ''), WeightsFile(
+        'rtmposev1/onnx_sdk/rtmpose-s_simcc-body7_pt-body7_420e-256x192-acd4a1ef_20230504.zip', _RTMPOSE, 0.697),
+    _by_name('rtmo_s', WeightsFile(
         'end2end.onnx', 39617685, 'd0703d40d19f3921da51ae725402d5fdae4d2478c7442072d3101bd396f370d8'),
-        'rtmo/onnx_sdk/rtmo-s_8xb32-600e_body7-640x640-dac2bf74_20231211.zip', 0.686),
-    _by_name(_YOLOX_TINY, WeightsFile(
+        'rtmo/onnx_sdk/rtmo-s_8xb32-600e_body7-640x640-dac2bf74_20231211.zip', _RTMO, 0.686),
+    _by_name('yolox_tiny', WeightsFile(
         'end2end.onnx', 20283006, 'ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250'),
-        'rtmposev1/onnx_sdk/yolox_tiny_8xb8-300e_humanart-6f3252f9.zip'))
+        'rtmposev1/onnx_sdk/yolox_tiny_8xb8-300e_humanart-6f3252f9.zip', _YOLOX))
 
 _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')
 
@@ -207,8 +200,8 @@ MODELS: Dict[str, Model] = {model.name: model for model in (
     LIGHTWEIGHT_OPENPOSE,
     HUMAN_POSE_ESTIMATION_0001,
     *BY_NAME,
-    _rtmo('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),
-    _rtmo('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip'))}
+    _rtmo_of_user('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),
+    _rtmo_of_user('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip'))}
 
 # Value of the parameter `pose_model` for the networks that the detector puts together; they share the joint set of the
 # default network.

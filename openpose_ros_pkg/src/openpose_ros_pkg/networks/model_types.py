@@ -34,6 +34,7 @@ class Archive:
     member: str
     author: str  # of the weights
     legal: Tuple[str, ...] = ()  # members kept beside the weights: licence texts and notices
+    stated: str = ''  # statements on the licence of the weights
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,6 @@ class NpmArchive(Archive):
     """A package of npm; its member is a graph of TensorFlow.js to be converted (`networks.tfjs`)."""
 
     parts: Tuple['WeightsFile', ...] = ()  # files of the graph, in one folder: the member and its weights
-    stated: str = ''  # statements on the licence of the weights
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class Graph(NamedTuple):
 
     inputs: List[Shape]  # shapes of the inputs, the image first
     outputs: Dict[str, Shape]  # shapes of the outputs by name
-    begins: FrozenSet[str] = frozenset()  # kinds of the operations on the image, by OpenVINO's names; empty: unknown
+    begins: FrozenSet[str] = frozenset()  # kinds of the operations on the image, by OpenVINO's names
     shuffles: bool = False  # whether it has an operation DepthToSpace
 
     @property
@@ -59,9 +59,14 @@ def read_network_file(path: Path) -> Model:
     """Return the pose network in a file, named like the file.
 
     Raises:
-        ModelError: no installed runtime can read the file, or its inputs and outputs fit no kind, or several.
+        ModelError: OpenVINO is not there or can not read the file, or its inputs and outputs fit no kind, or several.
     """
-    return recognized(path, _read(path)._replace(shuffles=b'DepthToSpace' in path.read_bytes()))
+    try:
+        from openpose_ros_pkg.networks.backends.openvino import graph_shapes
+    except ImportError as error:
+        raise ModelError(f'{path} can not be read: openvino is not importable: {error}; describe the network in a '
+                         '.yaml file: docs/networks.md, "A network of your own"') from error
+    return recognized(path, Graph(*graph_shapes(path), shuffles=b'DepthToSpace' in path.read_bytes()))
 
 
 def recognized(path: Path, graph: Graph) -> Model:
@@ -124,13 +129,13 @@ def _yolox(graph: Graph) -> Optional[Kind]:
     """YOLOX for boxes: dets (1, N, 5) and labels (1, N) by mmdeploy; or (1, N, 6) or (1, N, 85) with N cells.
 
     RTMDet has the outputs of the first form as well, and colours of another scale. YOLOX begins with a slice of each
-    second pixel, RTMDet with a convolution; where that is unknown, only YOLOX-tiny is sure, at 416 x 416 pixels.
+    second pixel, RTMDet with a convolution.
     """
     shapes = graph.outputs
     if len(graph.inputs) != 1 or graph.size is None:
         return None
     if set(shapes) == {'dets', 'labels'} and shapes['dets'][2:] == (5,) and len(shapes['labels']) == 2:
-        is_yolox = graph.begins & {'Slice', 'StridedSlice'} if graph.begins else graph.size == (416, 416)
+        is_yolox = graph.begins & {'Slice', 'StridedSlice'}
         return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if is_yolox else None
     for name, shape in shapes.items():
         if len(shapes) == 1 and len(shape) == 3 and shape[1] == cells(graph.size) and shape[2] in (6, 85):
@@ -145,28 +150,12 @@ _EXPECTED = (
 _RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _yolox)
 
 
-def _read(path: Path) -> Graph:
-    """Return what a file tells; raise ModelError if it can not be read."""
-    try:
-        from openpose_ros_pkg.networks.backends import openvino
-        return Graph(*openvino.graph_shapes(path))
-    except ImportError as error:
-        reason = f'openvino is not importable: {error}'
-    if path.suffix == '.onnx':
-        try:
-            from openpose_ros_pkg.networks.backends import onnxruntime
-            return Graph(*onnxruntime.graph_shapes(path))
-        except ImportError as error:
-            reason += f'; onnxruntime is not importable: {error}'
-    raise ModelError(f'{path} can not be read: {reason}')
-
-
 def _unknown(path: Path, graph: Graph, kinds: List[Kind]) -> ModelError:
-    def told(shape: Shape) -> str:
+    def shown(shape: Shape) -> str:
         return f"({', '.join('?' if size is None else str(size) for size in shape)})"
     fits = f": it fits {' and '.join(kind.decoder for kind in kinds)}" if kinds else ''
-    outputs = ', '.join(f'{name} {told(shape)}' for name, shape in graph.outputs.items())
+    outputs = ', '.join(f'{name} {shown(shape)}' for name, shape in graph.outputs.items())
     return ModelError(
-        f"{path} does not tell what network it is{fits}: inputs {', '.join(map(told, graph.inputs))}, outputs "
+        f"{path} does not tell what network it is{fits}: inputs {', '.join(map(shown, graph.inputs))}, outputs "
         f'{outputs}; expected an image (1, 3, H, W), and {_EXPECTED}. Describe any other network in a .yaml file: '
         'docs/networks.md, "A network of your own"')

@@ -4,6 +4,7 @@ Weights that may be redistributed are a member of an archive on PyPI or npm, or 
 downloaded, compared with its checksum and never installed. Others are brought by the user: they are compared and
 copied. A NOTICE beside them says where they came from.
 """
+import http.client
 import io
 import os
 import shutil
@@ -11,16 +12,18 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import urllib.request
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Callable, Dict, List, Optional, Sequence, Union
 
+from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_types import Archive, Model, NpmArchive, PypiArchive, WebArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, Model, NpmArchive, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, weights_path
 from openpose_ros_pkg.networks.tfjs import frozen_graph
-from openpose_ros_pkg.networks.web_archive import download, zip_member
 from openpose_ros_pkg.output.files import write_whole
 
 # Requirements with checksums: of the set-up script of a source archive (numpy comes from the system), and for npm where
@@ -28,6 +31,9 @@ from openpose_ros_pkg.output.files import write_whole
 _BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for name in ('build_tools', 'pip', 'npm'))
 # Version of Python that wheels are downloaded for: nothing of them is ever run.
 _PYTHON_OF_WHEELS = '3.11'
+
+# Greatest size of a zip file at its maker's address, and of its member [bytes]; the known ones have up to 60 MB.
+MOST_BYTES = 256 << 20
 
 # What can be fetched.
 _Fetched = Union[Archive, WebArchive]
@@ -45,6 +51,37 @@ def fetch_archive(archive: _Fetched, folder: Path) -> Path:
         return path
     (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
     return folder / archive.file
+
+
+def download(address: str, path: Path, most: int = MOST_BYTES, timeout: float = 30.0) -> None:
+    """Download a file; raise ModelError if the server can not be reached, answers with an error, or sends too much."""
+    request = urllib.request.Request(address, headers={'User-Agent': 'openpose_ros'})  # noqa: S310
+    try:
+        with urllib.request.urlopen(request, timeout=timeout) as response, path.open('wb') as file:  # noqa: S310
+            length = response.getheader('Content-Length')
+            with Progress(total=length and int(length), unit='B', unit_scale=True) as bar:
+                for block in iter(lambda: response.read1(1 << 16), b''):
+                    file.write(block)
+                    bar.update(len(block))
+                    if bar.n > most:
+                        raise ModelError(f'{address} has more than {most} bytes')
+    except (OSError, http.client.HTTPException, ValueError) as error:
+        raise ModelError(f'{address} can not be fetched: {error or type(error).__name__}') from error
+
+
+def zip_member(archive: Path, name: str, most: int = MOST_BYTES) -> bytes:
+    """Return the one file of this name in any folder of a zip file; ModelError: there is none of at most so many bytes.
+    """
+    try:
+        with zipfile.ZipFile(str(archive)) as opened:
+            members = [member for member in opened.infolist() if member.filename.rsplit('/', 1)[-1] == name
+                       and member.file_size <= most]
+            if len(members) != 1:
+                raise ModelError(f'{archive.name} has {len(members)} files {name}, expected one')
+            with opened.open(members[0]) as file:
+                return file.read(most)  # at most the size that the member claims
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OverflowError, OSError) as error:
+        raise ModelError(f'{archive.name} is damaged or no zip file: {error or type(error).__name__}') from error
 
 
 def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = (),
@@ -106,20 +143,12 @@ def notice(model: Model, folder: Path) -> str:
     files = ''.join(f'{file.name} ({(folder / file.name).stat().st_size} bytes, sha256 '
                     f'{file_digest(folder / file.name, "sha256")})\n' for file in model.files)
     source = model.source
-    if isinstance(source, NpmArchive):
-        parts = ' and '.join(f'{part.name} (sha256 {part.sha256})' for part in source.parts)
-        return (f'{files}was converted, with unchanged numbers, from {parts}\n'
-                f'in {Path(source.member).parent} of the archive {origin(model)}.\n'
-                f'sha256 of the archive: {source.sha256}.\n'
-                f'Licence: {model.licence}. {source.stated}\n')
-    if isinstance(source, PypiArchive):
-        return (f'{files}is the unchanged file {source.member}\nof the archive {origin(model)}.\n'
-                f'sha256 of the archive: {source.sha256}.\n'
-                f'Licence: {model.licence}, as the archive states; its text is in the file LICENSE.\n')
-    if isinstance(source, WebArchive):
-        return (f'{files}is the unchanged file of the archive {source.address}\nby {source.author}.\n'
-                f'Licence: {model.licence}; its text is in the file LICENSE. {source.stated}\n')
-    return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
+    if isinstance(source, UserFiles):
+        return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
+    how = 'converted, with unchanged numbers, from' if isinstance(source, NpmArchive) else 'the unchanged file'
+    archive = f'sha256 of the archive: {source.sha256}.\n' if isinstance(source, Archive) else ''
+    return (f'{files}is {how} {source.member}\nof the archive {origin(model)}.\n{archive}'
+            f'Licence: {model.licence}; its text is in the file LICENSE. {source.stated}'.rstrip() + '\n')
 
 
 def _registry(archive: Archive) -> str:
@@ -132,7 +161,7 @@ def _fetch_from_npm(archive: Archive, folder: Path) -> None:
     if shutil.which('npm') is None:
         python, path = _environment(folder), f'{folder / "environment" / "bin"}{os.pathsep}{path}'
         for lock in (_PIP, _NPM):
-            _call(f'fetching {lock.stem}, as there is no npm', _pip_install(python, lock))
+            _pip_install(python, lock)
     package = f'{archive.project}@{archive.version}'
     _call(f'npm pack {package}', ['env', f'PATH={path}', 'npm', 'pack', '--ignore-scripts', '--cache',
                                   str(folder / 'cache'), package], folder)
@@ -143,6 +172,10 @@ def _environment(folder: Path) -> str:
     environment = folder / 'environment'
     _call('making a virtual environment', [sys.executable, '-m', 'venv', '--system-site-packages', str(environment)])
     return str(environment / 'bin' / 'python3')
+
+
+def _pip_install(python: str, lock: Path) -> None:
+    _call(f'fetching {lock.stem}', [python, '-m', 'pip', 'install', '--require-hashes', '-r', str(lock)])
 
 
 def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
@@ -159,14 +192,10 @@ def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
         kind += [] if platform == 'any' else ['--platform', platform]
     else:
         kind = ['--no-binary', archive.project, '--no-build-isolation']
-        _call('fetching build tools', _pip_install(python, _BUILD_TOOLS))
+        _pip_install(python, _BUILD_TOOLS)
     _call(f'pip download {archive.project}=={archive.version}', [
         python, '-m', 'pip', 'download', '--no-deps', *kind, '--require-hashes', '--dest', str(folder), '-r',
         str(requirements)])
-
-
-def _pip_install(python: str, lock: Path) -> List[str]:
-    return [python, '-m', 'pip', 'install', '--require-hashes', '-r', str(lock)]
 
 
 def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
@@ -176,27 +205,17 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
     """
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         paths = [path.expanduser() for path in brought]
-        if len(model.files) == 1:
-            paths = [_unzipped(path, model.files[0], Path(folder)) if path.suffix == '.zip' and path.is_file() else path
-                     for path in paths]
-        _copy_files(model, paths, target)
-
-
-def _unzipped(archive: Path, file: WeightsFile, folder: Path) -> Path:
-    path = folder / file.name
-    path.write_bytes(zip_member(archive, file.name))
-    return path
-
-
-def _copy_files(model: Model, brought: Sequence[Path], target: Path) -> None:
-    sources = _brought_files(model, brought)
-    for file, source in zip(model.files, sources):
-        if fault := file_fault(source, file):
-            raise ModelError(f'{source} is not {file.name} of {model.name}: it {fault}')
-    for file, source in zip(model.files, sources):
-        say(f'{model.name}: copying {source}' + ('' if file.sha256 or file.md5 else ' (no checksum is known)'))
-        if source.resolve() != (target / file.name).resolve():
-            _write(target / file.name, source.read_bytes())
+        for i, path in enumerate(paths):
+            if len(model.files) == 1 and path.suffix == '.zip' and path.is_file():
+                paths[i] = Path(folder) / model.files[0].name
+                paths[i].write_bytes(zip_member(path, model.files[0].name))
+        sources = _brought_files(model, paths)
+        for file, source in zip(model.files, sources):
+            _check_file(source, file, f'{source} is not {file.name} of {model.name}: it')
+        for file, source in zip(model.files, sources):
+            say(f'{model.name}: copying {source}' + ('' if file.sha256 or file.md5 else ' (no checksum is known)'))
+            if source.resolve() != (target / file.name).resolve():
+                _write(target / file.name, source.read_bytes())
 
 
 def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
@@ -301,7 +320,7 @@ def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_tex
     """Write licence texts and notices beside the weights; existing ones are replaced if the weights are fresh."""
     texts = dict(legal)
     texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
-    if isinstance(model.source, (PypiArchive, WebArchive)) and model.licence == 'Apache-2.0' and licence_text:
+    if not isinstance(model.source, (NpmArchive, UserFiles)) and model.licence == 'Apache-2.0' and licence_text:
         texts.setdefault('LICENSE', licence_text.encode())
     for name, text in texts.items():
         if fresh or not (target / name).exists():

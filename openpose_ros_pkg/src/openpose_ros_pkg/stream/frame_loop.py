@@ -10,22 +10,14 @@ import numpy as np
 
 from openpose_ros_pkg.detect.detection import NextPart
 from openpose_ros_pkg.errors import StoppedError
-from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.worker import Worker
 
 Handle = Callable[[Any], Optional[Iterator[Optional[NextPart]]]]
 """Computes and publishes an item, and returns its search, if any: each yield is what comes next; None: nothing long."""
 
 
-@dataclass(frozen=True)
-class QueueConstants:
-    """When the next frame is expected."""
-
-    arrivals: int = constant(8, 'Newest arrivals of a camera whose median interval tells when the next frame comes.')
-    late: float = constant(2.0, 'Intervals without a frame after which none is expected any more.', unit='intervals')
-
-
-QUEUE = QueueConstants()
+ARRIVALS = 8  # newest arrivals of a camera whose median interval tells when the next frame comes
+LATE = 2.0  # intervals without a frame after which none is expected any more
 
 
 class Taken(NamedTuple):
@@ -38,7 +30,7 @@ class Taken(NamedTuple):
 
 @dataclass
 class _Source:
-    arrivals: Deque[float] = field(default_factory=lambda: deque(maxlen=QUEUE.arrivals))  # [s]
+    arrivals: Deque[float] = field(default_factory=lambda: deque(maxlen=ARRIVALS))  # [s]
     waiting: Optional[Taken] = None
 
 
@@ -48,8 +40,7 @@ class FrameQueue:
     Not thread-safe, and without a clock: all times [s] are arguments.
     """
 
-    def __init__(self, constants: QueueConstants = QUEUE) -> None:
-        self._constants = constants
+    def __init__(self) -> None:
         self._sources: Dict[Hashable, _Source] = {}  # the one whose item was taken longest ago first
         self._requests: Deque[Taken] = deque()
         self._request_is_next = True
@@ -94,7 +85,7 @@ class FrameQueue:
         if len(source.arrivals) < 2:
             return False
         since, interval = now - source.arrivals[-1], median(np.diff(list(source.arrivals)))
-        return since < self._constants.late * interval and since + seconds > interval
+        return since < LATE * interval and since + seconds > interval
 
 
 class FrameLoop:

@@ -1,17 +1,14 @@
-"""Why two streams do not pair, and which parameters would pair them: tried on the stamps that came."""
+"""Why two streams do not pair, and which slop would pair them, by the stamps that came."""
 import math
-from contextlib import suppress
-from typing import Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, mutual_nearest
+from openpose_ros_pkg.stream.pairing import StampMatcher, mutual_nearest
 
 # Factor on a suggested value, before it is rounded up to one digit.
 _ROOM = 1.2
-# Share of the pairs within its slop that a suggestion has to make.
-_LEAST_SHARE = 0.5
+_MOST_SLOP = 10.0  # greatest value of the parameter [s]
 # Stamps of one stream that are behind those of the other by more are of another clock, or came late [s].
 _SAME_CLOCK = 1.0
 
@@ -22,8 +19,7 @@ class PairingReport(NamedTuple):
     difference: float  # of the nearest stamps, the median of each message's [s]
     allowed: float  # largest difference that pairs at present [s]
     behind: float  # newest stamp of stream 0 minus that of stream 1 [s]
-    # of PairingParams, which would pair them; empty: none would, or the present ones will when more messages come
-    settings: Dict[str, float]
+    settings: Dict[str, float]  # the slop that would pair them; empty: none, or the present one when more messages come
 
     def text(self, names: Sequence[str], setting: str) -> str:
         """Return the report in a line.
@@ -42,43 +38,22 @@ class PairingReport(NamedTuple):
             parts.append('they wait for the next messages, which may be nearer')
         if setting and self.settings:
             values = ' '.join(setting.format(*each) for each in self.settings.items())
-            parts.append(f'{"if it only comes late, " if is_behind else ""}{values} pairs them')
+            parts.append(f'{values} pairs them')
         return '; '.join(parts)
 
 
 def pairing_report(matcher: StampMatcher) -> Optional[PairingReport]:
     """Return why the latest messages did not pair; None: only one stream has messages."""
-    arrivals = list(matcher.arrivals)
-    places = [[place for place, (of, _) in enumerate(arrivals) if of == stream] for stream in (0, 1)]
-    if not all(places):
+    stamps = [np.array([stamp for of, stamp in matcher.arrivals if of == stream], np.int64) for stream in (0, 1)]
+    if not all(map(len, stamps)):
         return None
-    first, second = (np.array([(arrivals[place][1] - arrivals[0][1]) * 1e-9 for place in of_stream])
-                     for of_stream in places)
+    first, second = ((of_stream - stamps[0][0]) * 1e-9 for of_stream in stamps)
     differences = second[None, :] - first[:, None] - matcher.offset
-    rows, columns = mutual_nearest(differences)
-    nearest = np.abs(differences[rows, columns])
-    # Number of messages of the same stream that come before the partner does.
-    waiting = max(sum(of == arrivals[begin][0] for of, _ in arrivals[begin:end]) for begin, end in (
-        sorted((places[0][i], places[1][j])) for i, j in zip(rows.tolist(), columns.tolist())))
-    now = matcher.params
-    slop, queue_size = _rounded_up(float(np.quantile(nearest, 0.9))), math.ceil(_rounded_up(waiting))
-    settings: Dict[str, float] = {}
-    for tried in _allowed((now.slop, now.queue_size), (slop, now.queue_size), (now.slop, queue_size),
-                          (slop, queue_size)):
-        within = np.count_nonzero(nearest < (tried.slop or matcher.slop))
-        other = StampMatcher(tried, matcher.constants)
-        pairs = sum(other.add(stream, stamp, None) is not None for stream, stamp in arrivals) + len(other.finish())
-        if pairs >= max(_LEAST_SHARE * within, 1):
-            settings = {key: value for key, value in vars(tried).items() if value != getattr(now, key)}
-            break
-    return PairingReport(float(np.median(nearest)), matcher.slop, float(first[-1] - second[-1]), settings)
-
-
-def _allowed(*values: Tuple[float, int]) -> Iterator[PairingParams]:
-    """Yield parameters of each slop and queue size that are in range."""
-    for slop, queue_size in values:
-        with suppress(ParameterError):
-            yield PairingParams(slop, queue_size)
+    nearest = np.abs(differences[mutual_nearest(differences)])
+    behind, difference = float(first[-1] - second[-1]), float(np.median(nearest))
+    slop = _rounded_up(float(np.quantile(nearest, 0.9)))
+    suggested = difference >= matcher.slop and abs(behind) <= _SAME_CLOCK and slop <= _MOST_SLOP
+    return PairingReport(difference, matcher.slop, behind, {'slop': slop} if suggested else {})
 
 
 def _rounded_up(value: float) -> float:

@@ -21,6 +21,7 @@ _MAX_BYTES = 1 << 30
 _DIGEST_BYTES = hashlib.sha256().digest_size
 # Names of its files, and of temporary ones that a killed process left: nothing else is ever deleted.
 _OWN_NAME = re.compile(r'[0-9a-f]{32}\.blob|\.[0-9a-f]{32}\.blob\.[0-9]+\.part')
+_UNUSABLE = 'the cache of compiled networks can not be used, each start compiles again: %s'
 
 
 class CompiledCache:
@@ -28,7 +29,6 @@ class CompiledCache:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._warned = False
 
     def load(self, key: str) -> Optional[bytes]:
         """Return the data stored under a key; None: no file, or an unreadable or damaged one."""
@@ -39,7 +39,7 @@ class CompiledCache:
         except FileNotFoundError:
             return None
         except OSError as error:
-            self._warn(error)
+            _log.warning(_UNUSABLE, error)
             return None
         digest, data = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
         if hashlib.sha256(data).digest() != digest:
@@ -54,7 +54,7 @@ class CompiledCache:
             write_whole(self._path(key), hashlib.sha256(data).digest() + data)
             self._prune()
         except OSError as error:
-            self._warn(error)
+            _log.warning(_UNUSABLE, error)
 
     def _path(self, key: str) -> Path:
         return self._folder / f'{hashlib.sha256(key.encode()).hexdigest()[:32]}.blob'
@@ -67,11 +67,6 @@ class CompiledCache:
                 total += status.st_size
                 if total > _MAX_BYTES:
                     path.unlink()
-
-    def _warn(self, error: OSError) -> None:
-        if not self._warned:
-            self._warned = True
-            _log.warning('the cache of compiled networks can not be used, each start compiles again: %s', error)
 
 
 def open_cache(folder: str) -> Optional[CompiledCache]:

@@ -8,10 +8,9 @@ import onnxruntime as ort
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
-from openpose_ros_pkg.networks.model_types import Model, Shape
+from openpose_ros_pkg.networks.model_types import Model
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
-_KINDS = {'tensor(float)': 'float32', 'tensor(float16)': 'float16', 'tensor(uint8)': 'uint8'}  # of images
 
 
 class OnnxruntimeBackend(Backend):
@@ -68,29 +67,6 @@ def _providers(params: BackendParams) -> List[Any]:
         'cuda': [(_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']],
         'tensorrt': [(_PROVIDERS['tensorrt'], tensorrt), (_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']]}
     return chains[params.device]
-
-
-def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
-    """Return the shapes of the inputs of an ONNX file, and those of its outputs by name.
-
-    Raises:
-        ModelError: onnxruntime can not read it.
-    """
-    try:
-        session = ort.InferenceSession(str(path), providers=[_PROVIDERS['cpu']])
-    except Exception as error:  # its errors have no common class of their own
-        raise ModelError(f'onnxruntime can not read {path}: {error}') from error
-    inputs, outputs = ([tuple(size if isinstance(size, int) else None for size in port.shape) for port in ports]
-                       for ports in (session.get_inputs(), session.get_outputs()))
-    if any(None in shape[1:] for shape in outputs) and not any(None in shape[1:] for shape in inputs):
-        # The file does not tell all that is known.
-        image = session.get_inputs()[0]
-        try:
-            given = np.ones((1, *image.shape[1:]), _KINDS.get(image.type, 'float32'))
-            outputs = [output.shape for output in session.run(None, {image.name: given})]
-        except Exception as error:
-            raise ModelError(f'onnxruntime can not compute {path}: {error}') from error
-    return inputs, {port.name: shape for port, shape in zip(session.get_outputs(), outputs)}
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:
