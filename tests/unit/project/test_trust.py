@@ -25,8 +25,7 @@ SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
            for path in sorted(folder.rglob('*.py'))]
 # The only modules that read archives: members whose checksum, or that of their archive, is right, into memory.
 READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py': {'tarfile', 'zipfile'},
-                 'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'},
-                 'development/benchmarks/sections/real_cameras.py': {'zipfile'}}
+                 'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'}}
 # Runs the makers' own code by hand, in an environment of its own: it loads no file of weights.
 MAKERS = {'development/benchmarks/makers_outputs.py': {'torch'}}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
