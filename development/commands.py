@@ -70,11 +70,8 @@ def bench(arguments: Sequence[str]) -> NoReturn:
     folder, name, rest = ROOT / 'development/benchmarks', ' '.join(arguments[:1]), arguments[1:]
     if name == 'render':  # it has an environment of its own, and needs no workspace
         os.execv(PYTHON, [PYTHON, str(ROOT / 'development/benchmark_data/render.py'), *rest])
-    if name == 'accuracy':
-        part, rest = (rest[0], rest[1:]) if rest[:1] in (['2d'], ['3d']) else ('3d', rest)
-        name = f'accuracy/{part}'
     if name not in BENCHMARKS:
-        die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(BENCHMARKS).replace('/', ' ') + ', render')
+        die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(BENCHMARKS) + ', render')
     os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), str(ROOT / 'tests/support')])  # what they share
     enter_workspace([PYTHON, str(folder / f'{name}.py'), *rest])
 
@@ -90,7 +87,7 @@ def test(arguments: Sequence[str]) -> NoReturn:
     sys.exit(run_groups(groups))
 
 
-BENCHMARKS = ('accuracy/2d', 'accuracy/3d', 'ablation', 'live', 'report', 'soak', 'virtual')
+BENCHMARKS = ('accuracy', 'ablation', 'live', 'report', 'soak', 'virtual')
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,
     'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks}

@@ -10,7 +10,7 @@ Arrays and tuples change as a whole; integers are rounded, at least 1, and odd w
 shares and likelihoods (0..1, without a unit) are at most 1. Words in tuples, such as joints, stay.
 
     ./run bench ablation skeleton_extract_3d.constants.METHOD.head smoothing=false --scenes SCENE ...
-    ./run bench ablation openpose_ros_pkg.detect.following.FOLLOWING.fading=0.1 --scenes SCENE ... --budget 0.5
+    ./run bench ablation openpose_ros_pkg.detect.following.FOLLOWING.fading=0.1 --scenes SEQUENCE ... --virtual
     ./run bench ablation openpose_ros_pkg.detect.existence.EXISTENCE --scenes SEQUENCE ... --virtual
 """
 import argparse
@@ -148,7 +148,7 @@ def count(folder: Path, variant: Variant, networks: CountedNetworks, arguments: 
             moments = virtual.passes(virtual.moments_of(folder), RATE, 1)
             played = virtual.play(chains.new(SLOW, 1.0), chains.machine, moments)
             return Counts(folder.name, {}, dict(virtual.counted(moments, played)), {})
-        return score_people(folder, Finder(settings, arguments.budget, networks).run(folder).frames)
+        return score_people(folder, Finder(settings, networks).run(folder).frames)
 
 
 def count_all(variants: Sequence[Variant], arguments: argparse.Namespace) -> List[List[Counts]]:
@@ -181,7 +181,6 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('constants', nargs='+', metavar='NAME[=VALUE]', help='what is varied')
     parser.add_argument('--scenes', nargs='+', type=Path, required=True, help='sequence folders')
-    parser.add_argument('--budget', type=float, default=0.0, help='search after each frame, with this work per frame')
     parser.add_argument('--virtual', action='store_true', help=f'at {RATE:g} Hz on a virtual clock, slowness {SLOW:g}')
     parser.add_argument('--out', type=Path, help='folder of counts, which are computed once')
     arguments = parser.parse_args()

@@ -9,20 +9,19 @@ import json
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detection import KnownPeople, NextPart
+from openpose_ros_pkg.detect.detection import KnownPeople
 from openpose_ros_pkg.detect.detector import Detector, Networks
-from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
-from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.chain import PeopleChain, Result
+from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, People3D
@@ -160,41 +159,6 @@ class CountedNetworks(Networks):
             cache.outputs.clear()
 
 
-class Budget:
-    """Work that the networks may do per frame where people are published before the search.
-
-    What is left is saved, up to that of two frames. Crops of expected people, and parts that are owed, are computed in
-    any case.
-
-    Args:
-        work: per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels.
-        rate: of the images [Hz].
-        done: returns the work of the networks so far.
-    """
-
-    def __init__(self, work: float, rate: float, done: Callable[[], float]) -> None:
-        self._work, self._done, self._allowed = work, done, 0.0
-        # one pass, on a machine that does this work in that share of the time [s]
-        self._unit = SCHEDULE.followed_share / rate / work
-
-    @property
-    def pace(self) -> Dict[str, float]:
-        """What the networks take on that machine [s] per pixel, by their names."""
-        return {name: work * self._unit for name, work in WORK.items()}
-
-    def result(self, chain: PeopleChain, frame: Frame) -> Result:
-        """Return the result of a frame, after which as much of it is searched as there is work left."""
-        self._allowed = min(self._allowed + self._work, self._done() + 2 * self._work)
-        result = chain.look(frame)
-        for part in chain.search():
-            if not self._allows(part):
-                break
-        return result
-
-    def _allows(self, part: NextPart) -> bool:
-        return part.owed or self._done() + part.seconds / self._unit <= self._allowed
-
-
 @dataclass
 class Run:
     """What was found in the frames of a sequence.
@@ -203,7 +167,7 @@ class Run:
         people: in each image.
         frames: stamp [s], and people in space.
         work: of the networks for each image.
-        times: of each frame in 2D and in 3D [s]; the search after a frame is part of the first.
+        times: of each frame in 2D and in 3D [s].
     """
 
     people: List[People2D] = field(default_factory=list)
@@ -213,21 +177,19 @@ class Run:
 
 
 class Finder:
-    """Finds the people of sequences with the same networks, and counts their work.
+    """Finds the people of sequences with the same networks, and counts their work. Each image is searched in full.
 
     Args:
-        budget: work of the networks per frame, see `Budget`; 0: each image is searched in full before its people count.
         networks: those of other finders; None: of its own.
         exact: give the true pixels in place of networks.
     """
 
-    def __init__(self, settings: ChainSettings, budget: float = 0.0, networks: Optional[CountedNetworks] = None,
-                 exact: bool = False) -> None:
-        self._settings, self._work_per_frame = settings, budget
-        self._following = FollowingParams(following='always') if budget > 0 else NEVER_FOLLOWED
+    def __init__(self, settings: ChainSettings, networks: Optional[CountedNetworks] = None, exact: bool = False
+                 ) -> None:
+        self._settings = settings
         self._networks = networks or CountedNetworks(settings.detector.backend,
                                                      settings.detector.detector.model_folder)
-        self._detector = None if exact else Detector(settings.detector, self._networks, self._following)
+        self._detector = None if exact else Detector(settings.detector, self._networks, NEVER_FOLLOWED)
 
     def run(self, folder: Path, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
         """Return what a chain that has seen nothing before finds in each image and in space.
@@ -237,19 +199,18 @@ class Finder:
             limit: number of frames; None: all.
         """
         sequence, work = open_sequence(folder), self._networks.done
-        budget = Budget(self._work_per_frame, sequence.fps or 1.0, work) if self._work_per_frame > 0 else None
         if self._detector is None:
             people = exact_people(folder)
             detection: Any = KnownPeople(COCO_18, lambda frame: people[frame.source])
         else:
-            detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
+            detection = NetworkDetection(self._detector, NEVER_FOLLOWED)
         chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking)
         run = Run()
         for number, each in enumerate(itertools.islice(sequence, limit)):
             done, began = work(), time.perf_counter()
             frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
                           floor=None if floors is None else floors[number], source=number)
-            result = chain.update(frame) if budget is None else budget.result(chain, frame)
+            result = chain.update(frame)
             estimating = sum(result.timing.values())
             run.people.append(result.people_2d)
             run.work.append(work() - done)

@@ -37,7 +37,6 @@ class Job(NamedTuple):
     folder: Path
     settings: str
     exact: bool
-    budget: float
     limit: Optional[int]
 
     @property
@@ -49,19 +48,17 @@ class Job(NamedTuple):
         return KEPT / f'{self.folder.name}_{key[:16]}.npz'
 
 
-def count(options: Options, settings: Dict[str, Any], exact: bool = False, budget: float = 0.0, every: int = 1
-          ) -> List[Counts]:
+def count(options: Options, settings: Dict[str, Any], exact: bool = False, every: int = 1) -> List[Counts]:
     """Run the chain on scenes and return their counts; a scene that was counted before is read.
 
     Args:
         settings: parameters of the chain.
         exact: give the true pixels instead of those that networks find.
-        budget: work of the networks per frame, see `chain_runs.Budget`; 0: each image is searched in full.
         every: take every so many-th scene, for slow settings.
     """
     values = json.dumps({**settings, **options.settings}, sort_keys=True)
     folders = list(options.scenes)[:QUICK_SCENES] if options.quick else list(options.scenes)[::every]
-    jobs = [Job(folder, values, exact, budget, QUICK_FRAMES if options.quick else None) for folder in folders]
+    jobs = [Job(folder, values, exact, QUICK_FRAMES if options.quick else None) for folder in folders]
     missing = [(job, job.path) for job in jobs if not job.path.is_file()]
     cores = min(len(os.sched_getaffinity(0)), len(missing))
     if cores > 1:
@@ -86,12 +83,12 @@ def _code_digest() -> str:
 
 
 @lru_cache(maxsize=1)
-def _finder(settings: str, exact: bool, budget: float) -> chain_runs.Finder:
-    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), budget, exact=exact)
+def _finder(settings: str, exact: bool) -> chain_runs.Finder:
+    return chain_runs.Finder(build(ChainSettings, {'threads': 1, **json.loads(settings)}), exact=exact)
 
 
 def _run(job: Job, path: Path) -> None:
-    run = _finder(job.settings, job.exact, job.budget).run(job.folder, limit=job.limit)
+    run = _finder(job.settings, job.exact).run(job.folder, limit=job.limit)
     counts = score_people(job.folder, run.frames, slice(job.limit))
     rows = [np.zeros(0, PERSON)]
     for seconds, people in run.frames:

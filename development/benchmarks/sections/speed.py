@@ -59,7 +59,7 @@ def measure(options: Options) -> Section:
 
 def timed(options: Options, row: Dict[str, Any], frames: int) -> List[Any]:
     """Return the times of frames in 2D and 3D [s]."""
-    finder = chain_runs.Finder(build(ChainSettings, {**row['settings'], **options.settings}), row.get('budget', 0.0))
+    finder = chain_runs.Finder(build(ChainSettings, {**row['settings'], **options.settings}))
     return [times for folder in options.scenes[:SCENES]
             for times in finder.run(folder, limit=WARM_UP + frames // SCENES).times[WARM_UP:]]
 

@@ -15,13 +15,8 @@ ROWS: Dict[str, Dict[str, Any]] = {
     'balanced': {'settings': {'mode': 'balanced'}, 'every': 2},
     'accurate': {'settings': {'mode': 'accurate'}, 'every': 10},
     'mobilenet_thin': {'settings': {'pose_model': 'mobilenet_thin'}, 'every': 4},
-    'movenet_multipose': {'settings': {'pose_model': 'movenet_multipose'}, 'every': 4},
-    'followed_12': {'settings': {'mode': 'balanced'}, 'budget': 1.2, 'every': 4},
-    'followed_06': {'settings': {'mode': 'balanced'}, 'budget': 0.6, 'every': 4},
-    'followed_03': {'settings': {'mode': 'balanced'}, 'budget': 0.3, 'every': 4}}
-TITLES = {'mobilenet_thin': 'mobilenet_thin alone', 'movenet_multipose': 'movenet_multipose alone',
-          **{f'followed_{name}': f'followed, {work} passes'
-             for name, work in (('12', 1.2), ('06', 0.6), ('03', 0.3))}}
+    'movenet_multipose': {'settings': {'pose_model': 'movenet_multipose'}, 'every': 4}}
+TITLES = {'mobilenet_thin': 'mobilenet_thin alone', 'movenet_multipose': 'movenet_multipose alone'}
 
 
 def measure(options: Options) -> Section:
@@ -35,6 +30,5 @@ def measure(options: Options) -> Section:
     pictures = [trade_off('modes', 'Share of the visible joints within 100 mm against the time of a frame', points, {
         'x': 'ms per frame', 'y': 'visible joints within 100 mm'})] if points else ()
     return Section('Slow modes are measured on a part of the scenes, evenly from the list, so compare rows by their '
-                   'intervals. Followed: people are tracked on crops, with that many passes of '
-                   'mobilenet_thin over 656 x 368 per frame (`target_rate` does so live).', named,
+                   'intervals.', named,
                    [Table('', rows_of(counts, STATISTICS, SHORT_TABLE, 'mode'))], pictures)

@@ -3,17 +3,15 @@
 
 Prints the figures of each sequence, and of all with their 95 % intervals by bootstrap over sequences (scoring/).
 Without sequences: the small ones of this repository. Each frame is searched in full before its people count, as
-process_bag does; with --budget, people count before the search, as in the nodes, and the networks may do that much work
-per frame, in units of one pass of mobilenet_thin over 656 x 368 pixels; work counts pixels, not time.
+process_bag does.
 
-    ./run bench accuracy                                     # the same as accuracy 3d
-    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --set mode=balanced
-    ./run bench accuracy 3d SEQUENCE --exact-2d
-    ./run bench accuracy 3d SEQUENCE --set lifting=mean3x3 --set tracking=false   # the original
+    ./run bench accuracy [SEQUENCE ...] --set mode=balanced
+    ./run bench accuracy SEQUENCE --exact-2d
+    ./run bench accuracy SEQUENCE --set lifting=mean3x3 --set tracking=false   # the original
 """
 import sys
 from pathlib import Path
-from typing import Any, List, Sequence
+from typing import Sequence
 
 import numpy as np
 import pandas as pd
@@ -51,26 +49,20 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     return f'{text}\nwork per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}'
 
 
-def run_all(arguments: Any, settings: ChainSettings) -> List[chain_runs.Run]:
-    """Return what the chain finds in each sequence."""
-    finder = chain_runs.Finder(settings, arguments.budget, exact=arguments.exact_2d)
-    # z of the world by the coordinates of the camera
-    return [finder.run(folder, chain_runs.camera_poses(folder)[:, 2] if arguments.floor else None)
-            for folder in arguments.sequences]
-
-
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='*', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     add_settings(parser, 'of the chain')
-    parser.add_argument('--budget', type=float, default=0.0, help='search after each frame, with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     arguments = parser.parse_args()
-    arguments.sequences = arguments.sequences or scenes_of(SCENES)
-    folders, settings = arguments.sequences, build(ChainSettings, setting_values(parser, arguments.settings))
-    runs = run_all(arguments, settings)
+    folders = arguments.sequences or scenes_of(SCENES)
+    finder = chain_runs.Finder(build(ChainSettings, setting_values(parser, arguments.settings)),
+                               exact=arguments.exact_2d)
+    # z of the world by the coordinates of the camera
+    runs = [finder.run(folder, chain_runs.camera_poses(folder)[:, 2] if arguments.floor else None)
+            for folder in folders]
     detecting, estimating = 1e3 * np.median([times for run in runs for times in run.times], axis=0)
     print(f'median ms per frame: 2D {detecting:.1f}, 3D {estimating:.2f}')
     if not arguments.exact_2d:
