@@ -2,22 +2,22 @@
 
 Several scenes are rendered side by side, each by one process on one core.
 """
-import argparse
 import multiprocessing
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import List, NamedTuple, Optional, Sequence
+from typing import List, NamedTuple, Optional
 
 import cv2
 
+from .render import PEOPLE_SCENES, parse_arguments
 from .scenarios import by_hand, long
 from .scenarios.plan import SETS, plan_scene
 from .scenarios.random_scenes import build_scene
 from .sequence import write_scene
 
-PEOPLE_SCENES, SIGNAL_SCENES, STAGE_SCENES = 40, 6, 2  # of a set
+SIGNAL_SCENES, STAGE_SCENES = 6, 2  # of a set
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
 SCENARIOS = {**by_hand.SCENARIOS, **long.SCENARIOS}
 HERE = Path(__file__).resolve().parent
@@ -74,14 +74,8 @@ def render(job: Job) -> str:
             f'{size:.1f} MB, {time.monotonic() - started:.0f} s, {time.process_time() - used:.0f} s of a core')
 
 
-def main(arguments: Sequence[str]) -> None:
-    parser = argparse.ArgumentParser(prog='./run bench render')
-    parser.add_argument('what', nargs='+')
-    parser.add_argument('--out', type=Path)
-    parser.add_argument('--jobs', type=int, default=2)
-    parser.add_argument('--scenes', type=int, default=PEOPLE_SCENES)
-    parser.add_argument('--frames', type=int)
-    options = parser.parse_args(arguments)
+def main() -> None:
+    options = parse_arguments()
     if options.what == ['list']:
         print('sets:', *SETS, 'long', '\nscenarios by hand:', *SCENARIOS)
         return
@@ -96,4 +90,4 @@ def main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == '__main__':
-    main(sys.argv[1:])
+    main()

@@ -14,7 +14,7 @@ import argparse
 import os
 import sys
 from pathlib import Path
-from typing import List, Optional
+from typing import Optional
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
@@ -28,13 +28,14 @@ ENVIRONMENT = ROOT / '.venv_render'
 STAMP = ENVIRONMENT / '.complete'
 HERE = Path(__file__).resolve().parent
 CHECK_PYTHON = 'import ensurepip, sys; sys.exit(sys.version_info < (3, 11))'
+PEOPLE_SCENES = 40  # of a set
 GET_ASSETS = """MakeHuman's garments are not there. They are in the folder base of the public repository
 makehumancommunity/makehuman-assets on GitHub (CC0; about 200 MB with it all):
   git clone --depth 1 https://github.com/makehumancommunity/makehuman-assets
   ./run bench render ... --assets makehuman-assets/base       (or set the variable MH_BASE)"""
 
 
-def main() -> None:
+def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='./run bench render', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('what', nargs='+', metavar='tune|report|committed|SCENARIO|list')
@@ -42,16 +43,16 @@ def main() -> None:
     parser.add_argument('--assets', type=Path, default=os.environ.get('MH_BASE', ''),
                         help='folder with clothes/ and hair/ [the variable MH_BASE]')
     parser.add_argument('--jobs', type=int, default=2, help='scenes side by side, each on a core [%(default)s]')
-    parser.add_argument('--scenes', type=int, help='only the first N of a set')
+    parser.add_argument('--scenes', type=int, default=PEOPLE_SCENES, help='only the first N of a set')
     parser.add_argument('--frames', type=int, help='only N frames of each scene, spread over it, to look at')
-    options = parser.parse_args()
+    return parser.parse_args()
+
+
+def main() -> None:
+    options = parse_arguments()
     if options.what != ['list'] and not all((options.assets / name).is_dir() for name in ('clothes', 'hair')):
         die(GET_ASSETS)
-    command: List[str] = [render_python(), '-m', 'development.benchmark_data.jobs', *options.what,
-                          '--jobs', str(options.jobs)]
-    for name in ('out', 'scenes', 'frames'):
-        if getattr(options, name) is not None:
-            command += [f'--{name}', str(getattr(options, name))]
+    command = [render_python(), '-m', 'development.benchmark_data.jobs', *sys.argv[1:]]
     # not the system's modules, which another Python cannot load
     os.execve(command[0], command, {**os.environ, 'PYTHONPATH': str(ROOT), 'MH_BASE': str(options.assets.resolve()),
                                     'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'})

@@ -1,6 +1,7 @@
 """Our decoders against the makers' own code on the same tensors.
 
-mmpose 1.3.2, rtmlib 0.0.16, rfdetr 1.11.2, DETRPose a6ca202d: development/benchmarks/makers_outputs.py.
+By SimCCLabel and PoseDataPreprocessor of mmpose 1.3.2, get_simcc_maximum and YOLOX.postprocess of rtmlib 0.0.16,
+PostProcess of rfdetr 1.11.2 and of DETRPose a6ca202d.
 """
 from dataclasses import replace
 from pathlib import Path

@@ -26,8 +26,6 @@ SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
 # The only modules that read archives: members whose checksum, or that of their archive, is right, into memory.
 READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py': {'tarfile', 'zipfile'},
                  'openpose_ros_pkg/src/openpose_ros_pkg/networks/web_archive.py': {'zipfile'}}
-# Runs the makers' own code by hand, in an environment of its own: it loads no file of weights.
-MAKERS = {'development/benchmarks/makers_outputs.py': {'torch'}}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
 ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}
@@ -50,7 +48,7 @@ def test_no_module_unpickles_or_unpacks():
         'pickle', 'extractall', 'allow_pickle'}
     found = {str(path.relative_to(ROOT)): faults(path.read_text()) for path in SOURCES
              if '/test/' not in str(path)}
-    assert {path: names for path, names in found.items() if names} == {**READ_ARCHIVES, **MAKERS}
+    assert {path: names for path, names in found.items() if names} == READ_ARCHIVES
 
 
 def pins(lock, python):
