@@ -14,14 +14,13 @@ import argparse
 import os
 import sys
 from pathlib import Path
-from typing import Optional
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from development import LOGS  # noqa: E402  # found by the path above
 from development.locks import RENDER_REQUIREMENTS, lock_of  # noqa: E402
-from development.set_up import PIP, check_own  # noqa: E402
+from development.set_up import PIP, check_own, find_python  # noqa: E402
 from development.terminal import die, step, succeeds  # noqa: E402
 
 ENVIRONMENT = ROOT / '.venv_render'
@@ -67,25 +66,16 @@ def render_python() -> str:
         if not succeeds(python, '-c', 'import anny, embreex', quiet=True):
             die(f'{python} has no anny and embreex; ./run bench render makes an environment that has, without it')
         return python
-    base = find_python()
+    base = find_python(CHECK_PYTHON, '3.11', '3.12', '3.13')
     if base is None:
-        die('rendering needs a Python 3.11 or newer with venv, as python3.11, python3.12 or python3.13 on PATH or in '
-            'pyenv; or RENDER_PYTHON=INTERPRETER with the packages of ' + str(RENDER_REQUIREMENTS))
+        die('rendering needs a Python 3.11 or newer with venv on PATH or in pyenv; '
+            'or RENDER_PYTHON=INTERPRETER with the packages of ' + str(RENDER_REQUIREMENTS))
     check_own(ENVIRONMENT)
     LOGS.mkdir(exist_ok=True)
     step('Making .venv_render: about 6 GB of packages, most of it for torch', 'render',
          'check the network and the space on the disk', make_environment, base)
     STAMP.write_text(lock)
     return python
-
-
-def find_python() -> Optional[str]:
-    """Return a Python that can make the environment; None: there is none."""
-    pyenv = Path(os.environ.get('PYENV_ROOT') or Path.home() / '.pyenv')
-    names = [f'python3.{minor}' for minor in (11, 12, 13)]
-    candidates = [*names, '/usr/bin/python3', *(str(path) for name in names
-                                                for path in sorted(pyenv.glob(f'versions/{name[6:]}*/bin/{name}')))]
-    return next((python for python in candidates if succeeds(python, '-c', CHECK_PYTHON, quiet=True)), None)
 
 
 def make_environment(base: str) -> None:

@@ -168,7 +168,6 @@ def _facing_camera(stage: Stage) -> Place:
 
 
 def _targets(stage: Stage, signallers: Sequence[Signaller]) -> Dict[str, np.ndarray]:
-    """Put five bright boxes into the room, beside the people and before them."""
     rng, targets = stage.rng, {}
     for name, color in TARGET_COLORS.items():
         for _ in range(100):

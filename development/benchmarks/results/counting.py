@@ -74,7 +74,6 @@ def count(options: Options, settings: Dict[str, Any], exact: bool = False, every
 
 @lru_cache(maxsize=1)
 def _code_digest() -> str:
-    """Return a digest of the sources that decide what is counted."""
     digest = hashlib.sha256()
     for path in sorted(path for folder in _SOURCES for path in (ROOT / folder).rglob('*')
                        if path.suffix in ('.py', '.cpp', '.hpp', '.h')):

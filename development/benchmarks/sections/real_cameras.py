@@ -94,7 +94,6 @@ def _found(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List[np.nd
 
 
 def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
-    """Return the table of the people and their bones."""
     ids = sorted({number for people in fused for number in people.ids.tolist()})
     counts = [len(people) for people in fused]
     found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
@@ -115,7 +114,6 @@ def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
 
 
 def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
-    """Return the table of the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
     for camera in seen:
         errors: List[float] = []
@@ -131,7 +129,6 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
 
 
 def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> Table:
-    """Return the table of the poses by the people alone."""
     rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle to Qualisys [degrees]', 'stated',
                                  'position to Qualisys [mm]', 'stated']]
     for rate, agree in CALIBRATIONS:
@@ -156,7 +153,6 @@ def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> Table:
 
 
 def _recording(camera: Camera, step: int) -> CameraRecording:
-    """Return every so many frames of a camera for the calibration."""
     frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(camera.people)][::step]
     pixels = np.concatenate([_keypoints(people)[..., :2] for _, people in frames])
     rays = camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
@@ -170,13 +166,11 @@ def _keypoints(people: People2D) -> np.ndarray:
 
 
 def _pixels(camera: Camera, people: People3D) -> np.ndarray:
-    """Return where the joints of people are in the image, (P, 18, 2) [px]."""
     rotation, origin = camera.pose
     return camera.model.project((people.xyz - origin) @ rotation).reshape(len(people), -1, 2)
 
 
 def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D) -> None:
-    """Write the picture: images side by side, with fused joints."""
     shown = []
     for camera, image in zip(seen, images):
         pixels = _pixels(camera, people)
