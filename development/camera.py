@@ -45,5 +45,4 @@ def _with_path(word: str) -> str:
 
 
 def _absolute(value: str) -> str:
-    """Return the absolute path of a file or folder; else the text as it is."""
     return str(Path(value).absolute()) if value and Path(value).exists() else value

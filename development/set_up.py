@@ -216,9 +216,15 @@ def _run_all(*commands: Sequence[str]) -> None:
 
 def find_python_38() -> Optional[str]:
     """Return a Python 3.8 of pyenv or on PATH that can make .venv_focal; None: there is none."""
+    return find_python(CHECK_PYTHON_38, '3.8')
+
+
+def find_python(check: str, *versions: str) -> Optional[str]:
+    """Return the first Python of these versions, of pyenv or on PATH, in which a program succeeds."""
     pyenv = Path(os.environ.get('PYENV_ROOT') or Path.home() / '.pyenv')
-    candidates = [*map(str, sorted(pyenv.glob('versions/3.8*/bin/python3.8'))), 'python3.8']
-    return next((python for python in candidates if succeeds(python, '-c', CHECK_PYTHON_38, quiet=True)), None)
+    candidates = [name for version in versions for name in (*map(str, sorted(pyenv.glob(
+        f'versions/{version}*/bin/python{version}'))), f'python{version}')]
+    return next((python for python in candidates if succeeds(python, '-c', check, quiet=True)), None)
 
 
 def _set_up_focal(python: str) -> None:

@@ -2,23 +2,22 @@
 
 Several scenes are rendered side by side, each by one process on one core.
 """
-import argparse
 import multiprocessing
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import List, NamedTuple, Optional, Sequence
+from typing import List, NamedTuple, Optional
 
 import cv2
 
+from .render import PEOPLE_SCENES, parse_arguments
 from .scenarios import by_hand, long
-from .scenarios.plan import SETS, plan_scene, plan_special
+from .scenarios.plan import SETS, plan_scene
 from .scenarios.random_scenes import build_scene
-from .scenarios.random_signals import build_signals, build_stage
-from .sequence import Scene, write_scene
+from .sequence import write_scene
 
-PEOPLE_SCENES, SIGNAL_SCENES, STAGE_SCENES = 40, 6, 2  # of a set
+SIGNAL_SCENES, STAGE_SCENES = 6, 2  # of a set
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
 SCENARIOS = {**by_hand.SCENARIOS, **long.SCENARIOS}
 HERE = Path(__file__).resolve().parent
@@ -26,7 +25,7 @@ SCENES, RENDERED = HERE / 'scenes', HERE / 'rendered'  # where scenes go without
 
 
 class Job(NamedTuple):
-    """A scene to render: number `index` of a kind (people, signals, stage) of a set, or a scenario by hand."""
+    """A scene to render: number `index` of a set, of a special kind (signals, stage) or not; or a scenario by hand."""
 
     kind: str
     folder: Path
@@ -52,35 +51,21 @@ def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
         raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join(SETS)}, long; "
                          f"scenarios: {', '.join(SCENARIOS)}")
     if name == 'committed':
-        return [Job('people', out or SCENES, name, index) for index in COMMITTED[:count]]
+        return [Job('', out or SCENES, name, index) for index in COMMITTED[:count]]
     special = [('signals', i) for i in range(SIGNAL_SCENES)] + [('stage', i) for i in range(STAGE_SCENES)]
-    scenes = [('people', i) for i in range(count)] + (special if count >= PEOPLE_SCENES else [])
+    scenes = [('', i) for i in range(count)] + (special if count >= PEOPLE_SCENES else [])
     return [Job(kind, folder / name, name, index) for kind, index in scenes]
-
-
-def scene_name(job: Job) -> str:
-    """Return the name of a scene's folder, without building it."""
-    if job.kind == 'people':
-        return plan_scene(job.people_set, job.index).name
-    return f'{job.kind}_{job.index}' if job.people_set else job.kind
-
-
-def build(job: Job) -> Scene:
-    if job.kind == 'people':
-        return build_scene(plan_scene(job.people_set, job.index))
-    if not job.people_set:
-        return SCENARIOS[job.kind]()
-    build_special = build_signals if job.kind == 'signals' else build_stage
-    return build_special(plan_special(job.people_set, job.kind, job.index))
 
 
 def render(job: Job) -> str:
     """Render a job; return a line about it."""
-    if (job.folder / scene_name(job)).is_dir():
-        return f'{job.folder / scene_name(job)}: is there'
+    plan = plan_scene(job.people_set, job.index, job.kind) if job.people_set else None
+    name = plan.name if plan else job.kind
+    if (job.folder / name).is_dir():
+        return f'{job.folder / name}: is there'
     cv2.setNumThreads(1)
     started, used = time.monotonic(), time.process_time()
-    scene = build(job)
+    scene = build_scene(plan) if plan else SCENARIOS[job.kind]()
     count = scene.frames if job.frames is None else job.frames
     numbers = sorted({round(k * (scene.frames - 1) / max(count - 1, 1)) for k in range(count)})
     folder = write_scene(scene, job.folder, numbers)
@@ -89,14 +74,8 @@ def render(job: Job) -> str:
             f'{size:.1f} MB, {time.monotonic() - started:.0f} s, {time.process_time() - used:.0f} s of a core')
 
 
-def main(arguments: Sequence[str]) -> None:
-    parser = argparse.ArgumentParser(prog='./run bench render')
-    parser.add_argument('what', nargs='+')
-    parser.add_argument('--out', type=Path)
-    parser.add_argument('--jobs', type=int, default=2)
-    parser.add_argument('--scenes', type=int, default=PEOPLE_SCENES)
-    parser.add_argument('--frames', type=int)
-    options = parser.parse_args(arguments)
+def main() -> None:
+    options = parse_arguments()
     if options.what == ['list']:
         print('sets:', *SETS, 'long', '\nscenarios by hand:', *SCENARIOS)
         return
@@ -111,4 +90,4 @@ def main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == '__main__':
-    main(sys.argv[1:])
+    main()

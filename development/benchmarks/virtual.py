@@ -235,7 +235,6 @@ class Tally:
         sums.update(frames=1, ids=len(self._owners) - sums['ids'], people=len(self._people) - sums['people'])
 
     def _report(self, name: int, new: int, now: float) -> None:
-        """Count that a person is reported with an id."""
         person = self._people[name]
         old, returned = person.id, person.id is not None and person.away >= AWAY
         self.sums.update(returned=returned, kept=returned and old == new)

@@ -141,7 +141,6 @@ def _paced(pace: float, keys: Sequence[Tuple[Any, ...]]) -> List[Tuple[Any, ...]
 
 
 def _lying_limbs(side: str, sign: float, roll: int, shift: float) -> Tuple[Any, ...]:
-    """Return key frames of foot, knee, wrist, elbow and hand of one side while lying down and getting up."""
     is_low, inward = sign == roll, -sign * 0.11
 
     def own(left: float, *others: float) -> Tuple[float, ...]:

@@ -1,5 +1,5 @@
 """Whether people stand in each other or in furniture, told from their joints."""
-from typing import Any, FrozenSet, List, Sequence, Set, Tuple
+from typing import Any, FrozenSet, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -23,22 +23,20 @@ def bone_points(joints: np.ndarray, stature: float) -> Tuple[np.ndarray, np.ndar
     return points.reshape(-1, 3), np.repeat([radius for _, _, radius in _BONES], len(_SHARES)) * stature / 1.75
 
 
-def conflict(rigs: Sequence[Rig], movers: Sequence[Any], boxes: Sequence[Box], times: Sequence[float],
-             touching: Set[FrozenSet[int]]) -> str:
-    """Return what two people, or one and furniture, do to each other at the times; '' if nothing.
+def check_contact(rigs: Sequence[Rig], movers: Sequence[Any], boxes: Sequence[Box], times: Sequence[float],
+                  touching: Set[FrozenSet[int]]) -> None:
+    """Raise ValueError where two people, or one and furniture, are in each other at the times.
 
     touching: pairs that may touch, with arms anyhow and trunks up to CONTACT_DEPTH.
     """
     for t in times:
         clouds = [bone_points(rig.pose(mover.at(t)).joints, rig.body.stature) for rig, mover in zip(rigs, movers)]
         for i, (points, radii) in enumerate(clouds):
-            for box in boxes:
-                if box.contains(points, -FURNITURE_MARGIN).any():
-                    return f'person {i + 1} is in furniture at {t:.1f} s'
+            if any(box.contains(points, -FURNITURE_MARGIN).any() for box in boxes):
+                raise ValueError(f'person {i + 1} is in furniture at {t:.1f} s')
             for j in range(i):
                 if _overlap(clouds[j], (points, radii), frozenset((i, j)) in touching):
-                    return f'persons {j + 1} and {i + 1} are in each other at {t:.1f} s'
-    return ''
+                    raise ValueError(f'persons {j + 1} and {i + 1} are in each other at {t:.1f} s')
 
 
 def _overlap(a: Tuple[np.ndarray, np.ndarray], b: Tuple[np.ndarray, np.ndarray], touching: bool) -> bool:
@@ -46,8 +44,3 @@ def _overlap(a: Tuple[np.ndarray, np.ndarray], b: Tuple[np.ndarray, np.ndarray],
     distance = np.linalg.norm(a[0][trunk][:, None] - b[0][trunk][None], axis=2)
     allowed = -CONTACT_DEPTH if touching else 0.03
     return bool((distance < a[1][trunk][:, None] + b[1][trunk][None] + allowed).any())
-
-
-def sample_times(duration: float, count: int = 12) -> List[float]:
-    """Return times from the first to the last frame."""
-    return np.linspace(0, duration, count).tolist()

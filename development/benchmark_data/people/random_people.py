@@ -28,7 +28,6 @@ def _color(rng: np.random.Generator, people: str, dark: float = 0.2) -> Color:
 
 
 def _mixed(tones: tuple, place: float) -> Color:
-    """Return the colour at a place 0..1 along tones."""
     table = np.array(tones, float)
     at = place * (len(table) - 1)
     red, green, blue = (float(np.interp(at, np.arange(len(table)), channel)) for channel in table.T)

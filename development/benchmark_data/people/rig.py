@@ -118,7 +118,6 @@ class Rig:
         return rotations, heads
 
     def _chain(self, turns: np.ndarray, bone: str) -> Tuple[np.ndarray, np.ndarray]:
-        """Return rotation and head of one bone."""
         chain: List[int] = []
         i = self.bones[bone]
         while i >= 0:
@@ -160,7 +159,6 @@ class Rig:
         return self._posed(bones)
 
     def _lowest(self, bones: np.ndarray) -> float:
-        """Return the height of the lowest vertex [m]."""
         rows = self.body.skinning @ bones[:, 2]
         return float(((rows[:, :3] * self.body.rest).sum(1) + rows[:, 3]).min())
 
@@ -199,7 +197,6 @@ class Rig:
         turns[self.bones[f'foot.{side}']] = (thigh @ shin).T @ rotation('z', sign * 7) @ rotation('x', pitch)
 
     def _reach(self, turns: np.ndarray, pose: Pose, frame: Tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
-        """Bend legs and arms so that feet and wrists are at their places."""
         to_world, pivot, offset = frame
 
         def to_body(point: np.ndarray) -> np.ndarray:

@@ -43,8 +43,6 @@ class Frame(NamedTuple):
 
 
 class _People(NamedTuple):
-    """All people of a frame as one mesh."""
-
     scene: Any
     rest: np.ndarray
     faces: np.ndarray
@@ -206,7 +204,6 @@ class Renderer:
         return mask
 
     def _hit(self, scene: _People, rays: np.ndarray, limit: np.ndarray) -> _Hits:
-        """Return the hits of rays that are nearer than the room."""
         depth, faces, weights = self._cast(scene.scene, rays)
         hit = np.flatnonzero((faces >= 0) & (depth < limit))
         depth, faces, weights = depth[hit], faces[hit], weights[hit]
@@ -215,7 +212,6 @@ class Renderer:
         return _Hits(hit, depth, faces, weights, _towards_camera(normals, rays[hit]))
 
     def _shade(self, scene: _People, hits: _Hits, rays: np.ndarray, rest: np.ndarray) -> np.ndarray:
-        """Return the (N, 3) colour of hits."""
         if not len(hits.rays):
             return np.zeros((0, 3))
         color = materials.albedo(scene.materials, scene.material[hits.faces], rest)
@@ -242,7 +238,6 @@ class Renderer:
 
 
 def _dark(scene: _People, faces: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return (N,) whether the surface reflects little infrared."""
     which = scene.material[faces]
     dark = materials.is_dark(scene.materials)[which]
     for k, material in enumerate(scene.materials):
@@ -257,5 +252,4 @@ def _towards_camera(normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the (N,) products of rows."""
     return np.einsum('ij,ij->i', a, b)

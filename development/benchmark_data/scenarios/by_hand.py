@@ -1,4 +1,4 @@
-"""Scenarios by hand: two people who cross, the sequence that the packages ship; and the hands of one person."""
+"""Scenarios by hand: the sequence of the demo, and hands before the camera."""
 import zlib
 from typing import Any, Dict, List, Tuple
 
@@ -16,24 +16,22 @@ from ..sequence import Scene, fixed
 from .cast import rig
 
 
-def scene(name: str, room: Room, people: Tuple[List[Any], List[Any]], view: Camera,
-          towards_light: Tuple[float, float, float], **options: Any) -> Scene:
+def scene(name: str, room: Room, people: Tuple[List[Any], List[Any]], view: Camera, towards_light: Tuple[float, ...],
+          **options: Any) -> Scene:
+    """Return a scene of rigs and movers, seen by a camera that stays where it is."""
     return Scene(name, zlib.crc32(name.encode()) >> 4, room, *people, [fixed(view)], light=Light(towards_light),
                  **options)
 
 
 def cross() -> Scene:
-    """Two people walk past each other."""
-    bea, ed = rig('bea'), rig('ed')
-    movers = [
-        Motion(bea, MotionKeys(
-            [(0, (-1.85, 3.75)), (1.2, (-0.16, 3.68)), (1.75, (0.0, 3.67)), (2.8, (1.5, 3.6))],
-            [(0, heading(3.6, -0.2))], head_yaw=[(0, 0), (1, -25), (2, 0)]), 5),
-        Motion(ed, MotionKeys(
-            [(0, (1.05, 2.55)), (1.0, (0.08, 1.98)), (1.7, (-0.08, 1.9)), (2.7, (-1.1, 2.25))],
-            [(0, -52), (0.8, -18), (1.6, -22), (2.2, heading(-1, 0.3))]), 6)]
-    return scene('cross', Room(13, 5.6), ([bea, ed], movers), Camera(KinectV2.intrinsics, 1.35, 5),
-                 towards_light=(-0.2, -0.8, 0.9))
+    """Two people walk past each other, at full resolution."""
+    rigs = [rig('bea'), rig('ed')]
+    keys = [MotionKeys([(0, (-1.85, 3.75)), (1.2, (-0.16, 3.68)), (1.75, (0.0, 3.67)), (2.8, (1.5, 3.6))],
+                       [(0, heading(3.6, -0.2))], head_yaw=[(0, 0), (1, -25), (2, 0)]),
+            MotionKeys([(0, (1.05, 2.55)), (1.0, (0.08, 1.98)), (1.7, (-0.08, 1.9)), (2.7, (-1.1, 2.25))],
+                       [(0, -52), (0.8, -18), (1.6, -22), (2.2, heading(-1, 0.3))])]
+    movers = [Motion(person, motion, seed) for person, motion, seed in zip(rigs, keys, (5, 6))]
+    return scene('cross', Room(13, 5.6), (rigs, movers), Camera(KinectV2.intrinsics, 1.35, 5), (-0.2, -0.8, 0.9))
 
 
 class HandActor(Actor):
@@ -82,8 +80,8 @@ def hands() -> Scene:
     person = rig('bea')
     actor = HandActor(person, Place(0, 1.32, 0), keys, ActorKeys(hands=fingers), 111,
                       head_pitch=[(0, 4), (1.5, 10), (2.8, 2)], head_yaw=[(0, 0), (1.0, -12), (1.9, 12), (2.8, 0)])
-    return scene('hands', Room(37, 4.4), ([person], [actor]), Camera(KinectV2.intrinsics, 1.3, 2), frames=44,
-                 hands=True, towards_light=(-0.3, -0.8, 0.8))
+    return scene('hands', Room(37, 4.4), ([person], [actor]), Camera(KinectV2.intrinsics, 1.3, 2),
+                 (-0.3, -0.8, 0.8), frames=44, hands=True)
 
 
 SCENARIOS = {'cross': cross, 'hands': hands}

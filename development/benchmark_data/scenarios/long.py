@@ -52,7 +52,7 @@ def long_scene(name: str, room: Room, seconds: float, people: Sequence[Tuple[str
     rigs = [rig(member) for member, _ in people]
     movers = [Motion(person, keys, 200 + k, seconds + 1) for k, (person, (_, keys)) in enumerate(zip(rigs, people))]
     view = Camera(SENSORS[sensor].intrinsics.halved(), 1.45, 7)
-    return scene(name, room, (rigs, movers), view, towards_light=LIGHT.direction, sensor=sensor,
+    return scene(name, room, (rigs, movers), view, LIGHT.direction, sensor=sensor,
                  frames=round(seconds * FPS))
 
 

@@ -11,10 +11,11 @@ from ..rendering.renderer import Light
 
 SETS = {'tune': 1, 'report': 2, 'committed': 3}  # the first number of the seeds of a set
 KINDS = ('stand', 'turn', 'walk', 'cross', 'meet', 'hand_over', 'hug', 'sit', 'table', 'kneel', 'lie', 'group')
-COUNTS = {'meet': (2, 4), 'hand_over': (2, 4), 'hug': (2, 4), 'cross': (2, 4), 'group': (4, 6)}  # people; others 1 to 3
-ADULTS = {'hug': 2, 'hand_over': 2, 'table': 1, 'lie': 1}  # so many of the people are no children
-# Scenes of gestures and of several cameras: their first number in a set, that seeds are their own; people.
-SPECIAL = {'signals': (500, (2, 2)), 'stage': (600, (3, 4))}
+# People by kind; others 1 to 3. So many of them are no children.
+COUNTS = {'meet': (2, 4), 'hand_over': (2, 4), 'hug': (2, 4), 'cross': (2, 4), 'group': (4, 6), 'signals': (2, 2),
+          'stage': (3, 4)}
+ADULTS = {'hug': 2, 'hand_over': 2, 'table': 1, 'lie': 1, 'signals': 2, 'stage': 4}
+SPECIAL = {'signals': 500, 'stage': 600}  # scenes of gestures and of several cameras: their first number in a set
 LIGHTS = ('dim', 'normal', 'bright')
 
 
@@ -44,39 +45,26 @@ class Plan(NamedTuple):
     room_seed: int
 
 
-def plan_scene(people_set: str, index: int) -> Plan:
-    """Draw a scene of a set. Kinds and sensors take turns, so that each set has all of them."""
+def plan_scene(people_set: str, index: int, special: str = '') -> Plan:
+    """Draw a scene of a set, or a special one; kinds and sensors take turns, so that each set has all of them."""
     garments = people_set if people_set in ('tune', 'report') else 'tune'
-    seed = (SETS[people_set], index)
-    rng = np.random.default_rng(seed)
-    kind = KINDS[index % len(KINDS)]
-    sensor = sorted(SENSORS)[(index + index // len(KINDS)) % len(SENSORS)]
+    seed = (SETS[people_set], SPECIAL.get(special, 0) + index)
+    rng, kind = np.random.default_rng(seed), special or KINDS[index % len(KINDS)]
+    sensor = sorted(SENSORS)[(index if special else index + index // len(KINDS)) % len(SENSORS)]
     least, most = COUNTS.get(kind, (1, 3))
     count, adults = int(rng.integers(least, most + 1)), ADULTS.get(kind, 0)
     people = tuple(random_person(rng, garments, False if k < adults else None) for k in range(count))
     light_name, view = LIGHTS[int(rng.integers(0, 3))], plan_view(rng, sensor)
+    if special:
+        view = view._replace(moving=False, height=0.5 * view.height + 0.8)
+    if special == 'stage' and view.half_resolution:
+        view = view._replace(intrinsics=SENSORS[sensor].intrinsics, half_resolution=False)
     if people_set == 'committed' and not view.half_resolution:  # small files
         view = view._replace(intrinsics=view.intrinsics.halved(), half_resolution=True)
     if kind in ('lie', 'kneel'):  # a low camera would hardly see a person on the floor
         view = view._replace(height=0.5 * view.height + 1.1)
-    return Plan(f'{index:02d}_{kind}', people_set, seed, kind, people, view, light_name,
-                *plan_light(rng, light_name), room_seed=int(rng.integers(1 << 30)))
-
-
-def plan_special(people_set: str, kind: str, index: int) -> Plan:
-    """Draw a scene of gestures (signals) or several cameras (stage); index counts the scenes of its kind."""
-    first, count = SPECIAL[kind]
-    rng = np.random.default_rng((SETS[people_set], first + index))
-    garments = people_set if people_set in ('tune', 'report') else 'tune'
-    people = tuple(random_person(rng, garments, False) for _ in range(int(rng.integers(count[0], count[1] + 1))))
-    sensor = sorted(SENSORS)[index % len(SENSORS)]
-    light = LIGHTS[int(rng.integers(0, 3))]
-    view = plan_view(rng, sensor)._replace(moving=False)
-    if kind == 'stage' and view.half_resolution:
-        view = view._replace(intrinsics=SENSORS[sensor].intrinsics, half_resolution=False)
-    view = view._replace(height=0.5 * view.height + 0.8)
-    return Plan(f'{kind}_{index}', people_set, (SETS[people_set], first + index), kind, people, view, light,
-                *plan_light(rng, light), room_seed=int(rng.integers(1 << 30)))
+    return Plan(f'{kind}_{index}' if special else f'{index:02d}_{kind}', people_set, seed, kind, people, view,
+                light_name, *plan_light(rng, light_name), room_seed=int(rng.integers(1 << 30)))
 
 
 def plan_view(rng: np.random.Generator, sensor: str) -> View:

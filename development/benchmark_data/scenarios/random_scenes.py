@@ -1,31 +1,43 @@
 """Random scenes from a plan: people are arranged, furniture and cameras placed, until nothing is in each other."""
-from typing import Callable, List, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
+from ..people import acts
+from ..people.actor import Actor, Place
 from ..people.body import Body
-from ..people.contact import bone_points, conflict, sample_times
+from ..people.contact import bone_points, check_contact
+from ..people.geometry import heading
+from ..people.gestures import RAMP, Gesture
 from ..people.rig import Rig
 from ..rendering.camera import Camera
+from ..rendering.depth_sensors import SENSORS
 from ..sequence import FPS, Scene, fixed
-from .actions import ACTIONS, DURATION, FRAMES, OTHERS, Stage
+from .actions import ACTIONS, DURATION, FRAMES, OTHERS, Stage, stand, walk_somewhere
 from .plan import Plan, describe
 
 ATTEMPTS = 60
 NEAREST_JOINT = 0.9  # [m] from the camera
+# Frames, rate [Hz] and checked times of special kinds of scenes; of others.
+RATE, SIGNAL_FRAMES = 10.0, 61
+LENGTHS = {'signals': (SIGNAL_FRAMES, RATE, 25), 'stage': (30, RATE, 12)}
+LENGTH = (FRAMES, FPS, 12)
+SIGNAL_TIME = (SIGNAL_FRAMES - 1) / RATE  # [s]
+ONE_HANDED = ('wave', 'beckon', 'point', 'raise_hand')
+TARGET_COLORS = {'red': (220, 40, 36), 'yellow': (236, 206, 40), 'blue': (40, 70, 220), 'green': (50, 190, 70),
+                 'white': (240, 240, 240)}
+POINTING_ANGLES = (-15.0, 70.0)  # [deg] of a target from straight ahead, outward
+
+
+class Signaller(NamedTuple):
+    """A person who makes gestures: where, and which lines the pointing arm is held on."""
+
+    place: Place
+    style: str
 
 
 def build_scene(plan: Plan) -> Scene:
-    """Build the people of a plan and arrange them; see `arranged`."""
-    return arranged(plan, _scene)
-
-
-def arranged(plan: Plan, scene_of: Callable[[Stage], Scene]) -> Scene:
     """Return the first scene in which no two people, and no person and furniture, are in each other, and all are seen.
-
-    Parameters
-    ----------
-    scene_of : arranges the people on a stage; ValueError: that is no scene
 
     Raises
     ------
@@ -36,21 +48,34 @@ def arranged(plan: Plan, scene_of: Callable[[Stage], Scene]) -> Scene:
     problem = ''
     for attempt in range(ATTEMPTS):
         try:
-            return scene_of(Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt))))
+            return _scene(Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt))))
         except ValueError as error:
             problem = str(error)
     raise RuntimeError(f'{plan.name}: no arrangement in {ATTEMPTS} attempts; the last: {problem}')
 
 
-def check(problem: str) -> None:
-    """Raise ValueError for what `conflict` or `unseen` tells."""
-    if problem:
-        raise ValueError(problem)
-
-
-def check_conflict(stage: Stage, times: Sequence[float]) -> None:
-    """Raise ValueError where people, or a person and furniture, are in each other."""
-    check(conflict(stage.rigs, stage.movers, stage.room.boxes, times, stage.touching))
+def _scene(stage: Stage) -> Scene:
+    """Arrange people, furniture and cameras; ValueError: that is no scene."""
+    plan, targets = stage.plan, None
+    frames, fps, count = LENGTHS.get(plan.kind, LENGTH)
+    # nearly the last of 40 frames, as the seeds of the sets were drawn
+    times = np.linspace(0, DURATION if plan.kind not in LENGTHS else (frames - 1) / fps, count).tolist()
+    if plan.kind == 'signals':
+        targets = _arrange_signallers(stage)
+    elif plan.kind == 'stage':
+        for k in range(len(stage.rigs)):
+            (walk_somewhere if k < 2 else stand)(stage)
+    else:
+        ACTIONS[plan.kind](stage)
+        while len(stage.movers) < len(stage.rigs):
+            OTHERS[int(stage.rng.integers(0, len(OTHERS)))](stage)
+        _add_furniture(stage)
+    check_contact(stage.rigs, stage.movers, stage.room.boxes, times, stage.touching)
+    cameras = _cameras_around(stage) if plan.kind == 'stage' else cameras_of(stage, times)
+    check_seen(stage, cameras, times)
+    return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, stage.rigs, stage.movers, cameras,
+                 moving=plan.view.moving, sensor=plan.view.sensor, frames=frames, fps=fps, light=plan.light,
+                 exposure=plan.exposure, targets=targets, description=describe(plan))
 
 
 def _add_furniture(stage: Stage) -> None:
@@ -96,22 +121,21 @@ def cameras_of(stage: Stage, times: Sequence[float]) -> List[Callable[[int], Cam
     return [at]
 
 
-def unseen(stage: Stage, cameras: Sequence[Callable[[int], Camera]], times: Sequence[float]) -> str:
-    """Return who of the people is too near, or hardly seen; '' if all are well placed."""
-    seen = np.zeros(len(stage.rigs))
-    for t in times:
-        camera = cameras[0](int(t * FPS))
-        joints = [rig.pose(mover.at(t)).joints for rig, mover in zip(stage.rigs, stage.movers)]
-        if min(camera.to_camera(points)[:, 2].min() for points in joints) < NEAREST_JOINT:
-            return 'a person is too near'
-        bodies = [bone_points(points, rig.body.stature) for points, rig in zip(joints, stage.rigs)]
-        for k, points in enumerate(joints):
-            others = [body for i, body in enumerate(bodies) if i != k]
-            seen[k] += shown(camera, points, others).mean() / len(times)
-    for k, share in enumerate(seen):
-        if share < (0.5 if k == 0 else 0.3):
-            return f'person {k + 1} is hardly seen'
-    return ''
+def check_seen(stage: Stage, cameras: Sequence[Callable[[int], Camera]], times: Sequence[float]) -> None:
+    """Raise ValueError where a person is too near to a camera, or hardly seen by one."""
+    for camera_at in cameras:
+        seen = np.zeros(len(stage.rigs))
+        for t in times:
+            camera = camera_at(int(t * FPS))
+            joints = [rig.pose(mover.at(t)).joints for rig, mover in zip(stage.rigs, stage.movers)]
+            if min(camera.to_camera(points)[:, 2].min() for points in joints) < NEAREST_JOINT:
+                raise ValueError('a person is too near')
+            bodies = [bone_points(points, rig.body.stature) for points, rig in zip(joints, stage.rigs)]
+            for k, points in enumerate(joints):
+                seen[k] += shown(camera, points, [*bodies[:k], *bodies[k + 1:]]).mean() / len(times)
+        for k, share in enumerate(seen):
+            if share < (0.5 if k == 0 else 0.3):
+                raise ValueError(f'person {k + 1} is hardly seen')
 
 
 def shown(camera: Camera, points: np.ndarray, others: Sequence[Tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
@@ -127,15 +151,109 @@ def shown(camera: Camera, points: np.ndarray, others: Sequence[Tuple[np.ndarray,
     return visible
 
 
-def _scene(stage: Stage) -> Scene:
-    plan, times = stage.plan, sample_times(DURATION)
-    ACTIONS[plan.kind](stage)
-    while len(stage.movers) < len(stage.rigs):
-        OTHERS[int(stage.rng.integers(0, len(OTHERS)))](stage)
-    _add_furniture(stage)
-    check_conflict(stage, times)
-    cameras = cameras_of(stage, times)
-    check(unseen(stage, cameras, times))
-    return Scene(plan.name, plan.seed[0] * 1000 + plan.seed[1], stage.room, stage.rigs, stage.movers, cameras,
-                 moving=plan.view.moving, sensor=plan.view.sensor, frames=FRAMES, light=plan.light,
-                 exposure=plan.exposure, description=describe(plan))
+# ---- gestures ------------------------------------------------------------------------------------------------------
+
+def _arrange_signallers(stage: Stage) -> Dict[str, np.ndarray]:
+    """Let people make gestures for six seconds, stand and sit; return the targets of pointing."""
+    signallers = [Signaller(_facing_camera(stage), str(stage.rng.choice(['shoulder', 'eye']))) for _ in stage.rigs]
+    targets = _targets(stage, signallers)
+    for signaller in signallers:
+        stage.movers.append(_signal(stage, signaller, targets))
+    return targets
+
+
+def _facing_camera(stage: Stage) -> Place:
+    x, y = stage.place(2.4, 3.4, 1.5, 0.6)
+    return Place(x, y, float(np.clip(stage.rng.normal(-15 * np.sign(x), 18), -45, 45)))
+
+
+def _targets(stage: Stage, signallers: Sequence[Signaller]) -> Dict[str, np.ndarray]:
+    rng, targets = stage.rng, {}
+    for name, color in TARGET_COLORS.items():
+        for _ in range(100):
+            place = rng.uniform([-2.3, 1.5, 0.1], [2.3, 3.3, 2.1])
+            if all(np.hypot(*(place[:2] - signaller.place[:2])) > 0.95 for signaller in signallers) and \
+                    all(np.hypot(*(place[:2] - other[:2])) > 0.5 for other in targets.values()):
+                break
+        else:
+            raise ValueError('no place for a target')
+        targets[name] = np.round(place, 3)
+        stage.room.target(targets[name], rng.uniform(0.13, 0.18), color)
+    return targets
+
+
+def _signal(stage: Stage, signaller: Signaller, targets: Dict[str, np.ndarray]) -> Actor:
+    """Return a person who makes gestures one after the other; two thirds also sit down or rise."""
+    rng, place = stage.rng, signaller.place
+    rig = stage.rigs[len(stage.movers)]
+    when = rng.uniform(1.3, 4.8)
+    intervals = [[], [(-1.0, when)], [(when, 60.0)]][int(rng.integers(0, 3))]
+    busy = [(when - acts.RISE - RAMP, when + RAMP) if intervals[0][1] > 10 else (when - RAMP, when + acts.RISE + RAMP)
+            ] if intervals else []
+    gestures: List[Gesture] = []
+    deck: List[str] = []
+    start = rng.uniform(0.3, 0.6)
+    while start < SIGNAL_TIME - 0.5:
+        duration = rng.uniform(0.6, 1.1)
+        end = min(start + duration, SIGNAL_TIME)
+        clash = [stop for begin, stop in busy if start < stop and end > begin]
+        if clash:
+            start = max(clash)
+            continue
+        deck = deck or [str(name) for name in rng.permutation([*ONE_HANDED, 'point', 'point', 'arms_crossed'])]
+        gestures.append(_gesture(stage, signaller, targets, (start, end, deck.pop())))
+        start = end + rng.uniform(0.65, 0.95)
+    arms = _rest_of_arms(intervals, when)
+    actor = acts.sit(rig, place, stage.seed(), intervals, arms={'R': arms, 'L': arms}, gestures=gestures)
+    if intervals:
+        stage.room.chair(*acts.seat_of(actor), place.yaw)
+    return actor
+
+
+def _rest_of_arms(intervals: Sequence[Tuple[float, float]], when: float) -> List[Tuple[float, str]]:
+    if not intervals:
+        return [(0, 'down')]
+    if intervals[0][1] > 10:
+        return [(0, 'down'), (when - acts.RISE, 'down'), (when, 'lap')]
+    return [(0, 'lap'), (when, 'lap'), (when + acts.RISE, 'down')]
+
+
+def _gesture(stage: Stage, signaller: Signaller, targets: Dict[str, np.ndarray], slot: Tuple[float, float, str]
+             ) -> Gesture:
+    rng, (start, end, label) = stage.rng, slot
+    arm = str(rng.choice(['R', 'R', 'L']))
+    if label == 'point':
+        able = [(name, side) for name in targets for side in 'LR'
+                if POINTING_ANGLES[0] < _outward_angle(signaller.place, targets[name], side) < POINTING_ANGLES[1]]
+        if not able:
+            raise ValueError('no target in reach')
+        name, arm = able[int(rng.integers(0, len(able)))]
+        return Gesture(start, end, label, arm, target=tuple(targets[name].tolist()), target_name=name,
+                       style=signaller.style)
+    return Gesture(start, end, label, arm, rate=rng.uniform(1.6, 2.6), size=rng.uniform(0.8, 1.1))
+
+
+def _outward_angle(place: Place, target: np.ndarray, side: str) -> float:
+    """Return the angle of a target from straight ahead, positive on that side [deg]."""
+    angle = (heading(target[0] - place.x, target[1] - place.y) - place.yaw + 180) % 360 - 180
+    return float(angle if side == 'L' else -angle)
+
+
+# ---- several cameras -----------------------------------------------------------------------------------------------
+
+def _cameras_around(stage: Stage) -> List[Callable[[int], Camera]]:
+    """Return three cameras, each with intrinsics of its own, that look at (0, 3.1) from the front and both sides."""
+    stage.room.front_wall()
+    rng, cameras = stage.rng, []
+    base: Any = SENSORS[stage.plan.view.sensor].intrinsics
+    for degrees in (0.0, 70.0, -70.0):
+        bearing, distance = degrees + rng.uniform(-12, 12), rng.uniform(3.1, 3.6)
+        height = rng.uniform(0.9, 2.2)
+        focal = base.fx * rng.uniform(0.985, 1.015)
+        intrinsics = base._replace(fx=focal, fy=focal, cx=base.cx + rng.uniform(-4, 4), cy=base.cy + rng.uniform(-4, 4))
+        angle = np.deg2rad(bearing)
+        cameras.append(Camera(intrinsics, height, float(np.rad2deg(np.arctan2(height - 0.9, distance))),
+                              -distance * np.sin(angle), 3.1 - distance * np.cos(angle), -bearing))
+    if not all(stage.room.contains(camera.origin, 0.1) for camera in cameras):
+        raise ValueError('a camera is outside')
+    return [fixed(camera) for camera in cameras]

@@ -93,7 +93,6 @@ def _joints(people: Sequence[Dict[str, Any]], order: Sequence[int]) -> np.ndarra
 
 
 def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames: Frames) -> Counts:
-    """Return the counts of a scene whose true people are known at some times [s]."""
     found, stray = nearest(times, frames)
     sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]

@@ -84,7 +84,6 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
 
 
 def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[float]]:
-    """Return the times at which labels of people change, by id and label."""
     seen: Dict[Tuple[int, str], List[Tuple[float, bool]]] = {}
     for frame in frames:
         for person in frame['people']:
@@ -95,7 +94,6 @@ def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[flo
 
 
 def _pairs(necks: np.ndarray, people: Sequence[Person]) -> Dict[int, int]:
-    """Return the row of the found person for each true one that was found."""
     found = np.array([person.neck for person in people]).reshape(-1, 3)
     apart = np.linalg.norm(necks[:, np.newaxis] - found, axis=2)
     apart[~(apart <= GATE)] = 1e3
@@ -112,7 +110,6 @@ def _angle(label: Label, target: np.ndarray) -> float:
 
 
 def _ray(label: Label, target: np.ndarray, style: str) -> Tuple[float, float, float, str]:
-    """Return the row of a frame of true pointing."""
     own = label.styles.get(style, Label())
     away = _angle(label, target)
     return away, away / np.degrees(label.sigma), _angle(own, target) / np.degrees(own.sigma), style

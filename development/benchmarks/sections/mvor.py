@@ -136,7 +136,6 @@ def counted(cameras: Sequence[Camera], frames: Sequence[Frame], number: int) -> 
 
 
 def _in_two_views(cameras: Sequence[Camera], frame: Frame) -> int:
-    """Return how many people of the truth are detected in two images or more."""
     views = np.zeros(len(frame.truth), int)
     for camera, image in zip(cameras, frame.images):
         rotation, origin = camera.pose

@@ -6,7 +6,7 @@ import pytest
 
 from development.benchmark_data.people.garments import HAIR, OUTFITS, SHOES
 from development.benchmark_data.rendering.depth_sensors import SENSORS
-from development.benchmark_data.scenarios.plan import KINDS, LIGHTS, plan_scene, plan_special
+from development.benchmark_data.scenarios.plan import KINDS, LIGHTS, plan_scene
 
 COUNT = 40
 
@@ -14,7 +14,7 @@ COUNT = 40
 @pytest.fixture(scope='module')
 def plans():
     special = [('signals', i) for i in range(6)] + [('stage', i) for i in range(2)]
-    return {name: [*(plan_scene(name, i) for i in range(COUNT)), *(plan_special(name, *scene) for scene in special)]
+    return {name: [*(plan_scene(name, i) for i in range(COUNT)), *(plan_scene(name, i, kind) for kind, i in special)]
             for name in ('tune', 'report')}
 
 
@@ -42,7 +42,7 @@ def test_no_person_garment_skin_or_seed_is_in_both_sets(plans):
 
 def test_the_same_seed_gives_the_same_plan():
     assert plan_scene('tune', 7) == plan_scene('tune', 7)
-    assert plan_special('report', 'signals', 1) == plan_special('report', 'signals', 1)
+    assert plan_scene('report', 1, 'signals') == plan_scene('report', 1, 'signals')
     assert plan_scene('tune', 7) != plan_scene('tune', 7 + len(KINDS))
 
 
