@@ -6,7 +6,7 @@ import openpose_ros_decode
 import pytest
 
 from known_fields import NET, STRIDE, render_fields, standing_person
-from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, find_peaks, score_limbs
+from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, score_limbs
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS, Limb, SkeletonModel
 
@@ -96,34 +96,6 @@ def test_person_cut_in_half_by_a_side(x, inside):
 
 # --- peaks ----------------------------------------------------------------------------------------------------------
 
-def peaks_of(heatmaps, upsample=2, **params):
-    return find_peaks(heatmaps, MOBILENET_THIN, DecodeParams(heatmap_upsample=upsample, **params))
-
-
-@pytest.mark.parametrize('upsample, tolerance', [(1, 0.5), (2, 0.2), (4, 0.2)])
-def test_sub_pixel_position(upsample, tolerance):
-    """Joints anywhere between cells are placed to a fraction of a network pixel, where a cell is eight."""
-    v, u = np.mgrid[:46, :82].astype(float)
-    for offset in np.random.default_rng(3).uniform(-0.5, 0.5, (20, 2)):
-        centre = np.array([40, 20]) + offset
-        heat = np.exp(-((u - centre[0]) ** 2 + (v - centre[1]) ** 2) / 2)[None].astype(np.float32)
-        peaks = peaks_of(heat, upsample)
-        np.testing.assert_allclose(np.stack([peaks['x'], peaks['y']], axis=1), [(centre + 0.5) * STRIDE - 0.5],
-                                   atol=tolerance)
-
-
-def test_caps_keep_the_strongest():
-    heat = np.zeros((2, 21, 21), np.float32)
-    heat[:, 1::2, 1::2] = np.random.default_rng(4).uniform(0.1, 0.9, (2, 10, 10))
-    heights = np.sort(heat[:, 1::2, 1::2].reshape(2, -1), axis=1)[:, ::-1]
-    per_joint = peaks_of(heat, 1, max_peaks_per_joint=5)
-    assert per_joint['joint'].tolist() == [0] * 5 + [1] * 5
-    np.testing.assert_array_equal(per_joint['score'].reshape(2, 5), heights[:, :5])
-    total = peaks_of(heat, 1, max_peaks_per_joint=100, max_peaks=7)
-    np.testing.assert_array_equal(np.sort(total['score'])[::-1], np.sort(heights.ravel())[::-1][:7])
-    assert (np.diff(total['joint']) >= 0).all()
-
-
 # --- limbs ----------------------------------------------------------------------------------------------------------
 
 def peak_records(joints, xy, scores):
@@ -190,11 +162,6 @@ def test_people_of_limbs(joints, limbs, heights, expected):
     assert people_from(joints, limbs, heights)[0] == expected
 
 
-def test_score_is_the_mean_of_joints_and_of_limbs_that_prove_something():
-    _, scores = people_from(['neck', 'right_shoulder', 'right_elbow'], [(0, 1, 0.0), (1, 2, 0.9)], [0.5, 0.6, 0.8])
-    assert scores.tolist() == pytest.approx([(0.5 + 0.6 + 0.8 + 0.9) / 4])
-
-
 # --- other networks, layouts and threads ----------------------------------------------------------------------------
 
 # Limbs that run against the order of the joints, joints without a limb, and one limb that starts no person.
@@ -225,9 +192,3 @@ def test_fields_of_any_layout_are_read_and_left_alone():
     before = fields.copy()
     assert_found(fields, FIVE)
     np.testing.assert_array_equal(fields, before)
-
-
-@pytest.mark.parametrize('channels', [57 - 1, 19])
-def test_too_few_channels_are_refused(channels):
-    with pytest.raises(ValueError, match=f'channels that are not there: {channels - 19}'):
-        decoded(np.zeros((channels, 4, 4), np.float32))

@@ -9,7 +9,7 @@ from openpose_ros_pkg.networks.model_registry import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_17, COCO_18
+from openpose_ros_pkg.skeletons import COCO_18
 
 RTMO = MODELS['rtmo_s']
 YOLO = replace(RTMO, decoder='yolo_pose', input=YOLO_INPUT, outputs=())
@@ -106,14 +106,6 @@ def logit(probability):
     return np.log(probability / (1 - probability))
 
 
-def simcc_outputs(*people):
-    """(17, 2 W) and (17, 2 H) of the first one, or of none: a Gaussian at the nearest bin."""
-    pixels, confidence, _ = people[0] if people else (np.zeros((17, 2)), 0, 0)
-    heights = np.broadcast_to(confidence, 17)[:, None]
-    return [heights * np.exp(-(np.arange(2 * side) - np.rint(2 * pixels[:, axis, None])) ** 2 / 72)
-            for axis, side in enumerate(SIZE)]
-
-
 def decoder(outputs, model):
     """Return what decodes people, as a network gives them."""
     def decode(*people, params=None, valid=SIZE):
@@ -128,8 +120,6 @@ ALL = pytest.mark.parametrize('decode', DECODERS.values(), ids=DECODERS)
 # Joints without scores of their own.
 DETR = {'DETRPose': decoder(detr_outputs, replace(RTMO, decoder='detr_pose')),
         'DETRPose raw': decoder(detr_raw, replace(RTMO, decoder='detr_pose'))}
-ALL_DETR = pytest.mark.parametrize('decode', DETR.values(), ids=DETR)
-SIMCC = decoder(simcc_outputs, replace(RTMO, decoder='simcc'))
 
 
 def place(keypoints, joint):
@@ -206,25 +196,6 @@ def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     assert len(DECODERS['RTMO'](*apart)[1]) == 2
 
 
-@ALL_DETR
-def test_joints_of_detr_pose_are_as_sure_as_their_person(decode):
-    assert decode()[0].shape == (0, 18, 3)
-    keypoints, scores, *_ = decode((STANDING, None, 0.8), (moved(120, 20), None, 0.9), (moved(60, 20), None, 0.4))
-    np.testing.assert_allclose(scores, [0.9, 0.8], atol=1e-6)
-    for joint, pixel in zip(COCO_17.joints, moved(120, 20)):
-        np.testing.assert_allclose(place(keypoints[0], joint), [*pixel, 0.9], atol=1e-4)
-    shown = decode((moved(200, 20), None, 0.9), valid=(250, 192)).keypoints[0]
-    assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'right_wrist')[0] == pytest.approx(230)
-
-
-def test_rf_detr_tells_the_standard_deviation_of_each_joint():
-    poses = DECODERS['RF-DETR']((STANDING, np.r_[np.full(15, 0.9), 0.01, 0.9], 0.8))
-    there = poses.keypoints[0, :, 2] > 0
-    assert there.sum() == 17 and there[COCO_18.index['neck']]
-    np.testing.assert_allclose(poses.sigmas[0, there], np.tile([0.2, 0.3], (17, 1)), rtol=1e-4)
-    assert np.isnan(poses.sigmas[0, ~there]).all()
-
-
 def test_the_background_of_old_files_of_rf_detr_is_no_person():
     boxes, logits, points = rf_detr_outputs((STANDING, np.full(17, 0.9), 0.8), (moved(90, 0), np.full(17, 0.9), 0.9))
     logits = np.roll(logits, 1, axis=1)
@@ -233,32 +204,3 @@ def test_the_background_of_old_files_of_rf_detr_is_no_person():
     poses = decode_direct((boxes, logits, points), replace(RTMO, decoder='rf_detr'), DirectDecodeParams(), WHOLE)
     np.testing.assert_allclose(poses.scores, [0.8], atol=1e-4)
     np.testing.assert_allclose(place(poses.keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
-
-
-def test_simcc_finds_the_one_person_of_a_crop_to_half_a_pixel():
-    assert len(SIMCC()[0]) == 0
-    confidence = np.linspace(0.3, 0.9, 17)
-    pixels = STANDING + 0.3
-    keypoints, scores, points, _ = SIMCC((pixels, confidence, None))
-    assert points is None and scores[0] == pytest.approx(confidence.mean())
-    for joint, pixel, score in zip(COCO_17.joints, pixels, confidence):
-        np.testing.assert_allclose(place(keypoints[0], joint), [*(np.rint(2 * pixel) / 2), score], atol=1e-4)
-    np.testing.assert_allclose(place(keypoints[0], 'neck'), [50.5, 25.5, confidence[5]], atol=1e-4)
-    assert len(SIMCC((pixels, 0.29, None))[0]) == 0 and len(SIMCC((pixels, 0.31, None))[0]) == 1
-    shown = SIMCC((pixels, confidence, None), valid=(70, 192)).keypoints[0]
-    assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'left_elbow')[0] == pytest.approx(68.5)
-
-
-def test_outputs_are_scaled_before_they_are_decoded():
-    outputs = [5 * output for output in simcc_outputs((STANDING, 0.9, None))]
-    poses = decode_direct(outputs, replace(RTMO, decoder='simcc', output_scale=0.1), DirectDecodeParams(), WHOLE)
-    assert poses.scores[0] == pytest.approx(0.45) and poses.keypoints[0, 0, 2] == pytest.approx(0.45)
-
-
-def test_a_score_of_simcc_is_the_smaller_of_both_maxima_and_one_at_most():
-    along_x, along_y = simcc_outputs((STANDING, 0.9, None))
-    along_x[3], along_y[4], along_y[5] = along_x[3] * 2, along_y[4] / 3, -1.0
-    along_x[3:5], along_y[3] = along_x[3:5] * 1.0, along_y[3] * 1.5
-    poses = decode_direct((along_x, along_y), replace(RTMO, decoder='simcc'), DirectDecodeParams(), WHOLE)
-    scores = poses.keypoints[0, [COCO_18.index[joint] for joint in COCO_17.joints[3:6]], 2]
-    np.testing.assert_allclose(scores, [1.0, 0.3, 0.0], atol=1e-6)

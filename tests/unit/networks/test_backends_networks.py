@@ -142,16 +142,6 @@ def people_of(outputs, runtime):
     return own(MODELS['rtmo_m'], decoder='detr_pose', input=DETR_POSE_INPUT, outputs=outputs)
 
 
-def test_sizes_by_which_a_network_multiplies_places_are_one(runtime, tmp_path):
-    joints = np.random.default_rng(3).uniform(0, 1, (1, 9, 17, 2)).astype(np.float32)
-    outputs = {'scores': np.full((1, 9), 0.5, np.float32), 'labels': np.ones((1, 9), np.float32), 'keypoints': joints}
-    model = people_of(tuple(outputs), runtime)
-    path = onnx_file(tmp_path, tiny_networks.onnx_people(outputs, batch='N', sizes='orig_target_sizes'))
-    scores, _, found = load(model, path, runtime).infer(np.full((1, 64, 96, 3), 255, np.uint8))
-    np.testing.assert_allclose(scores, outputs['scores'], rtol=1e-6)
-    np.testing.assert_allclose(found, joints, rtol=1e-6)
-
-
 @pytest.mark.parametrize('shape', [('N', 3), ('N',), ('N', 3, 8, 8)])
 def test_a_further_input_that_is_no_size_is_refused_by_its_name(runtime, tmp_path, shape):
     nodes = [tiny_networks.onnx_node('ReduceMean', ['image'], ['mean'], keepdims=0),
@@ -190,23 +180,6 @@ def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, 
     path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)], outputs=('fields',)))
     with pytest.raises(ModelError, match=r'tiny\.onnx as tiny: it has no .*concat; its outputs are fields'):
         load(own(MOBILENET_THIN, outputs=('concat',)), path, runtime)
-
-
-def test_one_crop_and_several_of_a_large_network_are_compiled_once(tmp_path, monkeypatch):
-    """As the number of people changes they take turns: to compile again takes longer than hundreds of crops."""
-    module = pytest.importorskip('openpose_ros_pkg.networks.backends.openvino')
-    monkeypatch.setattr(module, '_KEPT_BYTES', 0)
-    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
-    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
-    compiled = []
-    compile_network = module.OpenvinoBackend._compile
-    monkeypatch.setattr(module.OpenvinoBackend, '_compile', lambda self, shape, config: (
-        compiled.append(shape), compile_network(self, shape, config))[1])
-    backend = load(model, path, 'openvino', threads=2)
-    compiled.clear()
-    for count in (1, 2, 1, 2, 1):
-        backend.infer_many(count * [np.zeros((1, 24, 24, 3), np.uint8)])
-    assert compiled == 2 * [(1, 24, 24, 3)]
 
 
 @pytest.mark.parametrize('threads', [0, 1, 3])

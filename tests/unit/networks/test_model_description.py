@@ -87,14 +87,6 @@ def test_inputs_of_known_makers_need_not_be_described(tmp_path, decoder, outputs
     assert model.input == replace(stated, fixed_size=tuple(size) if size else None)
 
 
-def test_points_and_numbers_of_each_colour(tmp_path):
-    simcc = {'skeleton': None, 'decoder': 'simcc', 'outputs': ['x', 'y']}
-    model = described(tmp_path, **simcc, points=133, output_scale=0.1, input={
-        'fixed_size': [288, 384], 'mean': [1, 2.5, 3], 'scale': [0.5, 0.25, 1], 'stretched': True})
-    assert (model.points, model.skeleton, model.output_scale) == (133, BODY_25, 0.1)
-    assert (model.input.mean, model.input.scale, model.input.stretched) == ((1.0, 2.5, 3.0), (0.5, 0.25, 1.0), True)
-
-
 def test_the_examples_of_the_documentation_are_right(tmp_path):
     examples = re.findall(r'```yaml\n(.*?)```', DOCS.read_text(), re.DOTALL)
     assert len(examples) >= 2

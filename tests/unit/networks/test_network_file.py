@@ -116,37 +116,6 @@ def test_a_file_that_fits_two_kinds_is_refused_with_both(tmp_path, reader):
         find_model(str(network_file(tmp_path, size=(256, 192), dets=x, keypoints=y)))
 
 
-def test_a_file_that_onnxruntime_can_not_compute_is_an_error(tmp_path, monkeypatch):
-    """Without OpenVINO, shapes that the file leaves open are those of a run."""
-    ort = pytest.importorskip('onnxruntime')
-    from openpose_ros_pkg.networks.backends import onnxruntime
-
-    def fail(*_):
-        raise RuntimeError('not implemented')
-    monkeypatch.setattr(ort.InferenceSession, 'run', fail)
-    path = tmp_path / 'mine.onnx'
-    path.write_bytes(tiny_networks.onnx_model(
-        [tiny_networks.onnx_node('NonZero', ['image'], ['places'])], {},
-        [tiny_networks.onnx_value('image', tiny_networks.FLOAT, (1, 3, 256, 192))],
-        [tiny_networks.onnx_value('places', tiny_networks.INT64, (4, 'N'))]))
-    with pytest.raises(ModelError, match=r'onnxruntime can not compute .*mine\.onnx: not implemented'):
-        onnxruntime.graph_shapes(path)
-
-
-@pytest.mark.parametrize('kind, dtype', [(tiny_networks.FLOAT, np.float32), (tiny_networks.INT32, np.int32),
-                                         (tiny_networks.FLOAT16, np.float16), (tiny_networks.INT64, np.int64)])
-def test_inputs_of_all_kinds_of_numbers_are_tried(kind, dtype):
-    ort = pytest.importorskip('onnxruntime')
-    from openpose_ros_pkg.networks.backends.onnxruntime import _one
-    content = tiny_networks.onnx_model([tiny_networks.onnx_node('Identity', ['sizes'], ['same'])], {},
-                                       [tiny_networks.onnx_value('sizes', kind, ('N', 2))],
-                                       [tiny_networks.onnx_value('same', kind, ('N', 2))])
-    session = ort.InferenceSession(content, providers=['CPUExecutionProvider'])
-    one = _one(session.get_inputs()[0])
-    assert one.dtype == dtype and one.shape == (1, 2)
-    np.testing.assert_array_equal(session.run(None, {'sizes': one})[0], np.ones((1, 2)))
-
-
 def test_the_bins_of_rtmw_are_ten_times_as_high(tmp_path, reader):
     for first, scale in (('DepthToSpace', 0.1), ('Cast', 1.0)):
         model = find_model(str(network_file(tmp_path, size=(256, 192), first=first, **bins(133))))
@@ -204,17 +173,6 @@ def test_yolox_and_rtmdet_are_told_apart_by_the_beginning(tmp_path):
     for form in ({'first': 'Conv', 'size': (640, 640)}, {'first': 'Conv', 'size': (416, 416)}, {'first': 'Slice'}):
         with pytest.raises(ModelError, match='does not tell'):
             find_model(str(network_file(tmp_path, **form, **outputs)))
-
-
-def test_where_the_beginning_is_unknown_yolox_is_told_by_the_size_of_its_tiny_form(tmp_path, reader):
-    outputs = {'dets': zeros(1, 100, 5), 'labels': zeros(1, 100)}
-    kinds = []
-    for size in ((416, 416), (640, 640)):
-        try:
-            kinds.append(find_model(str(network_file(tmp_path, size=size, **outputs))).decoder)
-        except ModelError as error:
-            assert 'does not tell' in str(error)
-    assert kinds == ([] if reader == 'openvino' else ['yolox'])  # it begins with neither
 
 
 @pytest.mark.parametrize('outputs, found', [

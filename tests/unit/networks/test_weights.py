@@ -7,7 +7,6 @@ import zipfile
 
 import pytest
 
-from development import ROOT
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
 from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_THUNDER
@@ -240,9 +239,3 @@ def test_networks_that_users_describe_are_listed_checked_and_get_their_files(cac
     assert weights.main(['check']) == 1  # of the one that is wrong; the other is checked all the same
     out, err = capsys.readouterr()
     assert f'mine: {cache / "mine" / "net.onnx"} is right' in out and 'nonsense' in err
-
-
-def test_folder_and_the_licence_that_is_kept_beside_weights(cache, capsys):
-    assert weights.main(['folder']) == 0
-    assert capsys.readouterr().out == f'{cache}\n'
-    assert weights.APACHE.read_bytes() == (ROOT / 'LICENSE').read_bytes()

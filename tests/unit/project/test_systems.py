@@ -42,16 +42,6 @@ def test_the_table_has_every_dependency(system):
     assert needed_packages(system)
 
 
-@pytest.mark.parametrize('key, bookworm, bullseye, focal', [
-    ('std_msgs', 'libstd-msgs-dev python3-std-msgs ros-std-msgs', 'libstd-msgs-dev python3-std-msgs ros-std-msgs',
-     'ros-noetic-std-msgs'),
-    ('python3-numpy', 'python3-numpy', 'python3-numpy', 'python3-numpy'),
-    ('catkin-tools', 'catkin-tools', '', 'python3-catkin-tools')])
-def test_names_differ_between_systems(key, bookworm, bullseye, focal):
-    assert [SYSTEMS[name].packages_of(key) for name in ('bookworm', 'bullseye', 'focal')] == [
-        names.split() for names in (bookworm, bullseye, focal)]
-
-
 @pytest.mark.parametrize('os_release, codename', [
     ('# a comment\nVERSION_ID="12"\nVERSION="12 (bookworm)"\nVERSION_CODENAME=bookworm\nID=debian', 'bookworm'),
     ('NAME="Ubuntu"\nVERSION_ID="20.04"\nID=ubuntu\nID_LIKE=debian\nVERSION_CODENAME=focal', 'focal'),
