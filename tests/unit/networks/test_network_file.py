@@ -10,10 +10,9 @@ from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-from openpose_ros_pkg.networks.model_types import SIMCC_INPUT
 from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 READERS = [name for name in ('openvino', 'onnxruntime') if importlib.util.find_spec(name)]
 pytestmark = pytest.mark.skipif(not READERS, reason='neither openvino nor onnxruntime is installed')
@@ -206,33 +205,3 @@ def test_its_people_lie_where_the_network_saw_them(tmp_path, people):
     expected = (STANDING + np.array([20, 0])) * mean - 0.5 - np.array([14, 0])
     for joint, place in zip(('nose', 'left_eye', 'right_eye'), expected):
         np.testing.assert_allclose(found.xy[0, COCO_18.index[joint]], place, atol=0.05)
-
-
-WHITE = np.mean((255 - np.array(SIMCC_INPUT.mean)) * SIMCC_INPUT.scale)  # mean value of a white image
-
-
-@pytest.mark.parametrize('form', ['exported', 'raw', 'RF-DETR'])
-def test_people_of_queries_lie_where_they_are_whatever_the_aspect(tmp_path, reader, form):
-    """An image of 100 x 128 fills an input of 128 x 128: a pixel of it is 1.28 of the input's wide."""
-    shares = ((STANDING * (1, 1.2) + 0.01) / (100, 128)).reshape(1, 1, 17, 2).repeat(3, axis=1).astype(np.float32)
-    scores = np.array([[0.1, 0.9, 0.2]], np.float32)
-    logits = np.stack([np.full_like(scores, -9), np.log(scores / (1 - scores))], axis=2)
-    sizes = 'orig_target_sizes' if form == 'exported' else ''
-    outputs = {'scores': scores, 'labels': np.ones_like(scores), 'keypoints': shares}
-    if form == 'raw':
-        outputs = {'pred_logits': logits, 'pred_keypoints': shares}
-    if form == 'RF-DETR':
-        points = np.zeros((1, 3, 17, 8), np.float32)
-        points[..., :2], points[..., 2], points[..., [4, 6]] = shares, 5.0, np.log(128)  # a pixel of the input
-        outputs = {'dets': zeros(1, 3, 4), 'labels': logits[..., ::-1].copy(), 'keypoints': points}
-        outputs = {name: (array / WHITE).astype(np.float32) for name, array in outputs.items()}
-    path = network_file(tmp_path, size=(128, 128), sizes=sizes, **outputs)
-    detector = create_detector(build(DetectorSettings, {
-        'pose_model': str(path), 'look_closer': 0, 'compiled_cache': 'off', 'backend': reader}))
-    found = people_in(np.full((128, 100, 3), 255, np.uint8), detector)
-    score = 0.9 if form != 'RF-DETR' else 0.9 / (0.9 + (2 / 128 ** 2) ** 0.2)
-    np.testing.assert_allclose(found.scores, [score], atol=1e-3)
-    for joint, place in zip(COCO_17.joints, STANDING * (1, 1.2) + 0.01):
-        np.testing.assert_allclose(found.xy[0, COCO_18.index[joint]], place, atol=0.01)
-    if form == 'RF-DETR':
-        np.testing.assert_allclose(found.sigmas[0], np.tile([1 / 1.28, 1], (18, 1)), rtol=1e-3)

@@ -88,14 +88,6 @@ def test_weights_licence_and_origin_lie_together(tmp_path, model, archive, licen
     assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'graph_opt.pb']
 
 
-def test_without_network_the_error_says_what_to_do(tmp_path):
-    with pytest.raises(ModelError, match='no network') as caught:
-        get(model_in(ARCHIVE), tmp_path)
-    assert f'copy graph_opt.pb from there to {tmp_path / "mobilenet_thin"}' in str(caught.value)
-    assert './run model get mobilenet_thin' in str(caught.value)
-    assert names_in(tmp_path) == []
-
-
 @pytest.mark.parametrize('archive, got, expected', [
     (ARCHIVE, b'not an archive', 'demo-1.0.tar.gz has .*, expected sha256'),
     (b'not an archive', b'not an archive', 'could not be fetched'),
