@@ -142,21 +142,6 @@ def people_of(outputs, runtime):
     return own(MODELS['rtmo_m'], decoder='detr_pose', input=DETR_POSE_INPUT, outputs=outputs)
 
 
-@pytest.mark.parametrize('shape', [('N', 3), ('N',), ('N', 3, 8, 8)])
-def test_a_further_input_that_is_no_size_is_refused_by_its_name(runtime, tmp_path, shape):
-    nodes = [tiny_networks.onnx_node('ReduceMean', ['image'], ['mean'], keepdims=0),
-             tiny_networks.onnx_node('ReduceMean', ['more'], ['second'], keepdims=0),
-             tiny_networks.onnx_node('Mul', ['mean', 'second'], ['both']),
-             tiny_networks.onnx_node('Mul', ['joints', 'both'], ['keypoints'])]
-    value = tiny_networks.onnx_value
-    path = onnx_file(tmp_path, tiny_networks.onnx_model(
-        nodes, {'joints': np.ones((1, 5, 17, 2), np.float32)},
-        [value('image', tiny_networks.FLOAT, (1, 3, 'height', 'width')), value('more', tiny_networks.FLOAT, shape)],
-        [value('keypoints', tiny_networks.FLOAT, (1, 5, 17, 2))]))
-    with pytest.raises(ModelError, match='its input more'):
-        load(people_of(('keypoints',), runtime), path, runtime).infer(IMAGES[:1])
-
-
 def test_an_operation_may_be_called_as_one_of_its_outputs(runtime, tmp_path):
     """OpenVINO calls TopK as that of its outputs which the network gives, the values; the other are places."""
     values = np.random.default_rng(4).uniform(0.1, 1, (1, 9)).astype(np.float32)

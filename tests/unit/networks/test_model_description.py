@@ -123,14 +123,6 @@ def test_names_that_mean_something_else_are_refused(tmp_path, name):
         described(tmp_path, name)
 
 
-@pytest.mark.parametrize('text', ['', '- a list', 'a text', '[', '\x00', 'files: {a: b: c}', '{1: 2}'])
-def test_a_file_that_is_no_description(tmp_path, text):
-    path = tmp_path / 'mine.yaml'
-    path.write_text(text)
-    with pytest.raises(ModelError, match=re.escape(str(path))):
-        read_description(path)
-
-
 def limbs(*changed):
     """The joint set of arms with other limbs at its front."""
     return {**ARMS, 'limbs': [*changed, *ARMS['limbs'][len(changed):]]}
