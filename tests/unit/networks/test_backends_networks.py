@@ -93,19 +93,6 @@ def test_onnx_gets_the_picture_as_its_recipe_says(runtime, recipe, tmp_path):
     np.testing.assert_array_equal(IMAGES, before)
 
 
-@pytest.mark.parametrize('runtime_name', ['openvino', 'opencv_dnn'])
-def test_tensorflow_network(runtime_name, tmp_path):
-    """As the default network: BGR, no mean, NHWC, the output's name without the number of the tensor."""
-    if runtime_name == 'openvino':
-        pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
-    weights = weights_of(57)
-    path = tmp_path / 'tiny.pb'
-    path.write_bytes(tiny_networks.tensorflow_fields(weights, 'concat'))
-    model = own(MOBILENET_THIN, files=(WeightsFile(path.name),), outputs=('concat',))
-    fields, = infer_all(load(model, path, runtime_name), IMAGES)
-    assert_fields(fields, expected_fields(IMAGES, model.input, weights))
-
-
 @pytest.mark.parametrize('name', ['body_25', 'openpose_coco', 'mpi', 'mpi_4_layers'])
 def test_openpose_caffe_networks(name, tmp_path):
     """OpenPose's input (x / 256 - 0.5) and channels; the prototxt is the first file, the caffemodel lies beside it."""
