@@ -72,13 +72,6 @@ def test_hands_and_faces_below_the_thresholds_are_absent(detector, score, seen):
     assert found.hands.scores.max(initial=0) <= 1
 
 
-def test_of_two_hands_in_one_place_one_is_reported(detector):
-    both = {'left': (300, 200), 'right': (304, 200)}
-    near = body(left=(300, 200), right=(340, 200))
-    hands = detector.detect(IMAGE, whole(near, at=[points(wrists=both)]), None, 'c', 1.0).hands
-    assert hands.left.tolist() == [True]
-
-
 def test_without_a_look_at_the_person_hands_move_with_the_body_for_a_moment(detector):
     nothing = np.full((133, 3), (np.nan, np.nan, 0))
     detector.detect(IMAGE, whole(body()), None, 'c', 1.0)

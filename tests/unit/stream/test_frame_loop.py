@@ -159,17 +159,6 @@ def test_a_request_is_answered_before_its_search():
     assert story.events == ['image', ('image', SHORT)]
 
 
-def test_the_error_of_a_request_is_raised_at_the_caller_and_the_loop_goes_on():
-    story = Story()
-    with pytest.raises(ValueError, match='fails'):
-        story.loop.request('fails', story.answer)
-    with pytest.raises(ZeroDivisionError):
-        story.loop.call(lambda: 1 // 0)
-    assert story.loop.request('good', story.answer) == 'answer to good'
-    story.loop.stop()
-    assert story.errors == []
-
-
 def test_an_error_after_the_answer_and_one_of_a_frame_are_reported_and_the_loop_goes_on():
     story = Story()
 
