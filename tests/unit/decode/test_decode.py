@@ -47,8 +47,6 @@ def test_one_person(upsample):
     assert_found(render_fields([person]), [person], heatmap_upsample=upsample)
 
 
-
-
 def test_a_crowd():
     """Twenty people in rows of ten, who overlap their neighbours."""
     people = [standing_person(40 + 60 * (i % 10) + 0.3 * i, 20 + 175 * (i // 10), 140 + i % 5) for i in range(20)]
@@ -92,8 +90,6 @@ def test_person_cut_in_half_by_a_side(x, inside):
     far = (person[:, 0] < -24) | (person[:, 0] > NET[1] - 1 + 24)
     assert far.any() and np.isnan(keypoints[0, far, :2]).all() and (keypoints[0, far, 2] == 0).all()
 
-
-# --- peaks ----------------------------------------------------------------------------------------------------------
 
 # --- limbs ----------------------------------------------------------------------------------------------------------
 

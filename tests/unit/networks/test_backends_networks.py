@@ -122,15 +122,10 @@ def test_outputs_come_in_the_order_of_the_model_not_of_the_file(runtime, tmp_pat
     assert_fields(outputs[1], expected_fields(IMAGES, LIGHTWEIGHT.input, limbs))
 
 
-def people_of(outputs, runtime):
-    """The same of DETRPose, whose post-processor has another input and an operation with several outputs."""
-    if runtime == 'opencv_dnn':
-        pytest.skip('OpenCV does not read such files')
-    return own(MODELS['rtmo_m'], decoder='detr_pose', input=DETR_POSE_INPUT, outputs=outputs)
-
-
 def test_an_operation_may_be_called_as_one_of_its_outputs(runtime, tmp_path):
     """OpenVINO calls TopK as that of its outputs which the network gives, the values; the other are places."""
+    if runtime == 'opencv_dnn':
+        pytest.skip('OpenCV does not read such files')
     values = np.random.default_rng(4).uniform(0.1, 1, (1, 9)).astype(np.float32)
     nodes = [tiny_networks.onnx_node('ReduceMean', ['image'], ['mean'], keepdims=0),
              tiny_networks.onnx_node('Mul', ['values', 'mean'], ['all']),
@@ -142,7 +137,7 @@ def test_an_operation_may_be_called_as_one_of_its_outputs(runtime, tmp_path):
         nodes, {'values': values, 'count': np.array([5]), 'joints': np.ones((1, 5, 17, 2), np.float32)},
         [tiny_networks.onnx_value('image', tiny_networks.FLOAT, (1, 3, 'height', 'width'))],
         [tiny_networks.onnx_value(name, tiny_networks.FLOAT, shape) for name, shape in shapes.items()]))
-    model = people_of(('scores', 'labels', 'keypoints'), runtime)
+    model = own(MODELS['rtmo_m'], decoder='detr_pose', input=DETR_POSE_INPUT, outputs=tuple(shapes))
     scores, labels, _ = load(model, path, runtime).infer(np.full((1, 64, 96, 3), 255, np.uint8))
     np.testing.assert_allclose(scores, -np.sort(-values)[:, :5], rtol=1e-6)
     np.testing.assert_array_equal(labels, np.argsort(-values)[:, :5])
