@@ -34,19 +34,15 @@ ROOT = Path(__file__).resolve().parents[2]
 FRAME_ID = 'camera_optical_frame'
 # The camera is in its middle.
 ROOM = 'room'
-# A good frame that does not come through within this time is sent again: what is paired or computed may still be the
-# fault [s].
-RESEND = 2.0
-# A fault that is not noticed within this time is injected again: on a busy machine the image may be taken before the
-# camera info that came with it, and a frame be replaced by a newer one [s].
-REPEAT = 5.0
+# After this time without an answer a good frame is sent again, as what is computed may still be the fault; and without
+# notice, a fault is injected again, as a newer frame may have replaced it on a busy machine [s].
+RESEND, REPEAT = 2.0, 5.0
 # For what takes a few seconds on a machine that is not busy [s].
 PATIENCE = 60.0
-# Joints before and after a fault differ by less [m]: what is learnt of sizes goes on with each frame, and begins anew
-# where a fault, or the time that it took, ended the tracks. A frame in other units or of another camera is metres off.
+# Joints before and after a fault differ by less [m], as sizes are learnt anew where a fault ended the tracks; a frame
+# in other units or of another camera is metres off.
 SAME_JOINTS = 0.05
-# Good frames after which what nodes allocate once is there, and sizes are learnt: joints are within 2 cm of where they
-# stay (after 10 frames within 5 cm), with MoveNet Thunder and without it.
+# Good frames after which what nodes allocate once is there, and sizes are learnt: joints are within 2 cm.
 SETTLED = 30
 
 # Of the pages.
@@ -59,7 +55,7 @@ _DETECTION = {'mode': 'fast', 'precision': 'f32', 'target_rate': 0.0, 'publish_r
 
 
 class Program(NamedTuple):
-    """A node of a chain: its program, and its private parameters and remappings."""
+    """A program, and its private parameters."""
 
     path: str
     arguments: Mapping[str, Any]
@@ -103,11 +99,7 @@ class Usage(NamedTuple):
 
 
 class Chain:
-    """Nodes between a camera and people in space, and that camera, which shows the same view in all good frames.
-
-    Processes are known by 'CHAIN/NODE'; publishers by what they publish: 'image', 'points' and 'info', or as in
-    `fusion_cameras`.
-    """
+    """Nodes, by 'CHAIN/NODE', between a camera and people, and that camera: the same view in all good frames."""
 
     # Topic and type of what comes of a frame.
     answer: Tuple[str, Type[Any]] = (f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
@@ -127,21 +119,18 @@ class Chain:
                    f'{name} reads its inputs')
         for _ in range(SETTLED):
             self.reference = self.figures(self.result_of_good_frame())
-        self.count_from_now()
-
-    def count_from_now(self) -> None:
-        """Let `growth` count from now on."""
         self.usage = self._usage()
 
     def _listen(self) -> None:
-        """Keep what comes of frames."""
         topic, kind = self.topic(self.answer[0]), self.answer[1]
         rospy.Subscriber(topic, kind, self._results.append)
         await_true(lambda: is_heard(topic), f'{topic} is published')
 
     def figures(self, answer: Any) -> np.ndarray:
-        """Return what has to be the same after a fault: joints, (P, 18, 3) [m]."""
-        return joints(answer)
+        """Return what has to be the same after a fault: joints of all people from left to right, (P, 18, 3) [m]."""
+        found = np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
+                          for person in answer.persons]).reshape(-1, 18, 3)
+        return found[np.argsort(np.nanmean(found[..., 0], axis=1))]
 
     def restart(self, node: str) -> None:
         """Start a node 'CHAIN/NODE' that was killed."""
@@ -229,7 +218,7 @@ class Chain:
 
 
 class SignalsChain(Chain):
-    """The node of signals; it reads the people of a camera of `fusion_cameras`, with a cloud and no hands and faces."""
+    """The node of signals."""
 
     answer = f'{NAMESPACE}/people_signals', PersonSignalsArray
 
@@ -246,7 +235,10 @@ class WebChain(Chain):
     """The node of pages, with a page that shows people and an image."""
 
     def _listen(self) -> None:
-        await_true(lambda: _is_open(WEB_PORT), 'pages are served')
+        def is_open() -> bool:
+            with socket.socket() as probe:
+                return probe.connect_ex(('localhost', WEB_PORT)) == 0
+        await_true(is_open, 'pages are served')
         self.page = PageClient(WEB_PORT, {'image': {'width': 320}}, self._take)
 
     def _take(self, message: Any, _arrival: float) -> None:
@@ -255,32 +247,11 @@ class WebChain(Chain):
             self._results.append(SimpleNamespace(header=header, people=message['people']))
 
     def figures(self, answer: Any) -> np.ndarray:
-        """Return the joints of all people in the room, (P, 18, 3) [m]."""
         return np.array([person['xyz'] for person in answer.people]).reshape(-1, 18, 3) / 1000.0
 
 
-def _is_open(port: int) -> bool:
-    with socket.socket() as probe:
-        return probe.connect_ex(('localhost', port)) == 0
-
-
-def chain_of(node: str) -> str:
-    """Return the name of the chain of a node 'CHAIN/NODE'."""
-    return node.partition('/')[0]
-
-
 class Rig:
-    """The chains; faults of different chains are injected at the same time.
-
-    Chains with faults start at once, others when they are first asked for.
-
-    Args:
-        faults: all that will be injected, in their order.
-
-    Attributes:
-        session: has the ROS master.
-        done: of each fault, what tells whether it was survived.
-    """
+    """The chains, and of each fault in `done` what tells whether it was survived; chains work at the same time."""
 
     def __init__(self, session: Session, faults: Sequence[Fault]) -> None:
         self.session = session
@@ -294,18 +265,16 @@ class Rig:
         # one fault at a time; kept, as nodes end with the thread that started them
         self._workers = {name: ThreadPoolExecutor(1) for name in CHAINS}
         # nodes that read /diagnostics hold a connection to each node of the other chains
-        wait([self._workers[name].submit(self.chain, name) for name in {chain_of(fault.node) for fault in faults}])
+        needed = {fault.node.partition('/')[0] for fault in faults}
+        wait([self._workers[name].submit(self.chain, name) for name in needed])
         for chain in self.chains.values():
-            chain.count_from_now()
-        self.done = {id(fault): self._workers[chain_of(fault.node)].submit(self._inject, fault)
-                     for fault in faults}
-
-    def _inject(self, fault: Fault) -> None:
-        self.chain(fault.node).survives(fault)
+            chain.usage = chain._usage()
+        self.done = {id(fault): self._workers[fault.node.partition('/')[0]].submit(
+            lambda fault=fault: self.chain(fault.node).survives(fault)) for fault in faults}
 
     def chain(self, node: str) -> Chain:
         """Return the chain of a node 'CHAIN/NODE'."""
-        name = chain_of(node)
+        name = node.partition('/')[0]
         if name not in self.chains:
             self.chains[name] = _KINDS.get(name, Chain)(self.session, self.diagnostics, name)
         return self.chains[name]
@@ -314,18 +283,8 @@ class Rig:
 _KINDS: Dict[str, Type[Chain]] = {'signals': SignalsChain, 'web': WebChain}
 
 
-def joints(people: PersonDetection_3dArray) -> np.ndarray:
-    """Return the joints of all people from left to right, (P, 18, 3) [m]; NaN where MISSING."""
-    found = np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
-                      for person in people.persons]).reshape(-1, 18, 3)
-    return found[np.argsort(np.nanmean(found[..., 0], axis=1))]
-
-
 def _good_frame(chain: str) -> Tuple[SimpleNamespace, Dict[str, str]]:
-    """Return what a camera publishes at one time, without a stamp, as a chain reads it, and the topics in their order.
-
-    Images are the first frame of the shipped sequence, clouds at half its size.
-    """
+    """Return a frame of the shipped sequence, without a stamp, as a chain reads it, and the topics in their order."""
     if chain in fusion_cameras.FRAMES:
         make, topics = fusion_cameras.FRAMES[chain]
         return make(), topics

@@ -7,14 +7,8 @@ import os
 
 from hypothesis import HealthCheck, Phase, settings
 
-import fuzzing
-
 EXAMPLES = os.environ.get('FUZZ_EXAMPLES')
 settings.register_profile('fuzz', max_examples=int(EXAMPLES or 60), derandomize=not EXAMPLES, print_blob=True,
                           deadline=None, database=None, suppress_health_check=list(HealthCheck),
                           phases=(Phase.explicit, Phase.generate, *((Phase.shrink,) if EXAMPLES else ())))
 settings.load_profile('fuzz')
-
-
-def pytest_terminal_summary(terminalreporter) -> None:
-    terminalreporter.write_line(f'{sum(fuzzing.EXAMPLES.values())} examples of {len(fuzzing.EXAMPLES)} readers')

@@ -23,11 +23,7 @@ def chromium() -> Optional[str]:
 
 
 class Browser:
-    """A page in Chromium; use it in a `with` statement.
-
-    Attributes:
-        errors: what the console and the browser complained of.
-    """
+    """A page in Chromium, in a `with` statement; `errors`: what the console and the browser complained of."""
 
     def __init__(self, width: int = 1280, height: int = 800, phone: bool = False) -> None:
         self.errors: List[str] = []

@@ -7,11 +7,7 @@ from openpose_ros_pkg.detect.tracking import TrackingParams
 
 
 class FollowedStream:
-    """People who are tracked in the images of cameras.
-
-    Args:
-        pace: [s] per pixel of the networks, by their names.
-    """
+    """People who are tracked in the images of cameras; pace: [s] per pixel of the networks, by their names."""
 
     def __init__(self, detector, pace, following='always'):
         self.detection = NetworkDetection(detector, FollowingParams(following=following), pace)

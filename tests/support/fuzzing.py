@@ -30,9 +30,6 @@ _PAGE = resource.getpagesize()
 # OpenBLAS takes its memory at the first product of each size, and waits for ever where it gets none.
 np.linalg.svd(np.ones((64, 64)) @ np.ones((64, 64)))
 
-# Number of examples by test, for the summary.
-EXAMPLES: 'dict[str, int]' = {}
-
 _NUMBER = re.compile(rb'-?\d+(?:\.\d+)?')
 _TOKENS = (b'', b'\0', b'\xff', b'\xfe\xff', b'\xc3', 'é人'.encode(), b'"', b"'", b',', b';', b'\t', b'\n', b'\r', b' ',
            b'{', b'}', b'[', b']', b':', b'- ', b'&a ', b'*a ', b'!!', b'%', b'#', b'<', b'>', b'nan', b'inf', b'-inf',
@@ -140,7 +137,6 @@ def survives(read: Callable[..., Any], *arguments: Any, size: int,
         size: of the input [bytes].
         memory: which it may allocate whatever the size [bytes].
     """
-    EXAMPLES[read.__name__] = EXAMPLES.get(read.__name__, 0) + 1
     try:
         with limited_memory(memory + MEMORY_PER_BYTE * size), limited_time():
             return read(*arguments)

@@ -11,15 +11,10 @@ from session import await_true
 
 
 class PageClient:
-    """Connects in a thread of its own until it is closed.
+    """Connects in a thread of its own, until it is closed or the server has `ended` the connection.
 
     Args:
-        want: what it asks for; None: nothing.
-        keep: called with each message and the time of its arrival [s], instead of keeping it.
-
-    Attributes:
-        messages: texts as objects, in the order of their arrival, and binary ones.
-        ended: whether the server has closed the connection.
+        keep: called with each message and the time of its arrival [s], instead of keeping it in `messages`.
     """
 
     def __init__(self, port: int, want: Optional[Dict[str, Any]] = None,

@@ -39,13 +39,9 @@ class SessionError(OpenposeRosError):
 
 
 class Session:
-    """A ROS master on a free port and child processes that use it; all end on leaving.
+    """A ROS master on a free port and child processes, which log to <name>.log in a folder; all end on leaving.
 
-    Within it, SIGTERM and SIGHUP are interrupts, as Ctrl-C is; when the program is killed, its children end as well.
-    Sets the ROS variables of this process, so that it can take part with `rospy.init_node`.
-
-    Args:
-        log_folder: what each child says goes to <name>.log in it.
+    Within it, SIGTERM and SIGHUP are interrupts, as Ctrl-C is. Sets the ROS variables of this process.
     """
 
     def __init__(self, log_folder: Path) -> None:
@@ -142,8 +138,7 @@ def await_true(condition: Callable[[], Any], what: Union[str, Callable[[], str]]
 def is_heard(topic: str) -> bool:
     """Tell whether what is published on a topic from now on reaches this process, which has subscribed to it.
 
-    rospy's subscribers count a connection before it is made, and what is published until then is lost. So all who
-    publish on the topic are asked, but for those that have ended. No publisher: no.
+    rospy's subscribers count a connection before it is made, so its publishers are asked. No publisher: no.
     """
     name, topic = rospy.get_name(), rospy.resolve_name(topic)
     master = rosgraph.Master(name)
@@ -223,10 +218,7 @@ class Report(NamedTuple):
 
 
 class Diagnostics:
-    """Keeps the reports of all nodes in /diagnostics, and waits for one of each that is given.
-
-    Relative names of nodes are those in the test's own namespace.
-    """
+    """Keeps the reports of all nodes in /diagnostics, and waits for one of each that is given."""
 
     def __init__(self, *nodes: str) -> None:
         self._lock = threading.Lock()
@@ -240,7 +232,8 @@ class Diagnostics:
             for status in message.status:
                 # the updater writes <node>: <task>; a nodelet's task is its own name
                 node = status.name.split(': ')[-1].strip('/')
-                self._reports[node].append(Report(_LEVELS[_as_number(status.level)], status.message,
+                level = status.level[0] if isinstance(status.level, bytes) else status.level
+                self._reports[node].append(Report(_LEVELS[level], status.message,
                                                   {pair.key: pair.value for pair in status.values}))
 
     def reports(self, node: str, first: int = 0) -> List[Report]:
@@ -280,7 +273,3 @@ class Diagnostics:
         """Wait until a node's newest report has this text."""
         await_true(lambda: self.texts(node)[-1:] == [text],
                    lambda: f'{node} says {text!r}; it said {set(self.texts(node))}')
-
-
-def _as_number(level: Union[int, bytes]) -> int:
-    return level[0] if isinstance(level, bytes) else level

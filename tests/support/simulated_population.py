@@ -37,8 +37,9 @@ BEGIN, END = 1.3, 3.3
 _BOTH = ('arms_crossed', 'claps', 'hands on the hips', 'carries a box', 'clasps the hands')
 
 
-def seen_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Iterator[Tuple[float, People3D]]:
-    """Yield stamps [s] and the person, as a camera of some rate sees it with its errors."""
+def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
+    """Return the signals of a person whom a camera of some rate sees with its errors, by stamp [s]."""
+    reader, signals = SignalReader(), []
     stature, rate = random.uniform(1.0, 1.95), random.choice([5.0, 10.0, 15.0, 30.0])
     shape = (1, len(COCO_18.joints), 3)
     lasting, noise = random.normal(0, 0.012, shape), random.uniform(0.003, 0.008)
@@ -47,14 +48,10 @@ def seen_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Itera
             continue
         stamp = (number + random.uniform(0.0, 0.3)) / rate
         joints = joints_of(motion(stamp), stature) + lasting + noise * random.normal(size=shape)
-        yield stamp, People3D(COCO_18, joints, np.ones(shape[:2]), np.full(shape[:2], MEASURED),
-                              np.full(shape[:2], 0.03), [1])
-
-
-def told_of(motion: Motion, random: Random, seconds: float = END + 0.7) -> Told:
-    """Return what is told of a person, by stamp [s]; see `seen_of`."""
-    reader = SignalReader()
-    return [(stamp, reader.update(people, stamp, UP)[0]) for stamp, people in seen_of(motion, random, seconds)]
+        people = People3D(COCO_18, joints, np.ones(shape[:2]), np.full(shape[:2], MEASURED), np.full(shape[:2], 0.03),
+                          [1])
+        signals.append((stamp, reader.update(people, stamp, UP)[0]))
+    return signals
 
 
 def arm_of(motion: Motion) -> str:

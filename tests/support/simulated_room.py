@@ -12,11 +12,6 @@ _START = 1_600_000_000.0
 FOCAL = 540.0
 
 
-def everywhere(places: np.ndarray) -> np.ndarray:
-    """Let a camera see all people."""
-    return np.ones(places.shape[:-1], bool)
-
-
 @dataclass
 class Camera:
     """A camera at `centre` [m] that looks at `target`, both in the room (z up)."""
@@ -27,7 +22,7 @@ class Camera:
     clock: float = 0.0  # by which its stamps are late [s]
     rate: float = 15.0  # [Hz]
     depth: bool = True  # whether it measures positions
-    sees: Callable[[np.ndarray], np.ndarray] = everywhere  # which people by their places (..., 3) [m]
+    sees: Callable[[np.ndarray], np.ndarray] = lambda places: np.ones(places.shape[:-1], bool)  # of (..., 3) [m]
     bias: np.ndarray = field(default_factory=lambda: np.zeros(18))  # how much deeper joints lie than it says [m]
 
     @property

@@ -223,7 +223,8 @@ def render(camera: CameraModel, people: Sequence[Person], room: Optional[Room] =
     for row, person in zip(np.where(seen, np.cumsum(seen) - 1, NOTHING), people):
         for capsule in capsules_of(person, room.floor):
             _paint_capsule(capsule, camera, rays, depth, owner, bgr, row)
-    bgr = _with_noise(bgr, np.random.default_rng(seed))
+    noise = np.random.default_rng(seed).integers(-8, 9, bgr.shape, np.int8)
+    bgr = np.clip(bgr.astype(np.int16) + noise, 0, 255).astype(np.uint8)
     xyz, uv, inside = all_xyz[seen], uv[seen], inside[seen]
     keypoints = np.concatenate([np.where(inside[..., None], uv, np.nan), inside[..., None]], axis=2)
     ids = np.array([person.id for person, kept in zip(people, seen) if kept], np.int64)
@@ -378,8 +379,3 @@ def _labels(xyz: np.ndarray, uv: np.ndarray, inside: np.ndarray, depth: np.ndarr
     labels = np.select([~inside, own & (in_front > under_skin), own | (in_front <= 0), shown == SCENERY],
                        [OUTSIDE, HIDDEN_BY_SELF, VISIBLE, HIDDEN_BY_FURNITURE], HIDDEN_BY_PERSON)
     return labels.astype(np.int64)
-
-
-def _with_noise(bgr: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    noise = rng.integers(-8, 9, bgr.shape, np.int8)
-    return np.clip(bgr.astype(np.int16) + noise, 0, 255).astype(np.uint8)

@@ -1,7 +1,7 @@
 """Networks of a few nodes in the file formats of the runtimes, for tests without weights.
 
-ONNX, Caffe and TensorFlow files are protocol buffers; the few fields that are needed are written by hand, so that no
-test needs the libraries of those frameworks. Field numbers: onnx/onnx.proto, caffe.proto, graph.proto and its imports.
+ONNX and Caffe files are protocol buffers; the few fields that are needed are written by hand, so that no test needs the
+libraries of those frameworks. Field numbers: onnx/onnx.proto, caffe.proto.
 """
 import struct
 
@@ -34,7 +34,7 @@ def message(*fields):
 
 # --- ONNX -----------------------------------------------------------------------------------------------------------
 
-FLOAT, UINT8, INT32, INT64, FLOAT16 = 1, 2, 6, 7, 10
+FLOAT, UINT8, INT64 = 1, 2, 7
 
 
 def onnx_tensor(name, array):
@@ -139,24 +139,3 @@ def caffe_fields(weights, name='net_output'):
     text += (f'layer {{ name: "{name}" type: "Concat" bottom: "conv_0" bottom: "conv_1" top: "{name}" concat_param '
              '{ axis: 1 } }\n')
     return text, message((1, 'tiny')) + layers
-
-
-# --- TensorFlow -----------------------------------------------------------------------------------------------------
-
-def tensorflow_fields(weights, name='fields'):
-    """As `onnx_fields` with one output, NHWC: a frozen graph."""
-    kernel = np.ascontiguousarray(average_kernel(weights).transpose(2, 3, 1, 0))
-    real, free = message((6, 1)), message((2, message((1, -1))))
-
-    def node(name, kind, inputs=(), **attributes):
-        entries = [(5, message((1, key), (2, value))) for key, value in attributes.items()]
-        return 1, message((1, name), (2, kind), *((3, text) for text in inputs), *entries)
-
-    shape = message((7, free + free + free + message((2, message((1, 3))))))
-    content = message((1, 1), (2, message(*((2, message((1, size))) for size in kernel.shape))), (4, kernel.tobytes()))
-    steps = message((1, message(*((3, step) for step in (1, 8, 8, 1)))))
-    return message(
-        node('image', 'Placeholder', dtype=real, shape=shape),
-        node('kernel', 'Const', dtype=real, value=message((8, content))),
-        node(name, 'Conv2D', ['image', 'kernel'], T=real, strides=steps, padding=message((2, 'VALID')),
-             data_format=message((2, 'NHWC'))))

@@ -59,22 +59,14 @@ def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> 
     return JointRecording(joints.subjects, samples, positions)
 
 
-def as_markers(joints: JointRecording, transform: np.ndarray, noise: float = 0.0, seed: int = 0) -> MarkerRecording:
-    """Return joints, but those that are never known, as markers (4, 4) away with noise per axis and sample [m]."""
+def as_markers(joints: JointRecording, turn: Rotation, move: Sequence[float], noise: float) -> MarkerRecording:
+    """Return joints, but those that are never known, as markers: turned, then moved, with noise per axis [m]."""
     markers = {f'{subject}:{joint}': points for subject, of_subject in zip(joints.subjects, joints.positions)
                for joint, points in zip(MESSAGE_JOINTS, of_subject.transpose(1, 0, 2)) if np.isfinite(points).any()}
     positions = np.array(list(markers.values())).reshape(len(markers), len(joints.times), 3).transpose(1, 0, 2)
-    positions = positions @ transform[:3, :3].T + transform[:3, 3]
-    noisy = positions + noise * np.random.default_rng(seed).standard_normal(positions.shape)
+    positions = positions @ turn.apply(np.eye(3)) + np.array(move)
+    noisy = positions + noise * np.random.default_rng(0).standard_normal(positions.shape)
     return MarkerRecording(tuple(markers), joints.times, noisy)
-
-
-def rigid_transform(degrees: Sequence[float], move: Sequence[float]) -> np.ndarray:
-    """Return the (4, 4) transform that turns about x, then y, then z of the new frame [deg], then moves [m]."""
-    transform = np.eye(4)
-    transform[:3, :3] = Rotation.from_euler('xyz', degrees, degrees=True).apply(np.eye(3)).T
-    transform[:3, 3] = move
-    return transform
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -92,8 +84,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
                         help='then move [m] (default: none)')
     options = parser.parse_args(arguments)
     joints = resample(read_truth(options.sequence), options.rate, options.clock_offset)
-    transform = rigid_transform(options.rotate_degrees, options.move)
-    markers = as_markers(joints, transform, options.noise / 1000)
+    turn = Rotation.from_euler('xyz', options.rotate_degrees, degrees=True)
+    markers = as_markers(joints, turn, options.move, options.noise / 1000)
     options.output.write_text(trc_text(markers, options.output.name))
     return 0
 

@@ -81,14 +81,6 @@ def test_manifest_says_who_maintains_the_package_and_under_which_licence(package
     assert re.search(r'^(install\(FILES LICENSE |catkin_metapackage\(\)$)', rules, re.MULTILINE)
 
 
-def test_all_manifests_name_the_same_places():
-    """Website, repository and bug tracker of the project: to move it, replace one address in all of them."""
-    places = {tuple((url.get('type'), url.text) for url in manifest(package).iter('url')) for package in PACKAGES}
-    website = manifest('openpose_ros').find('url[@type="website"]').text
-    assert re.fullmatch(r'https://[\w.-]+/[\w/-]+', website)
-    assert places == {(('website', website), ('repository', f'{website}.git'), ('bugtracker', f'{website}/issues'))}
-
-
 def test_the_metapackage_has_every_package():
     assert depends('openpose_ros', 'exec_depend') == set(PACKAGES) - {'openpose_ros'}
 

@@ -43,13 +43,6 @@ def test_people_lie_where_they_are_the_surest_first(form):
     assert len(decode_boxes(form((10, 20, 34, 76, 0.1, 0)), 0.05, SIZE).boxes) == 1
 
 
-def test_of_boxes_that_overlap_the_raw_form_keeps_the_surer():
-    both = [(10, 20, 34, 76, 0.5, 0), (26, 20, 50, 76, 0.6, 0)]  # 1/5 of the union
-    assert len(decode_boxes(raw(*both, classes=1), 0.0, SIZE).boxes) == 2
-    both[1] = (14, 14, 38, 76, 0.6, 0)
-    np.testing.assert_allclose(decode_boxes(raw(*both, classes=1), 0.0, SIZE).scores, [0.6], atol=1e-6)
-
-
 @FORMS
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize('place', range(5))

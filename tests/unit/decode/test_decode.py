@@ -6,7 +6,7 @@ import openpose_ros_decode
 import pytest
 
 from known_fields import NET, STRIDE, render_fields, standing_person
-from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, find_peaks, score_limbs
+from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, score_limbs
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS, Limb, SkeletonModel
 
@@ -45,9 +45,6 @@ def test_no_person(fields):
 def test_one_person(upsample):
     person = standing_person(300.3, 60.7, 250)
     assert_found(render_fields([person]), [person], heatmap_upsample=upsample)
-
-
-FIVE = [standing_person(x, 50 + 3 * i, 200 + 12 * i) for i, x in enumerate((70, 190, 320, 450, 580))]
 
 
 def test_a_crowd():
@@ -94,36 +91,6 @@ def test_person_cut_in_half_by_a_side(x, inside):
     assert far.any() and np.isnan(keypoints[0, far, :2]).all() and (keypoints[0, far, 2] == 0).all()
 
 
-# --- peaks ----------------------------------------------------------------------------------------------------------
-
-def peaks_of(heatmaps, upsample=2, **params):
-    return find_peaks(heatmaps, MOBILENET_THIN, DecodeParams(heatmap_upsample=upsample, **params))
-
-
-@pytest.mark.parametrize('upsample, tolerance', [(1, 0.5), (2, 0.2), (4, 0.2)])
-def test_sub_pixel_position(upsample, tolerance):
-    """Joints anywhere between cells are placed to a fraction of a network pixel, where a cell is eight."""
-    v, u = np.mgrid[:46, :82].astype(float)
-    for offset in np.random.default_rng(3).uniform(-0.5, 0.5, (20, 2)):
-        centre = np.array([40, 20]) + offset
-        heat = np.exp(-((u - centre[0]) ** 2 + (v - centre[1]) ** 2) / 2)[None].astype(np.float32)
-        peaks = peaks_of(heat, upsample)
-        np.testing.assert_allclose(np.stack([peaks['x'], peaks['y']], axis=1), [(centre + 0.5) * STRIDE - 0.5],
-                                   atol=tolerance)
-
-
-def test_caps_keep_the_strongest():
-    heat = np.zeros((2, 21, 21), np.float32)
-    heat[:, 1::2, 1::2] = np.random.default_rng(4).uniform(0.1, 0.9, (2, 10, 10))
-    heights = np.sort(heat[:, 1::2, 1::2].reshape(2, -1), axis=1)[:, ::-1]
-    per_joint = peaks_of(heat, 1, max_peaks_per_joint=5)
-    assert per_joint['joint'].tolist() == [0] * 5 + [1] * 5
-    np.testing.assert_array_equal(per_joint['score'].reshape(2, 5), heights[:, :5])
-    total = peaks_of(heat, 1, max_peaks_per_joint=100, max_peaks=7)
-    np.testing.assert_array_equal(np.sort(total['score'])[::-1], np.sort(heights.ravel())[::-1][:7])
-    assert (np.diff(total['joint']) >= 0).all()
-
-
 # --- limbs ----------------------------------------------------------------------------------------------------------
 
 def peak_records(joints, xy, scores):
@@ -136,44 +103,24 @@ def limb_scores(pafs, elbow, wrist):
     return score_limbs(pafs, peak_records(joints, [elbow, wrist], [0.9, 0.8]), MOBILENET_THIN, DecodeParams())
 
 
-def forearm_field(x, y):
-    pafs = np.zeros((38, 46, 82), np.float32)
-    limb = next(limb for limb in COCO_18.limbs if limb.end == 'right_wrist')
-    pafs[limb.paf[0]], pafs[limb.paf[1]] = x, y
-    return pafs
-
-
-@pytest.mark.parametrize('field, covered, scores', [
-    ((0.7, 0), 1.2, [0.7]), ((0, 0), 1.2, []), ((-0.7, 0), 1.2, []), ((0, 0.7), 1.2, []), ((0.9, 0), 0.8, []),
-    ((0.9, 0), 0.9, [0.72])],
-    ids=['along', 'none', 'opposite', 'across', 'on 7 of 10 samples', 'on 8 of 10 samples'])
-def test_limb_scores_the_strength_of_the_field_along_it(field, covered, scores):
-    pafs = forearm_field(*field)
-    pafs[:, :, int(4 + 20 * covered):] = 0
-    limbs = limb_scores(pafs, (35.5, 100), (195.5, 100))
-    assert limbs['score'].tolist() == pytest.approx(scores, abs=1e-6)
-    assert all(COCO_18.limbs[limb].end == 'right_wrist' for limb in limbs['limb'])
-
-
 def test_foreshortened_limb_joins_without_a_field_but_proves_nothing():
-    limbs = limb_scores(forearm_field(0, 0), (100, 100), (102, 101))
+    limbs = limb_scores(np.zeros((38, 46, 82), np.float32), (100, 100), (102, 101))
     assert limbs['score'].tolist() == [0]
-    assert len(limb_scores(forearm_field(0, 0), (100, 100), (104, 100))) == 0
+    assert len(limb_scores(np.zeros((38, 46, 82), np.float32), (100, 100), (104, 100))) == 0
 
 
 # --- assembly -------------------------------------------------------------------------------------------------------
 
-def people_from(joints, limbs, heights=None, min_joints=2):
+def people_from(joints, limbs, heights=None):
     """Assemble peaks, given by joint name, and limbs, given as (start, end, score) in peak numbers."""
     peaks = peak_records([COCO_18.index[joint] for joint in joints], [(i, i) for i in range(len(joints))],
                          heights or [0.5] * len(joints))
     names = [(limb.start, limb.end) for limb in COCO_18.limbs]
     candidates = np.array([(names.index((joints[start], joints[end])), start, end, score)
                            for start, end, score in limbs], openpose_ros_decode.LIMB_CANDIDATE)
-    keypoints, scores, *_ = assemble(candidates, peaks, COCO_18,
-                                 DecodeParams(person_min_joints=min_joints, person_min_score=0.0))
+    keypoints, *_ = assemble(candidates, peaks, COCO_18, DecodeParams(person_min_joints=2, person_min_score=0.0))
     return [{joint: int(person[COCO_18.index[joint], 0]) for joint in COCO_18.joints
-             if person[COCO_18.index[joint], 2] > 0} for person in keypoints], scores
+             if person[COCO_18.index[joint], 2] > 0} for person in keypoints]
 
 
 @pytest.mark.parametrize('joints, limbs, heights, expected', [
@@ -187,12 +134,7 @@ def people_from(joints, limbs, heights=None, min_joints=2):
     ids=['ear to shoulder starts no person', 'but joins head and body', 'nearness starts no person', 'the better limb',
          'a speck of noise'])
 def test_people_of_limbs(joints, limbs, heights, expected):
-    assert people_from(joints, limbs, heights)[0] == expected
-
-
-def test_score_is_the_mean_of_joints_and_of_limbs_that_prove_something():
-    _, scores = people_from(['neck', 'right_shoulder', 'right_elbow'], [(0, 1, 0.0), (1, 2, 0.9)], [0.5, 0.6, 0.8])
-    assert scores.tolist() == pytest.approx([(0.5 + 0.6 + 0.8 + 0.9) / 4])
+    assert people_from(joints, limbs, heights) == expected
 
 
 # --- other networks, layouts and threads ----------------------------------------------------------------------------
@@ -217,17 +159,3 @@ def test_people_of_all_skeletons(skeleton):
     for person in people:
         found = min(keypoints, key=lambda found: np.abs(found[reached, :2] - person[reached]).max())
         np.testing.assert_allclose(found[reached, :2], person[reached], atol=1)
-
-
-def test_fields_of_any_layout_are_read_and_left_alone():
-    fields = np.asfortranarray(render_fields(FIVE))
-    fields.flags.writeable = False
-    before = fields.copy()
-    assert_found(fields, FIVE)
-    np.testing.assert_array_equal(fields, before)
-
-
-@pytest.mark.parametrize('channels', [57 - 1, 19])
-def test_too_few_channels_are_refused(channels):
-    with pytest.raises(ValueError, match=f'channels that are not there: {channels - 19}'):
-        decoded(np.zeros((channels, 4, 4), np.float32))

@@ -9,7 +9,7 @@ from openpose_ros_pkg.networks.model_registry import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_17, COCO_18
+from openpose_ros_pkg.skeletons import COCO_18
 
 RTMO = MODELS['rtmo_s']
 YOLO = replace(RTMO, decoder='yolo_pose', input=YOLO_INPUT, outputs=())
@@ -74,12 +74,6 @@ def yolo_end_to_end(*people):
     return (output,)
 
 
-def simcc_outputs(*people):
-    """(17, 2 W) and (17, 2 H) of the first one, or of none: a Gaussian at the nearest bin."""
-    pixels, confidence, _ = people[0] if people else (np.zeros((17, 2)), 0, 0)
-    heights = np.broadcast_to(confidence, 17)[:, None]
-    return [heights * np.exp(-(np.arange(2 * side) - np.rint(2 * pixels[:, axis, None])) ** 2 / 72)
-            for axis, side in enumerate(SIZE)]
 
 
 def decoder(outputs, model):
@@ -92,7 +86,6 @@ def decoder(outputs, model):
 DECODERS = {'MoveNet': decoder(movenet_rows, MOVENET_MULTIPOSE), 'RTMO': decoder(rtmo_outputs, RTMO),
             'YOLO raw': decoder(yolo_raw, YOLO), 'YOLO end to end': decoder(yolo_end_to_end, YOLO)}
 ALL = pytest.mark.parametrize('decode', DECODERS.values(), ids=DECODERS)
-SIMCC = decoder(simcc_outputs, replace(RTMO, decoder='simcc'))
 
 
 def place(keypoints, joint):
@@ -168,21 +161,3 @@ def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     assert len(DECODERS['RTMO'](*apart)[1]) == 2
 
 
-def test_simcc_finds_the_one_person_of_a_crop_to_half_a_pixel():
-    assert len(SIMCC()[0]) == 0
-    confidence = np.linspace(0.3, 0.9, 17)
-    pixels = STANDING + 0.3
-    keypoints, scores, points = SIMCC((pixels, confidence, None))
-    assert points is None and scores[0] == pytest.approx(confidence.mean())
-    for joint, pixel, score in zip(COCO_17.joints, pixels, confidence):
-        np.testing.assert_allclose(place(keypoints[0], joint), [*(np.rint(2 * pixel) / 2), score], atol=1e-4)
-    np.testing.assert_allclose(place(keypoints[0], 'neck'), [50.5, 25.5, confidence[5]], atol=1e-4)
-    assert len(SIMCC((pixels, 0.29, None))[0]) == 0 and len(SIMCC((pixels, 0.31, None))[0]) == 1
-    shown = SIMCC((pixels, confidence, None), valid=(70, 192)).keypoints[0]
-    assert np.isnan(place(shown, 'left_wrist')[0]) and place(shown, 'left_elbow')[0] == pytest.approx(68.5)
-
-
-def test_outputs_are_scaled_before_they_are_decoded():
-    outputs = [5 * output for output in simcc_outputs((STANDING, 0.9, None))]
-    poses = decode_direct(outputs, replace(RTMO, decoder='simcc', output_scale=0.1), DirectDecodeParams(), WHOLE)
-    assert poses.scores[0] == pytest.approx(0.45) and poses.keypoints[0, 0, 2] == pytest.approx(0.45)

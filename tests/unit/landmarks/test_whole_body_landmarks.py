@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 from test_landmark_detector import BOTH, body, people
 
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.landmarks.face_shape import MIRRORED, SHAPE, with_depth
+from openpose_ros_pkg.landmarks.face_shape import SHAPE, with_depth
 from openpose_ros_pkg.landmarks.landmark_network import LANDMARKS
 from openpose_ros_pkg.people import People2D
 
@@ -65,26 +65,11 @@ def test_hands_and_face_are_those_of_the_points(detector):
         np.testing.assert_allclose(found.faces.keypoints[0, pupil, :2], middle, atol=1e-3)
 
 
-def test_points_have_their_own_scores_and_the_hand_one_by_their_mean(detector):
-    at = points()
-    at[91:101, 2] = 0.3
-    hand = detector.detect(IMAGE, whole(body(), at=[at]), None, 'c', 1.0).hands
-    assert hand.keypoints[0, 0, 2] == pytest.approx(0.3) and hand.keypoints[0, 20, 2] == pytest.approx(0.9)
-    assert hand.scores[0] == pytest.approx(presence((10 * 0.3 + 11 * 0.9) / 21))
-
-
 @pytest.mark.parametrize('score, seen', [(0.31, True), (0.29, False), (1.7, True)])  # mmpose shows points from 0.3 on
 def test_hands_and_faces_below_the_thresholds_are_absent(detector, score, seen):
     found = detector.detect(IMAGE, whole(body(), at=[points(score)]), None, 'c', 1.0)
     assert len(found.hands) == 2 * seen and len(found.faces) == seen
     assert found.hands.scores.max(initial=0) <= 1
-
-
-def test_of_two_hands_in_one_place_one_is_reported(detector):
-    both = {'left': (300, 200), 'right': (304, 200)}
-    near = body(left=(300, 200), right=(340, 200))
-    hands = detector.detect(IMAGE, whole(near, at=[points(wrists=both)]), None, 'c', 1.0).hands
-    assert hands.left.tolist() == [True]
 
 
 def test_without_a_look_at_the_person_hands_move_with_the_body_for_a_moment(detector):
@@ -106,12 +91,6 @@ def test_missing_points_are_missing(detector):
     assert np.isfinite(np.delete(found.hands.keypoints[0], 4, axis=0)).all()
     np.testing.assert_array_equal(found.faces.keypoints[0, 37], (np.nan, np.nan, 0))
     np.testing.assert_allclose(found.faces.mesh[0, 37, :2], points()[60, :2], atol=0.1)  # where the face has it
-
-
-def test_the_shape_of_a_face_is_its_own_mirror_image():
-    assert sorted(MIRRORED) == list(range(70)) and (MIRRORED[MIRRORED] == np.arange(70)).all()
-    np.testing.assert_allclose(SHAPE[MIRRORED], SHAPE * (-1, 1, 1), atol=1e-9)
-    assert SHAPE.shape == (70, 3) and SHAPE[30, 2] == SHAPE[:, 2].max()  # the nose is ahead of all
 
 
 @pytest.mark.parametrize('turn', np.radians([-60, -20, 0, 35]))

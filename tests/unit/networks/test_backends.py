@@ -102,13 +102,6 @@ def test_wrong_in_reduced_precision_it_is_f32_of_the_same_runtime(monkeypatch, c
     assert 'slower than asked for' in caplog.text
 
 
-def test_auto_without_any_that_works_names_all_reasons(monkeypatch, tmp_path):
-    with_loaders(monkeypatch, opencv_dnn=lambda: FakeBackend(np.zeros_like))
-    with pytest.raises(ModelError, match=r'openvino is not importable: no such library \(./run setup.*'
-                                         r'onnxruntime does not read graph.pb; opencv_dnn does not work'):
-        create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams())
-
-
 @pytest.mark.parametrize('model, backend, text', [
     (MOVENET_MULTIPOSE, 'opencv_dnn', r'not movenet\.tflite; set backend to auto or one of openvino$'),
     (MOBILENET_THIN, 'onnxruntime', r'it reads \.onnx, not graph_opt\.pb; set .* one of openvino, opencv_dnn$'),

@@ -93,19 +93,6 @@ def test_onnx_gets_the_picture_as_its_recipe_says(runtime, recipe, tmp_path):
     np.testing.assert_array_equal(IMAGES, before)
 
 
-@pytest.mark.parametrize('runtime_name', ['openvino', 'opencv_dnn'])
-def test_tensorflow_network(runtime_name, tmp_path):
-    """As the default network: BGR, no mean, NHWC, the output's name without the number of the tensor."""
-    if runtime_name == 'openvino':
-        pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
-    weights = weights_of(57)
-    path = tmp_path / 'tiny.pb'
-    path.write_bytes(tiny_networks.tensorflow_fields(weights, 'concat'))
-    model = own(MOBILENET_THIN, files=(WeightsFile(path.name),), outputs=('concat',))
-    fields, = infer_all(load(model, path, runtime_name), IMAGES)
-    assert_fields(fields, expected_fields(IMAGES, model.input, weights))
-
-
 @pytest.mark.parametrize('name', ['body_25', 'openpose_coco', 'mpi', 'mpi_4_layers'])
 def test_openpose_caffe_networks(name, tmp_path):
     """OpenPose's input (x / 256 - 0.5) and channels; the prototxt is the first file, the caffemodel lies beside it."""
@@ -139,23 +126,6 @@ def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, 
     path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)], outputs=('fields',)))
     with pytest.raises(ModelError, match=r'tiny\.onnx as tiny: it has no .*concat; its outputs are fields'):
         load(own(MOBILENET_THIN, outputs=('concat',)), path, runtime)
-
-
-def test_one_crop_and_several_of_a_large_network_are_compiled_once(tmp_path, monkeypatch):
-    """As the number of people changes they take turns: to compile again takes longer than hundreds of crops."""
-    module = pytest.importorskip('openpose_ros_pkg.networks.backends.openvino')
-    monkeypatch.setattr(module, '_KEPT_BYTES', 0)
-    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
-    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
-    compiled = []
-    compile_network = module.OpenvinoBackend._compile
-    monkeypatch.setattr(module.OpenvinoBackend, '_compile', lambda self, shape, config: (
-        compiled.append(shape), compile_network(self, shape, config))[1])
-    backend = load(model, path, 'openvino', threads=2)
-    compiled.clear()
-    for count in (1, 2, 1, 2, 1):
-        backend.infer_many(count * [np.zeros((1, 24, 24, 3), np.uint8)])
-    assert compiled == 2 * [(1, 24, 24, 3)]
 
 
 @pytest.mark.parametrize('threads', [0, 1, 3])

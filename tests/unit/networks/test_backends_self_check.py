@@ -151,15 +151,6 @@ def test_structure_of_networks_by_their_file(model, right, wrong):
         check_backend(people(*wrong), model)
 
 
-@pytest.mark.parametrize('model, network', [
-    (BODY_25, fields(78)), (LIGHTWEIGHT, fields(19, 38)), (RTMO, people((1, 0, 5), (1, 0, 17, 3))),
-    (replace(MOVENET_MULTIPOSE, name='own'), Network(lambda images: (np.zeros((1, 6, 56), np.float32),)))],
-    ids=['one output', 'two outputs', 'RTMO without people', 'MoveNet of another file'])
-def test_right_structure_passes(model, network):
-    assert not reference_path(model).exists()
-    check_backend(network, model)
-
-
 @pytest.mark.parametrize('model, network, text', [
     (BODY_25, fields(57), r'outputs net_output have the shapes \(1, 57, 16, 12\) for an image of 96x128, expected '
                           r'\(1, C, 16, 12\) with 78 channels in all \(26 confidence maps and 52 of the'),

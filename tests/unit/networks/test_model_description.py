@@ -83,14 +83,6 @@ def test_inputs_of_known_makers_need_not_be_described(tmp_path, decoder, outputs
     assert model.input == replace(stated, fixed_size=tuple(size) if size else None)
 
 
-def test_points_and_numbers_of_each_colour(tmp_path):
-    simcc = {'skeleton': None, 'decoder': 'simcc', 'outputs': ['x', 'y']}
-    model = described(tmp_path, **simcc, points=133, output_scale=0.1, input={
-        'fixed_size': [288, 384], 'mean': [1, 2.5, 3], 'scale': [0.5, 0.25, 1], 'stretched': True})
-    assert (model.points, model.skeleton, model.output_scale) == (133, BODY_25, 0.1)
-    assert (model.input.mean, model.input.scale, model.input.stretched) == ((1.0, 2.5, 3.0), (0.5, 0.25, 1.0), True)
-
-
 def test_the_examples_of_the_documentation_are_right(tmp_path):
     examples = re.findall(r'```yaml\n(.*?)```', DOCS.read_text(), re.DOTALL)
     assert len(examples) >= 2
@@ -125,14 +117,6 @@ def test_the_joints_are_known_without_weights_which_lie_beside_the_description(t
 def test_names_that_mean_something_else_are_refused(tmp_path, name):
     with pytest.raises(ModelError, match=f"can not have the name '{name}'"):
         described(tmp_path, name)
-
-
-@pytest.mark.parametrize('text', ['', '- a list', 'a text', '[', '\x00', 'files: {a: b: c}', '{1: 2}'])
-def test_a_file_that_is_no_description(tmp_path, text):
-    path = tmp_path / 'mine.yaml'
-    path.write_text(text)
-    with pytest.raises(ModelError, match=re.escape(str(path))):
-        read_description(path)
 
 
 def limbs(*changed):

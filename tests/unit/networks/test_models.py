@@ -7,7 +7,7 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
-from openpose_ros_pkg.networks.model_registry import ALIASES, LANDMARK_MODELS, MOBILENET_THIN, MODELS
+from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.models import find_model, weights_path
 
@@ -32,17 +32,11 @@ def put_caffe(folder, prototxt=b'layer {}', caffemodel=CONTENT):
 
 # --- names ----------------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('alias, name', [('COCO', 'mobilenet_thin'), ('BODY_25', 'body_25'), ('MPI', 'mpi'),
-                                         ('MPI_4_layers', 'mpi_4_layers')])
-def test_models_are_found_by_the_names_of_openpose(alias, name):
-    assert ALIASES[alias] == name
-    assert find_model(alias) is MODELS[name]
-
-
 @pytest.mark.parametrize('written, name', [
     ('rtmpose-s-feet', 'rtmpose_s_feet'), ('rtmo-s', 'rtmo_s'), ('MPI-4-layers', 'mpi_4_layers'),
-    ('human_pose_estimation_0001', 'human-pose-estimation-0001'), ('mobilenet-thin', 'mobilenet_thin')])
-def test_dashes_and_underscores_are_the_same(written, name):
+    ('human_pose_estimation_0001', 'human-pose-estimation-0001'), ('mobilenet-thin', 'mobilenet_thin'),
+    ('COCO', 'mobilenet_thin'), ('BODY_25', 'body_25'), ('MPI', 'mpi'), ('MPI_4_layers', 'mpi_4_layers')])
+def test_models_are_found_by_the_names_of_openpose_and_with_dashes_or_underscores(written, name):
     assert find_model(written) is MODELS[name]
 
 

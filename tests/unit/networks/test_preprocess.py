@@ -74,21 +74,6 @@ def test_what_is_finer_than_the_pixels_of_a_network_is_averaged(size):
     np.testing.assert_allclose(seen, 100.0, atol=15)
 
 
-@pytest.mark.parametrize('image_size, scaled', [
-    ((640, 480), (640, 480)), ((480, 640), (480, 640)), ((1280, 400), (640, 200)), ((100, 100), (640, 640))])
-def test_whole_box_gives_inputs_of_one_size(image_size, scaled):
-    """The picture lies at the left and top of it, as large as without; the transform is the same."""
-    plan, tight = (fit_image(image_size, 640, 640, 32, whole_box=whole) for whole in (True, False))
-    assert (plan.scaled_size, plan.net_size) == (scaled, (640, 640))
-    assert tight.scaled_size == scaled
-    np.testing.assert_array_equal(plan.to_net((17, 23)), tight.to_net((17, 23)))
-    image = np.zeros((*image_size[::-1], 3), np.uint8)
-    net = plan.apply(image, padding=200)
-    assert net.shape == (640, 640, 3)
-    assert (net[:scaled[1], :scaled[0]] == 0).all()
-    assert (net[scaled[1]:] == 200).all() and (net[:, scaled[0]:] == 200).all()
-
-
 def test_an_image_fills_the_input_of_a_network_that_was_trained_so():
     plan = fit_recipe((800, 450), InputRecipe(fixed_size=(640, 640), stretched=True), (656, 368))
     assert (plan.scaled_size, plan.net_size, plan.offset) == ((640, 640), (640, 640), (0, 0))

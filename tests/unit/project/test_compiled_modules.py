@@ -24,14 +24,3 @@ def configure(sources, folder, *settings):
     (('-DPYTHON_EXECUTABLE=/bin/false',), 'PYTHON_EXECUTABLE = /bin/false does not work')])
 def test_what_is_missing_is_named(sources, settings, told, tmp_path):
     assert told in configure(sources, tmp_path, *settings)
-
-
-def test_missing_headers_of_python(tmp_path):
-    python = tmp_path / 'python3'
-    python.write_text(f'#!/bin/sh\necho "{tmp_path};.so"\n')
-    python.chmod(0o755)
-    (tmp_path / 'pybind11').mkdir()
-    (tmp_path / 'pybind11/pybind11.h').touch()
-    complaint = configure('skeleton_extract_3d/src/cpp', tmp_path / 'build', f'-DPYTHON_EXECUTABLE={python}',
-                          f'-DPYBIND11_INCLUDE_DIR={tmp_path}')
-    assert f'needs {tmp_path}/Python.h: apt-get install python3-dev' in complaint

@@ -37,13 +37,6 @@ def items(queue):
     return [one.item for one in iter(queue.take, None)]
 
 
-def test_the_newest_item_of_a_camera_replaces_the_one_that_waits():
-    queue = FrameQueue()
-    assert [queue.submit('camera', taken(item), item) for item in range(3)] == [False, True, True]
-    assert items(queue) == [2]
-    assert not queue.submit('camera', taken(3), 3.0)
-
-
 def test_cameras_take_turns():
     """Also where one of them is faster than all are handled."""
     queue, handled = FrameQueue(), []
@@ -66,21 +59,6 @@ def test_requests_are_not_dropped_and_take_turns_with_cameras():
     for number in range(3):
         queue.request(taken(number))
     assert items(queue) == [0, 1, 2]
-
-
-def test_a_search_stops_when_an_item_waits():
-    for kind in ('frame', 'request'):
-        queue = FrameQueue()
-        if kind == 'frame':
-            queue.submit('camera', taken(kind), 1.0)
-        else:
-            queue.request(taken(kind))
-        assert queue.waits
-        assert not queue.goes_on(SHORT, 1.0)
-        assert not queue.goes_on(None, 1.0)
-        queue.take()
-        assert queue.goes_on(SHORT, 1.0)
-        assert queue.goes_on(None, 1.0)
 
 
 def test_a_part_begins_if_it_ends_before_the_next_frame_is_expected():
@@ -166,17 +144,6 @@ def test_a_request_is_answered_before_its_search():
     assert story.loop.call(lambda: 'done between two items') == 'done between two items'
     story.loop.stop()
     assert story.events == ['image', ('image', SHORT)]
-
-
-def test_the_error_of_a_request_is_raised_at_the_caller_and_the_loop_goes_on():
-    story = Story()
-    with pytest.raises(ValueError, match='fails'):
-        story.loop.request('fails', story.answer)
-    with pytest.raises(ZeroDivisionError):
-        story.loop.call(lambda: 1 // 0)
-    assert story.loop.request('good', story.answer) == 'answer to good'
-    story.loop.stop()
-    assert story.errors == []
 
 
 def test_an_error_after_the_answer_and_one_of_a_frame_are_reported_and_the_loop_goes_on():

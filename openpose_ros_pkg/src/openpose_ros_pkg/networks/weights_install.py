@@ -63,7 +63,7 @@ def download(address: str, path: Path, most: int = MOST_BYTES, timeout: float = 
                 for block in iter(lambda: response.read1(1 << 16), b''):
                     file.write(block)
                     bar.update(len(block))
-                    if bar.n > most:
+                    if file.tell() > most:
                         raise ModelError(f'{address} has more than {most} bytes')
     except (OSError, http.client.HTTPException, ValueError) as error:
         raise ModelError(f'{address} can not be fetched: {error or type(error).__name__}') from error
