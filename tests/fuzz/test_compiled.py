@@ -51,7 +51,6 @@ CALLS = {
     'with_frame': (COMPILED.with_frame, [SIZES, filled(P, J, 3), FLAGS]),
     'satisfy_lengths': (COMPILED.satisfy_lengths, [filled(P, J, 3), filled(P, J, 3, 3), filled(P, BONES),
                                                    filled(P, BONES), FLAGS]),
-    'fit_pinhole': (COMPILED.fit_pinhole, [filled(3, 40, value=1.0), np.ones((2, 40), np.int64)]),
     'correct': (COMPILED.correct, [STATE, filled(P, J, 3), filled(P, J, 3, 3), FLAGS]),
 }
 KINDS = ('number', 'record', 'all', 'shorter', 'longer', 'axis', 'flat', 'empty', 'type', 'reversed', 'text', 'junk')

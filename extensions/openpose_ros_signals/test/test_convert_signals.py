@@ -91,8 +91,8 @@ def test_poses_are_those_of_people_with_known_joints():
 
 
 def test_the_words_of_the_messages_are_those_of_the_records():
-    assert {PersonGesture.WAVE, PersonGesture.RAISE_HAND, PersonGesture.BECKON, PersonGesture.STOP,
-            PersonGesture.POINT} == {gesture.name for gesture in ARM_GESTURES}
+    assert {value for name, value in vars(PersonGesture).items() if name.isupper()} == {
+        *(gesture.name for gesture in ARM_GESTURES), 'arms_crossed', records.LEFT, records.RIGHT, records.BOTH}
     assert {PersonSignals.STANDING, PersonSignals.SITTING, PersonSignals.CROUCHING, PersonSignals.KNEELING,
             PersonSignals.LYING} == set(records.POSTURES)
     assert PersonSignals.UNKNOWN == records.UNKNOWN

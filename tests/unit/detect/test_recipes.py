@@ -7,7 +7,7 @@ from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, DetectorParams
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import Decoder
+from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder
 
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
@@ -55,7 +55,7 @@ def test_crop_refinement(mode):
 
 # --- one network alone ----------------------------------------------------------------------------------------------
 
-WHOLE_IMAGE = [name for name, model in MODELS.items() if model.decoder not in (Decoder.SIMCC, Decoder.BOXES)]
+WHOLE_IMAGE = [name for name, model in MODELS.items() if model.decoder not in (*CROP_DECODERS, Decoder.BOXES)]
 
 
 @pytest.mark.parametrize('name, model', [

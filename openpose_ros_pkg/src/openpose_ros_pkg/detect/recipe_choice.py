@@ -26,7 +26,7 @@ from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_registry import AUTO, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.models import find_model, installed_by_name
 from openpose_ros_pkg.params.constants import constant
 
@@ -100,14 +100,14 @@ def _networks_of(params: DetectorParams) -> Sequence[Recipe]:
     """Return the recipes of the networks that the parameters name, the most accurate first."""
     crop = crop_of(_model(params, 'crop_model')) if params.crop_model else None
     model = None if params.pose_model in (AUTO, 'COCO') else _model(params, 'pose_model')
-    unused = 'pose_model' if model and model.decoder == Decoder.SIMCC else 'crop_model' if crop else ''
+    unused = 'pose_model' if model and model.decoder in CROP_DECODERS else 'crop_model' if crop else ''
     if params.look_closer == 0 and unused and not (model and model.decoder == Decoder.BOXES):
         raise ParameterError(f"parameters '{unused}', 'look_closer' = {getattr(params, unused)!r}, 0 are not allowed: "
                              'a network for crops would see none; set look_closer to -1, or to a number of people',
                              'look_closer')
     if model is None:
         return _of_mode(params, crop)
-    if model.decoder != Decoder.SIMCC:
+    if model.decoder not in CROP_DECODERS:
         return [_searched_by(model, crop, params)]
     if crop is not None and crop.model != model:
         raise ParameterError(f"parameters 'pose_model', 'crop_model' = {params.pose_model!r}, {params.crop_model!r} "
@@ -139,8 +139,8 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
         named: the crop that the user wants; None: the best ones.
     """
     installed = installed_by_name(params.model_folder)
-    searchers = [one for one in installed if one.decoder != Decoder.SIMCC]
-    crops = [crop_of(one) for one in installed if one.decoder == Decoder.SIMCC] if named is None else [named]
+    searchers = [one for one in installed if one.decoder not in CROP_DECODERS]
+    crops = [crop_of(one) for one in installed if one.decoder in CROP_DECODERS] if named is None else [named]
     if not installed and named is None:
         return [MODES['balanced']]
     recipes = [recipe for crop in crops for recipe in (

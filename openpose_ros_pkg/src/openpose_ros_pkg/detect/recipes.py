@@ -11,7 +11,7 @@ from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import WHOLE_BODY_POINTS, keypoints_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, SkeletonModel
@@ -168,7 +168,7 @@ class CropRefinement:
     @property
     def one_person(self) -> bool:
         """Whether the network takes for granted that it sees one person, upright."""
-        return self.model.decoder in (Decoder.MOVENET_SINGLEPOSE, Decoder.SIMCC)
+        return self.model.decoder in (Decoder.MOVENET_SINGLEPOSE, *CROP_DECODERS)
 
 
 # OpenPose's default, flags.hpp.
@@ -192,7 +192,7 @@ def crop_of(model: Model) -> CropRefinement:
     Raises:
         ParameterError: it is none for crops.
     """
-    if model.decoder == Decoder.SIMCC:
+    if model.decoder in CROP_DECODERS:
         return CropRefinement(model, _SIMCC_MARGIN, size=model.input.fixed_size or _SIMCC_SIZE, centred=True,
                               place_weight=_SIMCC_PLACE_WEIGHT)
     if model.decoder == Decoder.MOVENET_SINGLEPOSE:

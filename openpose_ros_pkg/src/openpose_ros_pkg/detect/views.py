@@ -12,7 +12,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import WHOLE_BODY_133, SkeletonModel
@@ -34,7 +34,7 @@ class Setup:
         SimCC networks place all joints also where there is no person, with scores that are not near 0, and between
         searches no other network tells that a person left: they have to be as sure as their makers ask.
         """
-        if model.decoder != Decoder.SIMCC:
+        if model.decoder not in CROP_DECODERS:
             return self.direct
         return replace(self.direct, direct_person_score=self.settings.direct.direct_person_score)
 

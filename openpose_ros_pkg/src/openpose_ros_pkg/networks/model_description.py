@@ -7,6 +7,7 @@ from typing import Any, Dict, Literal, NamedTuple, Optional, Tuple
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
 from openpose_ros_pkg.networks.model_types import (
+    CROP_DECODERS,
     SIMCC_INPUT,
     YOLO_INPUT,
     YOLOX_INPUT,
@@ -145,7 +146,7 @@ def _input(values: Any, decoder: str, stride: int, where: str) -> InputRecipe:
     recipe = replace(_INPUTS.get(decoder, InputRecipe()), **{'multiple_of': stride, **given})
     if recipe.multiple_of % stride or any(side % stride for side in recipe.fixed_size or ()):
         raise ValueError(f'input: multiple_of and fixed_size, expected multiples of stride, which is {stride}')
-    if decoder == Decoder.SIMCC and not recipe.fixed_size:  # what they give has places for the pixels of the input
+    if decoder in CROP_DECODERS and not recipe.fixed_size:  # what they give has places for the pixels of the input
         raise ValueError(f'input: fixed_size is missing, expected width and height for decoder {decoder}')
     return recipe
 

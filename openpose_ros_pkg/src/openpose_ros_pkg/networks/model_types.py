@@ -18,6 +18,8 @@ class Decoder:
     BOXES = 'yolox'  # boxes of people, without joints
 
 
+# Of networks that see one person on a crop, and place all joints also where there is none.
+CROP_DECODERS = (Decoder.SIMCC,)
 # Sizes along the axes of an array; None: free.
 Shape = Tuple[Optional[int], ...]
 

@@ -17,7 +17,7 @@ from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.model_types import Decoder, Model
+from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_recipe
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -71,7 +71,7 @@ def prove(backend: 'Backend', model: Model) -> str:
 def _people(backend: 'Backend', model: Model, truth: _Truth) -> Poses:
     """Return the people that a network finds in the whole picture, or on crops of the true boxes."""
     parts = [(0, 0, truth.bgr.shape[1], truth.bgr.shape[0])]
-    if model.decoder in (Decoder.SIMCC, Decoder.MOVENET_SINGLEPOSE):
+    if model.decoder in (*CROP_DECODERS, Decoder.MOVENET_SINGLEPOSE):
         parts = [_crop(box, np.array(model.input.fixed_size)) for box in truth.boxes]
     found = []
     for part in parts:

@@ -1,4 +1,4 @@
-/** Arrays of Python: their types, and their data. Shapes are those that Python gives, see steps.h. */
+/** Arrays of Python: their types, and checks of their shapes and numbers. */
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -7,7 +7,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace py = pybind11;
@@ -23,18 +26,41 @@ using Flags = Array<bool>;
 
 using Shape = std::vector<py::ssize_t>;
 
-/** Return the data of an array that may be missing, or null. */
-template <typename T>
-const T* dataOf(const std::optional<Array<T>>& array)
+inline std::string text(const py::ssize_t* sizes, std::size_t count)
 {
-  return array ? array->data() : nullptr;
+  std::string result = "(";
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    result += (i == 0 ? "" : ", ") + std::to_string(sizes[i]);
+  }
+  return result + ")";
 }
 
+/** Return the data of an array that must have a shape. */
 template <typename T>
-py::array_t<T> copyOf(const Array<T>& array)
+const T* checked(const Array<T>& array, const char* name, std::initializer_list<py::ssize_t> shape)
 {
-  py::array_t<T> result(Shape(array.shape(), array.shape() + array.ndim()));
-  std::copy_n(array.data(), array.size(), result.mutable_data());
+  if (!std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim()))
+  {
+    throw std::invalid_argument(std::string(name) + " must have shape " + text(shape.begin(), shape.size()) +
+                                ", got " + text(array.shape(), array.ndim()));
+  }
+  return array.data();
+}
+
+/** Return the data of an array that may be missing, or null. */
+template <typename T>
+const T* checked(const std::optional<Array<T>>& array, const char* name, std::initializer_list<py::ssize_t> shape)
+{
+  return array ? checked(*array, name, shape) : nullptr;
+}
+
+/** Return a copy of an array that must have a shape. */
+template <typename T>
+py::array_t<T> copyOf(const Array<T>& array, const char* name, std::initializer_list<py::ssize_t> shape)
+{
+  py::array_t<T> result{ Shape(shape) };
+  std::copy_n(checked(array, name, shape), array.size(), result.mutable_data());
   return result;
 }
 
@@ -42,5 +68,13 @@ py::array_t<T> copyOf(const Array<T>& array)
 inline py::ssize_t countOf(const py::array& array)
 {
   return array.ndim() > 0 ? array.shape(0) : 0;
+}
+
+inline void checkWithin(const std::int64_t* values, std::size_t count, std::int64_t end, const char* name)
+{
+  if (!std::all_of(values, values + count, [end](std::int64_t value) { return value >= 0 && value < end; }))
+  {
+    throw std::invalid_argument(std::string(name) + " must lie in 0.." + std::to_string(end - 1));
+  }
 }
 }  // namespace skeleton_extract_3d

@@ -33,8 +33,8 @@ public:
   explicit Grid(const DepthGrid& grid)
     : height(static_cast<int>(countOf(std::get<0>(grid))))
     , width(height > 0 && std::get<0>(grid).ndim() == 2 ? static_cast<int>(std::get<0>(grid).shape(1)) : 0)
-    , depth_(std::get<0>(grid).data())
-    , ray_(std::get<1>(grid).data())
+    , depth_(checked(std::get<0>(grid), "depth", { height, width }))
+    , ray_(checked(std::get<1>(grid), "rays", { 2, 3 }))
     , determinant_(ray_[0] * ray_[4] - ray_[1] * ray_[3])
   {
   }

@@ -101,12 +101,12 @@ void satisfyBone(double length, double spread, const double* start_covariance,
 py::tuple withFrame(const Constants& method, const std::array<Doubles, 4>& sizes, const Doubles& xyz, const Flags& good)
 {
   const py::ssize_t people = countOf(xyz);
-  const double* place = xyz.data();
-  const bool* use = good.data();
-  py::array_t<double> stature = copyOf(sizes[0]);
-  py::array_t<double> stature_weight = copyOf(sizes[1]);
-  py::array_t<double> bones = copyOf(sizes[2]);
-  py::array_t<double> bone_weights = copyOf(sizes[3]);
+  const double* place = checked(xyz, "xyz", { people, JOINTS, 3 });
+  const bool* use = checked(good, "good", { people, JOINTS });
+  py::array_t<double> stature = copyOf(sizes[0], "stature", { people });
+  py::array_t<double> stature_weight = copyOf(sizes[1], "stature_weight", { people });
+  py::array_t<double> bones = copyOf(sizes[2], "bones", { people, BONE_KINDS });
+  py::array_t<double> bone_weights = copyOf(sizes[3], "bone_weights", { people, BONE_KINDS });
   for (py::ssize_t p = 0; p < people; ++p)
   {
     PersonSizes person{ *stature.mutable_data(p), *stature_weight.mutable_data(p), bones.mutable_data(p),
@@ -121,9 +121,11 @@ py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, 
                                    const Doubles& lengths, const Doubles& spreads, const Flags& usable)
 {
   const py::ssize_t people = countOf(xyz);
-  const double* noise = covariance.data();
-  const bool* use = usable.data();
-  py::array_t<double> result = copyOf(xyz);
+  const double* noise = checked(covariance, "covariance", { people, JOINTS, 3, 3 });
+  const double* length = checked(lengths, "lengths", { people, BONE_KINDS });
+  const double* spread = checked(spreads, "spreads", { people, BONE_KINDS });
+  const bool* use = checked(usable, "usable", { people, JOINTS });
+  py::array_t<double> result = copyOf(xyz, "xyz", { people, JOINTS, 3 });
   const std::vector<Index>& order = method.joints.satisfied_bones;
   for (py::ssize_t p = 0; p < people; ++p)
   {
@@ -133,7 +135,7 @@ py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, 
       const Index kind = p * BONE_KINDS + order[i + 2];
       if (use[start] && use[end])
       {
-        satisfyBone(lengths.data()[kind], spreads.data()[kind], noise + 9 * start, noise + 9 * end,
+        satisfyBone(length[kind], spread[kind], noise + 9 * start, noise + 9 * end,
                     result.mutable_data() + 3 * start, result.mutable_data() + 3 * end);
       }
     }

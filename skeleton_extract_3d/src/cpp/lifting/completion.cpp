@@ -199,13 +199,15 @@ py::tuple complete(const Constants& method, const std::tuple<Doubles, Doubles, D
                    double elapsed, double timeout)
 {
   const py::ssize_t people = countOf(std::get<0>(joints));
-  py::array_t<double> position = copyOf(std::get<0>(joints));
-  py::array_t<double> velocity = copyOf(std::get<1>(joints));
-  py::array_t<double> sigma = copyOf(std::get<2>(joints));
-  py::array_t<bool> placed = copyOf(std::get<3>(joints));
-  const double* left = std::get<0>(trunks).data();
-  const double* down = std::get<1>(trunks).data();
-  const double* scale = std::get<2>(trunks).data();
+  py::array_t<double> position = copyOf(std::get<0>(joints), "position", { people, JOINTS, 3 });
+  py::array_t<double> velocity = copyOf(std::get<1>(joints), "velocity", { people, JOINTS, 3 });
+  py::array_t<double> sigma = copyOf(std::get<2>(joints), "sigma", { people, JOINTS });
+  py::array_t<bool> placed = copyOf(std::get<3>(joints), "placed", { people, JOINTS });
+  const bool* had = checked(std::get<0>(before), "had", { people, JOINTS });
+  const double* unseen = checked(std::get<1>(before), "unseen", { people, JOINTS });
+  const double* left = checked(std::get<0>(trunks), "left", { people, 3 });
+  const double* down = checked(std::get<1>(trunks), "down", { people, 3 });
+  const double* scale = checked(std::get<2>(trunks), "scale", { people });
   for (py::ssize_t p = 0; p < people; ++p)
   {
     const py::ssize_t first = p * JOINTS;
@@ -213,8 +215,8 @@ py::tuple complete(const Constants& method, const std::tuple<Doubles, Doubles, D
                velocity.mutable_data() + 3 * first,
                sigma.mutable_data() + first,
                placed.mutable_data() + first,
-               std::get<0>(before).data() + first,
-               std::get<1>(before).data() + first };
+               had + first,
+               unseen + first };
     completePerson(method, { elapsed, timeout }, { at(left + 3 * p), at(down + 3 * p), scale[p] }, pose);
   }
   return py::make_tuple(position, velocity, sigma, placed);

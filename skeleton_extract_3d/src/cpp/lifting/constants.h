@@ -35,12 +35,25 @@ protected:
     return step_.attr(name).cast<T>();
   }
 
-  /** Read an array. */
+  /** Read an array that must have a number of values. */
   template <typename T = double>
-  std::vector<T> numbers(const char* name) const
+  std::vector<T> numbers(const char* name, std::size_t count) const
   {
     const auto values = get<Array<T>>(name);
+    if (static_cast<std::size_t>(values.size()) != count)
+    {
+      throw std::invalid_argument(std::string(name) + " must have " + std::to_string(count) + " values, got " +
+                                  std::to_string(values.size()));
+    }
     return std::vector<T>(values.data(), values.data() + values.size());
+  }
+
+  /** Read an array of indices below an end. */
+  std::vector<Index> indices(const char* name, Index end) const
+  {
+    const auto values = get<Integers>(name);
+    checkWithin(values.data(), values.size(), end, name);
+    return std::vector<Index>(values.data(), values.data() + values.size());
   }
 
 private:
@@ -53,17 +66,17 @@ struct Constants : Step
 
   struct Joints : Step
   {
-    std::vector<Index> head = numbers<Index>("HEAD");
-    std::vector<Index> shoulders = numbers<Index>("SHOULDERS"), hips = numbers<Index>("HIPS");
-    std::vector<Index> roots = numbers<Index>("ROOTS"), middles = numbers<Index>("MIDDLES");
-    std::vector<Index> ends = numbers<Index>("ENDS");
-    std::vector<Index> upper_kinds = numbers<Index>("UPPER_KINDS");
-    std::vector<Index> lower_kinds = numbers<Index>("LOWER_KINDS");
+    std::vector<Index> head = indices("HEAD", JOINTS);
+    std::vector<Index> shoulders = indices("SHOULDERS", JOINTS), hips = indices("HIPS", JOINTS);
+    std::vector<Index> roots = indices("ROOTS", JOINTS), middles = indices("MIDDLES", JOINTS);
+    std::vector<Index> ends = indices("ENDS", JOINTS);
+    std::vector<Index> upper_kinds = indices("UPPER_KINDS", BONE_KINDS);
+    std::vector<Index> lower_kinds = indices("LOWER_KINDS", BONE_KINDS);
     Index neck = get<Index>("NECK");
-    std::vector<double> sides = numbers("SIDES");
-    std::vector<Index> measured_bones = numbers<Index>("MEASURED_BONES");
-    std::vector<Index> measured_kinds = numbers<Index>("MEASURED_KINDS");
-    std::vector<Index> satisfied_bones = numbers<Index>("SATISFIED_BONES");
+    std::vector<double> sides = numbers("SIDES", LIMBS);
+    std::vector<Index> measured_bones = indices("MEASURED_BONES", JOINTS);
+    std::vector<Index> measured_kinds = indices("MEASURED_KINDS", BONE_KINDS);
+    std::vector<Index> satisfied_bones = indices("SATISFIED_BONES", JOINTS);
   } joints{ py::module::import("skeleton_extract_3d.body.body") };
 
   struct Body : Step
@@ -71,24 +84,24 @@ struct Constants : Step
     double adult_stature = get("adult_stature"), head_ahead = get("head_ahead");
     double shoulder_width = get("shoulder_width"), hip_width = get("hip_width");
     double trunk_length = get("trunk_length"), neck_to_head = get("neck_to_head");
-    std::vector<double> bone_lengths = numbers("bone_lengths");
-    std::vector<double> stature_limits = numbers("stature_limits");
-    std::vector<double> surface_offsets = numbers("surface_offsets");
-    std::vector<double> thicknesses = numbers("thicknesses");
-    std::vector<double> head_points = numbers("head_points"), head_axes = numbers("head_axes");
-    std::vector<double> upper_directions = numbers("upper_directions");
-    std::vector<double> upper_direction_spreads = numbers("upper_direction_spreads");
-    std::vector<double> lower_directions = numbers("lower_directions");
-    std::vector<double> lower_direction_spreads = numbers("lower_direction_spreads");
-    std::vector<Index> sized_pairs = numbers<Index>("sized_pairs"), part_joints = numbers<Index>("part_joints");
-    std::vector<double> sized_lengths = numbers("sized_lengths");
-    std::vector<double> part_radii = numbers("part_radii");
-    std::vector<bool> covering_parts = numbers<bool>("covering_parts");
+    std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
+    std::vector<double> stature_limits = numbers("stature_limits", 2);
+    std::vector<double> surface_offsets = numbers("surface_offsets", JOINTS);
+    std::vector<double> thicknesses = numbers("thicknesses", JOINTS);
+    std::vector<double> head_points = numbers("head_points", 3 * HEAD_JOINTS), head_axes = numbers("head_axes", 3);
+    std::vector<double> upper_directions = numbers("upper_directions", 2 * LIMBS);
+    std::vector<double> upper_direction_spreads = numbers("upper_direction_spreads", 2 * LIMBS);
+    std::vector<double> lower_directions = numbers("lower_directions", 2 * LIMBS);
+    std::vector<double> lower_direction_spreads = numbers("lower_direction_spreads", 2 * LIMBS);
+    std::vector<Index> sized_pairs = indices("sized_pairs", JOINTS), part_joints = indices("part_joints", JOINTS);
+    std::vector<double> sized_lengths = numbers("sized_lengths", sized_pairs.size() / 2);
+    std::vector<double> part_radii = numbers("part_radii", part_joints.size() / 2);
+    std::vector<bool> covering_parts = numbers<bool>("covering_parts", JOINTS * part_radii.size());
   } body{ get<py::object>("body") };
 
   struct Windows : Step
   {
-    std::vector<double> weights = numbers("weights");
+    std::vector<double> weights = numbers("weights", SAMPLES);
   } windows{ get<py::object>("windows") };
 
   struct Trunk : Step
@@ -96,7 +109,7 @@ struct Constants : Step
     double nearest = get("nearest"), step = get("step");
     double front = get("front"), behind = get("behind");
     int count = get<int>("count");
-    std::vector<Index> low = numbers<Index>("low"), high = numbers<Index>("high");
+    std::vector<Index> low = indices("low", count + 1), high = indices("high", count + 1);
   } trunk{ get<py::object>("trunk") };
 
   struct Costs : Step
@@ -126,7 +139,7 @@ struct Constants : Step
     int mode = get<int>("mode");
     double keypoint_error = get("keypoint_error");
     float length_limit = get<float>("length_limit");
-    std::vector<double> turn_spread = numbers("turn_spread");
+    std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
   } inference{ get<py::object>("inference") };
 
   struct Head : Step
@@ -154,7 +167,7 @@ struct Constants : Step
   struct Completion : Step
   {
     double sigma_at_once = get("sigma_at_once"), sigma_growth = get("sigma_growth"), rest_time = get("rest_time");
-    std::vector<double> rest_sigmas = numbers("rest_sigmas");
+    std::vector<double> rest_sigmas = numbers("rest_sigmas", JOINTS);
   } completion{ py::object(get<py::object>("track").attr("completion")) };
 
   struct Correction : Step

@@ -295,11 +295,13 @@ py::tuple inferDepths(const Constants& method, const Floats& costs, const Floats
                       const Floats& lengths, const Floats& sigmas, const Doubles& stature, const Doubles& left_before)
 {
   const py::ssize_t people = countOf(root), steps = method.costs.steps;
-  const float* cost = costs.data();
-  const float* ray = rays.data();
-  const float* sigma = sigmas.data();
-  const double* height = stature.data();
-  const double* before = left_before.data();
+  const float* cost = checked(costs, "costs", { people, PLACES, steps });
+  const float* ray = checked(rays, "rays", { people, PLACES, 3 });
+  const double* depth = checked(root, "root", { people });
+  const float* length = checked(lengths, "lengths", { people, BONES });
+  const float* sigma = checked(sigmas, "sigmas", { people, BONES });
+  const double* height = checked(stature, "stature", { people });
+  const double* before = checked(left_before, "left_before", { people, 3 });
   py::array_t<float> beliefs(Shape{ people, PLACES, steps });
   py::array_t<double> left(Shape{ people, 3 });
   float* beliefs_out = beliefs.mutable_data();
@@ -310,7 +312,7 @@ py::tuple inferDepths(const Constants& method, const Floats& costs, const Floats
     for (py::ssize_t p = 0; p < people; ++p)
     {
       const auto known = [=](int i) { return std::isfinite(before[3 * p + i]) ? before[3 * p + i] : 0.0; };
-      Person person{ cost + p * PLACES * steps, {}, {}, root.data()[p],
+      Person person{ cost + p * PLACES * steps, {}, {}, depth[p],
                      static_cast<float>(height[p] / method.body.adult_stature), { known(0), known(1), known(2) } };
       for (int i = 0; i < PLACES; ++i)
       {
@@ -319,7 +321,7 @@ py::tuple inferDepths(const Constants& method, const Floats& costs, const Floats
       }
       for (int i = 0; i < BONES; ++i)
       {
-        person.bones[i] = { lengths.data()[p * BONES + i], sigma[p * BONES + i] };
+        person.bones[i] = { length[p * BONES + i], sigma[p * BONES + i] };
       }
       store(inference.infer(person, beliefs_out + p * PLACES * steps), left_out + 3 * p);
     }
@@ -330,6 +332,10 @@ py::tuple inferDepths(const Constants& method, const Floats& costs, const Floats
 py::tuple readDepths(const Constants& method, const Floats& beliefs)
 {
   const int steps = method.costs.steps;
+  if (beliefs.ndim() < 1 || beliefs.shape(beliefs.ndim() - 1) != steps)
+  {
+    throw std::invalid_argument("the last axis of beliefs must have size " + std::to_string(steps));
+  }
   const Shape shape(beliefs.shape(), beliefs.shape() + beliefs.ndim() - 1);
   py::array_t<double> depth(shape), deviation(shape);
   for (py::ssize_t i = 0; i < depth.size(); ++i)

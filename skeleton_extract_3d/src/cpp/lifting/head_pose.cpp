@@ -76,16 +76,18 @@ py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const D
                            const Doubles& scale, const Doubles& shoulder_cosine)
 {
   const py::ssize_t people = countOf(rays);
-  const double* trunk = root.data();
-  const double* size = scale.data();
-  const double* cosine = shoulder_cosine.data();
+  const double* ray = checked(rays, "rays", { people, JOINTS, 3 });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const double* trunk = checked(root, "root", { people });
+  const double* size = checked(scale, "scale", { people });
+  const double* cosine = checked(shoulder_cosine, "shoulder_cosine", { people });
   py::array_t<double> to_head(Shape{ people, 3 }), depths(Shape{ people, HEAD_JOINTS });
   py::array_t<double> surface(Shape{ people, HEAD_JOINTS });
   py::array_t<bool> known(people);
   for (py::ssize_t p = 0; p < people; ++p)
   {
     const Pose pose =
-        fitPose(method, rays.data() + p * JOINTS * 3, scores.data() + p * JOINTS, trunk[p], size[p], cosine[p]);
+        fitPose(method, ray + p * JOINTS * 3, score + p * JOINTS, trunk[p], size[p], cosine[p]);
     store({ pose.x / trunk[p], pose.y / trunk[p], 1.0 }, to_head.mutable_data(p));
     known.mutable_data()[p] = pose.known;
     for (int i = 0; i < HEAD_JOINTS; ++i)

@@ -56,16 +56,20 @@ py::tuple correct(const Constants& method, const FilterArrays& state, const Doub
   for (std::size_t i = 0; i < state.size(); ++i)
   {
     const bool vector = i < 2;
+    const double* from = vector ? checked(state[i], "position and velocity", { tracks, points, 3 }) :
+                                  checked(state[i], "covariances", { tracks, points, 3, 3 });
     result[i] = py::array_t<double>(vector ? Shape{ tracks, points, 3 } : Shape{ tracks, points, 3, 3 });
-    to[i] = std::copy_n(state[i].data(), state[i].size(), result[i].mutable_data()) - state[i].size();
+    to[i] = std::copy_n(from, state[i].size(), result[i].mutable_data()) - state[i].size();
   }
-  const double* place = measured.data();
+  const double* place = checked(measured, "measured", { tracks, points, 3 });
+  const double* noise = checked(covariance, "covariance", { tracks, points, 3, 3 });
+  const bool* use = checked(mask, "mask", { tracks, points });
   for (py::ssize_t i = 0; i < tracks * points; ++i)
   {
-    if (mask.data()[i])
+    if (use[i])
     {
       correctPoint({ to[0] + 3 * i, to[1] + 3 * i, to[2] + 9 * i, to[3] + 9 * i, to[4] + 9 * i }, place + 3 * i,
-                   covariance.data() + 9 * i, method.correction.trusted_deviations);
+                   noise + 9 * i, method.correction.trusted_deviations);
     }
   }
   return py::make_tuple(result[0], result[1], result[2], result[3], result[4]);

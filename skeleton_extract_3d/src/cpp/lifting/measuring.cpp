@@ -72,12 +72,14 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   const auto& [rays, scores, known, samples] = seen;
   const Constants::Measuring& s = method.measuring;
   const py::ssize_t people = countOf(rays);
-  const double* score = scores.data();
-  const bool* found = known.data();
-  const double* depth = z.data();
-  const double* offset = offsets.data();
-  const bool* others = dataOf(foreign);
-  const float* length = lengths.data();
+  const double* ray = checked(rays, "rays", { people, JOINTS, 3 });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const bool* found = checked(known, "known", { people, JOINTS });
+  const double* sample = checked(samples, "samples", { people, JOINTS, SAMPLES });
+  const double* depth = checked(z, "z", { people, JOINTS });
+  const double* offset = checked(offsets, "offsets", { people, JOINTS });
+  const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
+  const float* length = checked(lengths, "lengths", { people, 2 * LIMBS });
   py::array_t<double> xyz(Shape{ people, JOINTS, 3 });
   py::array_t<bool> measured(Shape{ people, JOINTS }), plausible(Shape{ people, JOINTS });
   double* xyz_out = xyz.mutable_data();
@@ -86,14 +88,14 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   {
     const double thickness = method.body.thicknesses[row % JOINTS];
     const Support support =
-        supportOf(method, samples.data() + row * SAMPLES, others == nullptr ? nullptr : others + row * SAMPLES,
+        supportOf(method, sample + row * SAMPLES, others == nullptr ? nullptr : others + row * SAMPLES,
                   depth[row] - offset[row], depth[row] - std::max(thickness, offset[row]));
     const auto& head = method.joints.head;
     const bool of_head = std::find(head.begin(), head.end(), row % JOINTS) != head.end();
     // a face that is turned away is under the head
     measured_out[row] = found[row] && support.own > s.least_support * support.total &&
                         support.own >= support.in_front && (!of_head || offset[row] < thickness);
-    store(at(rays.data() + 3 * row) * (measured_out[row] && !of_head ? support.surface + offset[row] : depth[row]),
+    store(at(ray + 3 * row) * (measured_out[row] && !of_head ? support.surface + offset[row] : depth[row]),
           xyz_out + 3 * row);
   }
   for (py::ssize_t p = 0; p < people; ++p)

@@ -107,8 +107,8 @@ private:
 py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, const Doubles& joint_depths, double focal)
 {
   const py::ssize_t people = countOf(uv);
-  const double* pixels = uv.data();
-  const double* depth = joint_depths.data();
+  const double* pixels = checked(uv, "uv", { people, JOINTS, 2 });
+  const double* depth = checked(joint_depths, "joint_depths", { people, JOINTS });
   py::array_t<double> result(Shape{ people, JOINTS, people });
   double* out = result.mutable_data();
   py::gil_scoped_release release;
@@ -135,7 +135,8 @@ py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, con
 py::array_t<bool> coveredBySelf(const Constants& method, const Doubles& uv, const Doubles& root, double focal)
 {
   const py::ssize_t people = countOf(uv);
-  const double* pixels = uv.data();
+  const double* pixels = checked(uv, "uv", { people, JOINTS, 2 });
+  const double* depth = checked(root, "root", { people });
   py::array_t<bool> result(Shape{ people, JOINTS });
   const std::size_t parts = method.body.part_radii.size();
   BodyParts body(method);
@@ -148,7 +149,7 @@ py::array_t<bool> coveredBySelf(const Constants& method, const Doubles& uv, cons
     }
     body.measure(pixels + 2 * row);
     result.mutable_data()[row] = body.anyCovers(method.body.covering_parts.begin() + joint * parts,
-                                                method.occluders.covering_share * focal / root.data()[person]);
+                                                method.occluders.covering_share * focal / depth[person]);
   }
   return result;
 }

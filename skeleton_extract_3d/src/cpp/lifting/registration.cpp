@@ -20,10 +20,11 @@ constexpr double FLAT = 0.04;  ///< neighbours of a point on one surface differ 
 
 std::vector<Body> bodiesOf(const Doubles& others, const double* radii)
 {
+  const double* values = checked(others, "others", { countOf(others), BODY_PLACES, 3 });
   std::vector<Body> bodies;
   for (py::ssize_t i = 0; i < countOf(others); ++i)
   {
-    bodies.emplace_back(placesAt(others.data() + i * SIZE), radii);
+    bodies.emplace_back(placesAt(values + i * SIZE), radii);
   }
   return bodies;
 }
@@ -33,6 +34,11 @@ bool nearerToOthers(const Direction& point, double own, const std::vector<Body>&
   Attachment where;
   return std::any_of(others.begin(), others.end(),
                      [&](const Body& other) { return other.near(point, ROUND) && other.distance(point, where) < own; });
+}
+
+Direction towardsCamera(const Direction& normal, const Direction& point)
+{
+  return dot(normal, point) > 0 ? normal * -1 : normal;
 }
 
 /** Return the normal of the surface at a pixel by its neighbours; on limbs, and at edges, by the axis of the part. */
@@ -48,8 +54,7 @@ Direction normalAt(const Grid& grid, int row, int column, const Attachment& wher
                     [&](const Direction& one) { return std::abs(one.z - point.z) < FLAT; }))
     {
       flat = cross(around[0] - around[1], around[2] - around[3]);
-      flat = flat * (1 / std::sqrt(std::max(dot(flat, flat), 1e-18)));
-      flat = dot(flat, point) > 0 ? flat * -1 : flat;  // towards the camera
+      flat = towardsCamera(flat * (1 / std::sqrt(std::max(dot(flat, flat), 1e-18))), point);
     }
   }
   if (dot(flat, flat) > 0 && where.part >= LIMB_PARTS)
@@ -350,8 +355,9 @@ py::tuple sampleSurface(const Constants& method, const DepthGrid& depths, const 
 {
   const Constants::Registration& constants = method.registration;
   const Grid grid(depths);
-  const double* radius = radii.data();
-  const Body body(placesAt(places.data()), radius);
+  const double* radius = checked(radii, "radii", { BODY_PLACES });
+  const Body body(placesAt(checked(places, "places", { BODY_PLACES, 3 })), radius);
+  const bool* use = checked(usable, "usable", { BODY_PARTS });
   const std::vector<Body> rest = bodiesOf(others, radius);
   std::array<std::vector<Sample>, BODY_PARTS> found;
   Attachment where;
@@ -361,7 +367,7 @@ py::tuple sampleSurface(const Constants& method, const DepthGrid& depths, const 
     {
       const Direction point = grid.point(row, column);
       const double away = body.near(point, ROUND) ? body.distance(point, where) : constants.thickness;
-      if (away < constants.thickness && usable.data()[where.part] && !nearerToOthers(point, away, rest))
+      if (away < constants.thickness && use[where.part] && !nearerToOthers(point, away, rest))
       {
         found[where.part].push_back({ point, normalAt(grid, row, column, where, body.places) });
       }
@@ -391,21 +397,24 @@ py::tuple registerSurface(const Constants& method, const DepthGrid& depths, cons
                           const Doubles& radii)
 {
   const Grid grid(depths);
-  const double* radius = radii.data();
-  const Body body(placesAt(before.data()), radius);
+  const double* radius = checked(radii, "radii", { BODY_PLACES });
+  const Body body(placesAt(checked(before, "before", { BODY_PLACES, 3 })), radius);
   const std::vector<Body> rest = bodiesOf(others, radius);
-  Prior prior{ placesAt(std::get<0>(expected).data()), {} };
+  Prior prior{ placesAt(checked(std::get<0>(expected), "places", { BODY_PLACES, 3 })), {} };
+  const double* covariance = checked(std::get<1>(expected), "covariance", { BODY_PLACES, 3, 3 });
   for (int i = 0; i < BODY_PLACES; ++i)
   {
-    prior.information[i] = inverse(matrixAt(std::get<1>(expected).data() + 9 * i));
+    prior.information[i] = inverse(matrixAt(covariance + 9 * i));
   }
   const py::ssize_t count = countOf(std::get<0>(surface));
-  const double* normals = std::get<1>(surface).data();
-  const Index* parts = std::get<2>(surface).data();
+  const double* points = checked(std::get<0>(surface), "points", { count, 3 });
+  const double* normals = checked(std::get<1>(surface), "normals", { count, 3 });
+  const Index* parts = checked(std::get<2>(surface), "parts", { count });
+  checkWithin(parts, count, BODY_PARTS, "parts");
   Registration registration(method, grid, body, prior, rest);
   for (py::ssize_t i = 0; i < count; ++i)
   {
-    registration.attach(at(std::get<0>(surface).data() + 3 * i), at(normals + 3 * i), static_cast<int>(parts[i]));
+    registration.attach(at(points + 3 * i), at(normals + 3 * i), static_cast<int>(parts[i]));
   }
   Doubles places({ BODY_PLACES, 3 }), covariances({ BODY_PLACES, 3, 3 });
   std::array<double, 2> fit = { 0, 0 };

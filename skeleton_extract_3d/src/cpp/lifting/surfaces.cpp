@@ -121,7 +121,9 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
   const Constants::Trunk& s = method.trunk;
   const py::ssize_t people = countOf(samples);
   const int depths = s.count;
-  const bool* others = dataOf(foreign);
+  const double* depth = checked(samples, "samples", { people, JOINTS, SAMPLES });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
   py::array_t<double> result(Shape{ people, depths });
   double* out = result.mutable_data();
   py::gil_scoped_release release;
@@ -131,8 +133,8 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
   const double log_nearest = std::log(s.nearest);
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
-    const double weight = std::min(1.0, scores.data()[row] / method.sizes.least_score);
-    if (weight == 0.0 || !window.read(samples.data() + row * SAMPLES))
+    const double weight = std::min(1.0, score[row] / method.sizes.least_score);
+    if (weight == 0.0 || !window.read(depth + row * SAMPLES))
     {
       continue;
     }
@@ -157,11 +159,14 @@ py::array_t<float> depthCosts(const Constants& method, const Doubles& samples, c
 {
   const Constants::Costs& s = method.costs;
   const py::ssize_t people = countOf(samples);
-  const double* score = scores.data();
-  const double* trunk = root.data();
-  const double* offset = offsets.data();
-  const double* gap = gaps.data();
-  const bool* others = dataOf(foreign);
+  const double* depth = checked(samples, "samples", { people, JOINTS, SAMPLES });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const double* trunk = checked(root, "root", { people });
+  const double* offset = checked(offsets, "offsets", { people, JOINTS });
+  const double* gap = checked(gaps, "gaps", { people, JOINTS });
+  const double* likely_own = checked(own, "own", { people, JOINTS });
+  const bool* covered_by_self = checked(covered, "covered", { people, JOINTS });
+  const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
   py::array_t<float> result(Shape{ people, JOINTS, s.steps });
   float* out = result.mutable_data();
   py::gil_scoped_release release;
@@ -170,11 +175,11 @@ py::array_t<float> depthCosts(const Constants& method, const Doubles& samples, c
   std::vector<double> below(s.steps + 3), costs(s.steps);
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
-    if (!(score[row] > 0.0) || !window.read(samples.data() + row * SAMPLES))
+    if (!(score[row] > 0.0) || !window.read(depth + row * SAMPLES))
     {
       continue;
     }
-    const Joint joint{ score[row], trunk[row / JOINTS], offset[row], gap[row], own.data()[row], covered.data()[row] };
+    const Joint joint{ score[row], trunk[row / JOINTS], offset[row], gap[row], likely_own[row], covered_by_self[row] };
     // the first bin holds all that is nearer than the candidates, the last bin all that is further
     window.fill(others == nullptr ? nullptr : others + row * SAMPLES, -1,
                 [&](double z) { return (z + joint.offset - joint.root) / s.step + s.half; });
