@@ -10,19 +10,15 @@ SURE = 0.7  # least probability of a known target
 
 
 def meant(ray):
-    """Return what a ray means: x, y, and how far away it is [m]; None: nothing that is known well enough."""
+    """Return what a ray means: x, y, and how far away the floor is [m]; None: nothing that is known well enough."""
     if ray.targets and ray.targets[0].probability < SURE:
         return None
     if not math.isnan(ray.hit.x):
-        return ray.hit.x, ray.hit.y, 0.0 if ray.target else math.dist(place(ray.hit), place(ray.origin))
+        return ray.hit.x, ray.hit.y, 0.0
     if ray.direction.z > -0.1:  # hardly goes down to the floor, z = 0 of the map
         return None
     way = -ray.origin.z / ray.direction.z
     return ray.origin.x + way * ray.direction.x, ray.origin.y + way * ray.direction.y, way
-
-
-def place(point):
-    return point.x, point.y, point.z
 
 
 class GoWherePointed:

@@ -1,7 +1,6 @@
 """Tensors as pose networks give them, by seed: what the makers' own code made of them is in makers_outputs.npz.
 
-The stream of NumPy's RandomState is the same in
-all versions.
+The stream of NumPy's RandomState is the same in all versions.
 """
 import numpy as np
 

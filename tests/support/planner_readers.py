@@ -87,8 +87,6 @@ class PlanningScene:
             self.objects[told.id] = _transform(told.pose), [
                 Shape(primitive.type, tuple(primitive.dimensions), _transform(pose))
                 for primitive, pose in zip(told.primitives, told.primitive_poses)]
-        elif told.operation == told.MOVE and known and not told.primitives:
-            self.objects[told.id] = _transform(told.pose), self.objects[told.id][1]
         elif told.operation == told.REMOVE and known:
             del self.objects[told.id]
         else:

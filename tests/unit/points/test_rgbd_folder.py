@@ -95,6 +95,7 @@ def test_a_folder_tells_rate_frame_and_pose(tmp_path):
     ({}, (TEN,), 'no images in rgb'),
     ({'rgb.txt': '0 a.png'}, (), 'more than 0'),
     ({'rgb/1305031102.175304.png': ''}, (TEN,), 'stamps belong into rgb.txt'),
+    ({'rgb/1.png': '', 'rgb/01.jpg': ''}, (TEN,), r'01\.jpg and .*1\.png have one number'),
     ({'rgb/left.png': ''}, (TEN,), 'a name that ends in the number'),
     ({'rgb/1.png': '', 'depth/2.png': ''}, (TEN,), r'no colour image has a depth .* 1\.png at 1000\.0.* 1000\.1'),
     ({'rgb.txt': '# x\n1.0 rgb/a.png\nsoon rgb/b.png\n'}, (), r"line 3: expected a time .*'soon rgb/b.png'"),

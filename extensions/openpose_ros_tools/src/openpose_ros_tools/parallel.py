@@ -26,6 +26,7 @@ Result = TypeVar('Result')
 _MOST_THREADS = 4
 _CONNECT_SECONDS = 20  # longest wait for the answer of a scheduler, and for its first worker
 _TRIES = 2  # of a task whose process dies
+_ENDING = 5.0  # time that processes have to end after SIGTERM [s]
 _END: Any = object()
 
 
@@ -113,10 +114,13 @@ def _processes(workers: int) -> Iterator[Submit]:
         closed.set()
         for future in running:
             future.cancel()
+        begin = time.monotonic()
         signalled: Set[Optional[int]] = set()
         while wait(running, 0.1).not_done:
             for process in multiprocessing.active_children():
-                if process.pid not in signalled:
+                if time.monotonic() - begin > _ENDING:
+                    process.kill()
+                elif process.pid not in signalled:
                     signalled.add(process.pid)
                     process.terminate()
         threads.shutdown()
@@ -125,8 +129,9 @@ def _processes(workers: int) -> Iterator[Submit]:
 def _in_a_process(work: Callable[[Any], Any], task: Any, closed: threading.Event) -> Any:
     for _ in range(_TRIES):
         # a fork would copy locks of threads and the state of the networks
-        with suppress(BrokenExecutor), ProcessPoolExecutor(1, multiprocessing.get_context('spawn'), _begin,
-                                                           (os.getpid(),)) as process:
+        # KeyboardInterrupt, in a thread: of the process, which a SIGTERM ended
+        with suppress(BrokenExecutor, KeyboardInterrupt), ProcessPoolExecutor(
+                1, multiprocessing.get_context('spawn'), _begin, (os.getpid(),)) as process:
             return process.submit(work, task).result()
         if closed.is_set():
             break

@@ -146,9 +146,10 @@ def notice(model: Model, folder: Path) -> str:
     if isinstance(source, UserFiles):
         return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
     how = 'converted, with unchanged numbers, from' if isinstance(source, NpmArchive) else 'the unchanged file'
+    text = '' if isinstance(source, NpmArchive) else '; its text is in the file LICENSE'
     archive = f'sha256 of the archive: {source.sha256}.\n' if isinstance(source, Archive) else ''
     return (f'{files}is {how} {source.member}\nof the archive {origin(model)}.\n{archive}'
-            f'Licence: {model.licence}; its text is in the file LICENSE. {source.stated}'.rstrip() + '\n')
+            f'Licence: {model.licence}{text}. {source.stated}'.rstrip() + '\n')
 
 
 def _registry(archive: Archive) -> str:

@@ -35,7 +35,7 @@ class PairingReport(NamedTuple):
             late, early = names if self.behind < 0 else names[::-1]
             parts.append(f'{late} is {abs(self.behind):.3g} s behind {early}: does its clock differ?')
         elif self.difference < self.allowed and not self.settings:
-            parts.append('they wait for the next messages, which may be nearer')
+            parts.append('they wait for the next messages, which may be nearer: is queue_size too small?')
         if setting and self.settings:
             values = ' '.join(setting.format(*each) for each in self.settings.items())
             parts.append(f'{values} pairs them')

@@ -178,7 +178,9 @@ def _numbered(folder: Path, rate: Optional[Fraction]) -> Streams:
             if number is None:
                 raise BadInputError(f"{path}: expected a name that ends in the number of the frame, as 'frame_0012'; "
                                     'stamps belong into rgb.txt and depth.txt')
-            numbered.setdefault(stream, {})[int(number[1])] = path
+            former = numbered.setdefault(stream, {}).setdefault(int(number[1]), path)
+            if former != path:
+                raise BadInputError(f'{former} and {path} have one number')
     if not numbered:
         raise BadInputError(f'{folder} has no images in rgb/, color/ or depth/')
     if rate is None:

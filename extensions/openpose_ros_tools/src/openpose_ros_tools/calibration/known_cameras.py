@@ -143,6 +143,8 @@ def _pose2sim(text: str) -> KnownCameras:
 
 
 def _qualisys(text: str) -> KnownCameras:
+    if '<!DOCTYPE' in text or '<!ENTITY' in text:  # entities of entities would take all memory
+        raise BadInputError('a calibration of Qualisys has no document type')
     found = [camera for camera in ElementTree.fromstring(text.encode()).findall('cameras/camera')  # noqa: S314
              if camera.get('active') != '0']
     video = [camera for camera in found if re.search('video|none', camera.get('model', ''), re.IGNORECASE)]

@@ -121,7 +121,6 @@ def read_csv(path: Path) -> KeypointCsv:
     Raises:
         BadInputError: the file is not there or contains something else.
     """
-    import pandas as pd
     try:
         text = Path(path).read_bytes().decode('utf-8-sig', errors='replace')
     except OSError as error:
@@ -137,11 +136,23 @@ def read_csv(path: Path) -> KeypointCsv:
             del rows[wrong.popitem()[0]]
         for number, count in wrong.items():
             raise BadInputError(f'{path}, line {number}: {count} values, expected {len(names)} as line 1 has names')
-        table = pd.read_csv(StringIO('\n'.join([','.join(names), *rows.values()])), usecols=lambda name: name in _KINDS,
-                            dtype=_KINDS, skipinitialspace=True, float_precision='round_trip')
+        try:
+            table = _parsed([lines[0], *rows.values()], names)
+        except ValueError:
+            if text.endswith(('\n', '\r')) or not rows:
+                raise
+            _log.warning('%s: the last line, line %d, is dropped, as it was cut off', path, rows.popitem()[0])
+            table = _parsed([lines[0], *rows.values()], names)
     except (csv.Error, ValueError, OverflowError) as error:
         raise BadInputError(f'{path}: {error}') from error
     return _content(path, table)
+
+
+def _parsed(lines: Iterable[str], names: Sequence[str]) -> Any:
+    """Return the known columns of lines, the first of names, as a data frame; ValueError: a value of another kind."""
+    import pandas as pd
+    return pd.read_csv(StringIO('\n'.join(lines)), header=0, names=names, usecols=lambda name: name in _KINDS,
+                       dtype=_KINDS, skipinitialspace=True, float_precision='round_trip')
 
 
 def _check_names(path: Path, names: Sequence[str], has_text: bool) -> None:

@@ -51,8 +51,8 @@ class DetectionClient:
         self._thread = threading.Thread(target=call, name='service call', daemon=True)
         self._thread.start()
         self._await()
-        if 'error' in answer:
-            raise self._failed(str(answer['error'])) from answer['error']
+        if 'detections' not in answer:
+            raise self._failed(str(answer.get('error', 'the call ended'))) from answer.get('error')
         return list(answer['detections'])
 
     def end(self) -> None:

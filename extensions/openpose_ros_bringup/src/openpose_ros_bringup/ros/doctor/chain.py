@@ -49,7 +49,7 @@ class StatusListener:
             if any(kind in IMAGES and '/openpose_ros/' not in topic  # these are shown, as in browsers
                    for topic, kind in _INPUT.findall(values.get(READS, ''))):
                 # the updater writes <node>: <name>, which is another one for each camera of a node
-                node, name = (f'/{each.strip("/")}' for each in status.name.split(': ', 1))
+                node, name = (f'/{each.strip("/")}' for each in status.name.partition(': ')[::2])
                 self._statuses[name] = node, ChainNode(name, level, status.message, values)
 
 

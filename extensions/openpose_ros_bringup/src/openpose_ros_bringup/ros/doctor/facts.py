@@ -3,6 +3,7 @@ import argparse
 import os
 import re
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple, Union
@@ -111,7 +112,9 @@ def _lookups(transforms: Transforms, seen: Snapshot) -> Dict[Tuple[str, str], Un
 
 def _available_memory() -> float:
     """Return the memory of this machine that programs can have [MB]."""
-    return int(re.search(r'MemAvailable: *(\d+)', Path('/proc/meminfo').read_text())[1]) / 1024  # type: ignore[index]
+    with suppress(OSError, TypeError):  # a container may lack it
+        return int(re.search(r'MemAvailable: *(\d+)', Path('/proc/meminfo').read_text())[1]) / 1024  # type: ignore[index]
+    return float('inf')
 
 
 def _wait(condition: Any, seconds: float) -> None:

@@ -3,9 +3,9 @@ import argparse
 import csv
 import inspect
 import logging
+import re
 import sys
 from dataclasses import replace
-from fnmatch import fnmatch
 from typing import Callable, Optional, Sequence, Tuple
 
 import numpy as np
@@ -95,7 +95,8 @@ def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[Ma
         raise BadInputError(f'{options.file}: no person can be written')
     check_outputs([options.output / name for name in texts], options.overwrite, [options.file])
     with PartFiles() as parts:
-        folder = parts.folder(options.output, lambda name: options.overwrite and fnmatch(name, f'person_*{suffix}'))
+        folder = parts.folder(options.output, lambda name: options.overwrite and bool(
+            re.fullmatch(rf'person_\d+\{suffix}', name)))
         for name, text in texts.items():
             (folder / name).write_text(text)
     rate = next(iter(people.values())).rate

@@ -305,9 +305,10 @@ def _todo(jobs: Sequence[BagJob], overwrite: bool) -> Dict[str, List[BagJob]]:
     for name, parts in [*recordings.items()]:
         there = [path for job in parts for path in _existing(job)]
         if there and not overwrite:
-            if len(jobs) == 1 or len(there) < sum(len(job.outputs.paths) for job in parts):
+            if len(recordings) == 1 and len(parts) == len(jobs) == 1:
                 raise ParameterError(f'{there[0]} is there already; give another name, or --overwrite')
-            del recordings[name]
+            if len(there) == sum(len(job.outputs.paths) for job in parts):
+                del recordings[name]
     return recordings
 
 
