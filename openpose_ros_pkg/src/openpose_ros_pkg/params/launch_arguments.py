@@ -66,8 +66,8 @@ def mistakes(given: Dict[str, str], declared: Dict[str, str]) -> List[str]:
         if name not in declared:
             similar = difflib.get_close_matches(name, declared, 1, 0.5)
             found.append(f"there is no argument '{name}'" + (f"; do you mean '{similar[0]}'?" if similar else '')
-                         + ('; parameters are set by config:=FILE with NODE: {NAME: VALUE}, and CHANGELOG.rst names what '
-                            'took the place of arguments') * ('config' in declared))
+                         + ('; parameters are set by config:=FILE with NODE: {NAME: VALUE}, and CHANGELOG.rst names '
+                            'what took the place of arguments') * ('config' in declared))
         elif declared[name] in ('true', 'false') and value.lower() not in _SWITCH:
             found.append(f"'{name}:={value}' is not allowed: true or false")
         elif name == 'config' and value and not _is_by_node(value):
