@@ -14,7 +14,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / 'support'))
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from simulated_rig import CAMERA, around, walking
-from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.extractor import NAMESPACE
 
@@ -25,7 +24,7 @@ TOPICS: Dict[str, str] = {'info': 'door/openpose_ros/camera_info', 'door': 'door
                           'left': f'left/{NAMESPACE}/detected_poses_3d',
                           'right': f'right/{NAMESPACE}/detected_poses_3d'}
 # The same of a frame for the node of signals.
-SIGNALS_TOPICS: Dict[str, str] = {'cloud': 'points', 'hands': f'{NAMESPACE}/detected_hands_3d',
+SIGNALS_TOPICS: Dict[str, str] = {'hands': f'{NAMESPACE}/detected_hands_3d',
                                   'faces': f'{NAMESPACE}/detected_faces_3d',
                                   'people': f'{NAMESPACE}/detected_poses_3d'}
 _CAMERAS = around(3, noise=0.0)
@@ -53,11 +52,10 @@ def good_frame() -> SimpleNamespace:
 
 
 def frame_for_signals() -> SimpleNamespace:
-    """Return what the node of signals reads at a time, without a stamp: the people of the left camera, and a wall."""
-    header, small = Header(frame_id='left'), CAMERA.scaled(32, 24)
-    wall = cloud_from_depth(np.full((24, 32), 4.0), small, np.zeros((24, 32, 3), np.uint8))
-    return SimpleNamespace(cloud=convert.cloud_to_message(wall, header), hands=HandDetection_3dArray(header=header),
-                           faces=FaceDetection_3dArray(header=header), people=good_frame().left)
+    """Return what the node of signals reads at a time, without a stamp: the people of the left camera."""
+    header = Header(frame_id='left')
+    return SimpleNamespace(hands=HandDetection_3dArray(header=header), faces=FaceDetection_3dArray(header=header),
+                           people=good_frame().left)
 
 
 def frame_for_pages() -> SimpleNamespace:

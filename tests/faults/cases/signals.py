@@ -1,4 +1,4 @@
-"""People, clouds and hands that no signals can be read of, and settings that the node of signals refuses."""
+"""People and hands that no signals can be read of, and settings that the node of signals refuses."""
 from typing import Any, List
 
 from faults.cases.fused_people import HOUR, a_thousand, every_joint, later
@@ -45,9 +45,6 @@ FAULTS = [
     Fault('people without a stamp', changed('people.header.stamp', secs=0, nsecs=0), SIGNALS, event=''),
     Fault('stamps an hour forth and back, and after 2038, three times', back_and_forth, SIGNALS, 'no transform',
           ('2038',)),
-    Fault('cloud without fields', changed('cloud', fields=[]), SIGNALS, words=('cloud',)),
-    Fault('cloud with half of its data', changed('cloud', data=lambda data: data[:len(data) // 2]), SIGNALS,
-          words=('cloud',)),
     Fault('hand of no person, of no side, without points', altered(half_a_hand), SIGNALS),
     Scenario('targets that are no YAML', refused(PROGRAM, {'targets': '{file}'}, 'settings.yaml', text='{'), NODE,
              ENDS),
