@@ -98,12 +98,12 @@ def _points(topic: str, number: int, header: Header) -> Any:
 class KnownFrames:
     """Tells exactly the people of a frame, and notes in a file which frames it was asked about.
 
-    At a frame the process kills itself, as long as the file `died` does not exist.
+    At a frame the process gets a signal of its own, as long as the file `died` does not exist.
     """
 
     def __init__(self, notes: Optional[Path] = None, dies_at: Optional[int] = None, died: Optional[Path] = None,
-                 slow: float = 0.0) -> None:
-        self._notes, self._dies_at, self._died, self._slow = notes, dies_at, died, slow
+                 of: signal.Signals = signal.SIGKILL, slow: float = 0.0) -> None:
+        self._notes, self._dies_at, self._died, self._of, self._slow = notes, dies_at, died, of, slow
         self._known = {zlib.crc32(frame(number, aside).bgr.tobytes()): (number, aside)
                        for number in range(FRAMES) for aside in (False, True)}
 
@@ -112,7 +112,7 @@ class KnownFrames:
         number, aside = self._known[zlib.crc32(np.ascontiguousarray(image.bgr).tobytes())]
         if number == self._dies_at and not self._died.exists():
             self._died.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
+            os.kill(os.getpid(), self._of)
         if self._notes is not None:
             with self._notes.open('a') as handle:
                 handle.write(f'{number}\n')

@@ -128,8 +128,8 @@ def _processes(workers: int) -> Iterator[Submit]:
 
 def _in_a_process(work: Callable[[Any], Any], task: Any, closed: threading.Event) -> Any:
     for _ in range(_TRIES):
-        # a fork would copy locks of threads and the state of the networks
-        # KeyboardInterrupt, in a thread: of the process, which a SIGTERM ended
+        # spawn: a fork would copy locks of threads and the state of the networks. KeyboardInterrupt comes of a process
+        # that was ended by SIGTERM, as this is no main thread
         with suppress(BrokenExecutor, KeyboardInterrupt), ProcessPoolExecutor(
                 1, multiprocessing.get_context('spawn'), _begin, (os.getpid(),)) as process:
             return process.submit(work, task).result()

@@ -51,10 +51,9 @@ Settings = TypeVar('Settings')
 # Parameters that work for one release more, with a warning, and are in no file of config/, help or dynamic_reconfigure.
 # Then their defaults become constants.
 OLD_PARAMETERS = frozenset((
-    'birth_joints', 'direct_joint_score', 'direct_person_score', 'heatmap_upsample',
-    'hidden_min_score', 'hint', 'image_track_gate', 'least_face_size', 'least_hand_size', 'limb_min_support',
-    'limb_sample_threshold', 'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'measured_min_score',
-    'patience', 'person_min_joints',
+    'birth_joints', 'direct_joint_score', 'direct_person_score', 'heatmap_upsample', 'hidden_min_score', 'hint',
+    'image_track_gate', 'least_face_size', 'least_hand_size', 'limb_min_support', 'limb_sample_threshold',
+    'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'measured_min_score', 'patience', 'person_min_joints',
     'start_delay', 'tf_timeout', 'track_gate', 'walking_acceleration', 'walking_speed', 'write_images_format',
     'write_video_fps'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.

@@ -3,6 +3,7 @@
 OpenVINO's own cache (CACHE_DIR) loads a damaged file without an error and grows without limit, by a file for each size
 of image. Here each file carries a checksum, and those unused for the longest time are deleted.
 """
+import functools
 import hashlib
 import logging
 import os
@@ -21,7 +22,6 @@ _MAX_BYTES = 1 << 30
 _DIGEST_BYTES = hashlib.sha256().digest_size
 # Names of its files, and of temporary ones that a killed process left: nothing else is ever deleted.
 _OWN_NAME = re.compile(r'[0-9a-f]{32}\.blob|\.[0-9a-f]{32}\.blob\.[0-9]+\.part')
-_UNUSABLE = 'the cache of compiled networks can not be used, each start compiles again: %s'
 
 
 class CompiledCache:
@@ -39,7 +39,7 @@ class CompiledCache:
         except FileNotFoundError:
             return None
         except OSError as error:
-            _log.warning(_UNUSABLE, error)
+            _warn_once(str(error.strerror or error))
             return None
         digest, data = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
         if hashlib.sha256(data).digest() != digest:
@@ -54,7 +54,7 @@ class CompiledCache:
             write_whole(self._path(key), hashlib.sha256(data).digest() + data)
             self._prune()
         except OSError as error:
-            _log.warning(_UNUSABLE, error)
+            _warn_once(str(error.strerror or error))
 
     def _path(self, key: str) -> Path:
         return self._folder / f'{hashlib.sha256(key.encode()).hexdigest()[:32]}.blob'
@@ -67,6 +67,11 @@ class CompiledCache:
                 total += status.st_size
                 if total > _MAX_BYTES:
                     path.unlink()
+
+
+@functools.lru_cache(maxsize=None)
+def _warn_once(reason: str) -> None:
+    _log.warning('the cache of compiled networks can not be used, each start compiles again: %s', reason)
 
 
 def open_cache(folder: str) -> Optional[CompiledCache]:

@@ -298,17 +298,23 @@ def _check_outputs(jobs: Sequence[BagJob]) -> None:
 
 
 def _todo(jobs: Sequence[BagJob], overwrite: bool) -> Dict[str, List[BagJob]]:
-    """Return the jobs of each recording; of several without those whose outputs are there. Some are refused."""
+    """Return the jobs of each recording; of several without those whose outputs are there.
+
+    The parts of a recording are made together: where one has no output, the others are made again.
+
+    Raises:
+        ParameterError: an output is there already, of a single bag or beside others that are not.
+    """
     recordings: Dict[str, List[BagJob]] = {}
     for job in jobs:
         recordings.setdefault(str(job.recording), []).append(job)
     for name, parts in [*recordings.items()]:
-        there = [path for job in parts for path in _existing(job)]
-        if there and not overwrite:
-            if len(recordings) == 1 and len(parts) == len(jobs) == 1:
-                raise ParameterError(f'{there[0]} is there already; give another name, or --overwrite')
-            if len(there) == sum(len(job.outputs.paths) for job in parts):
-                del recordings[name]
+        there = [] if overwrite else [_existing(job) for job in parts]
+        for job, paths in zip(parts, there):
+            if paths and (len(jobs) == 1 or len(paths) < len(job.outputs.paths)):
+                raise ParameterError(f'{paths[0]} is there already; give another name, or --overwrite')
+        if there and all(there):
+            del recordings[name]
     return recordings
 
 
