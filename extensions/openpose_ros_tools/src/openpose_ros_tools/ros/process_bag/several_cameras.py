@@ -1,10 +1,10 @@
 """Several cameras that see the same people: each by itself, then fused, in one bag."""
 import heapq
 import itertools
+import shutil
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
@@ -113,7 +113,10 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         parts = stack.enter_context(PartFiles())
         csv = None if outputs.csv is None else parts.file(outputs.csv)
         part = parts.file(outputs.bag)
-        folder = Path(stack.enter_context(TemporaryDirectory(prefix='.cameras_', dir=str(part.parent))))
+        folder = part.with_suffix('.cameras')
+        shutil.rmtree(str(folder), ignore_errors=True)  # a killed process left it
+        stack.callback(shutil.rmtree, str(folder), ignore_errors=True)
+        folder.mkdir()
         networks = Networks(job.settings, publish_tf=False)  # joints as frames would have the same names
         people: List[CameraPeople] = []
         reports: Dict[str, BagReport] = {}
