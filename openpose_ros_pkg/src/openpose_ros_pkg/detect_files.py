@@ -35,9 +35,8 @@ from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import Landmarks2D
-from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.files import check_outputs, numbered_name
+from openpose_ros_pkg.output.files import check_outputs, natural_key, numbered_name
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import REPLACE, SKIP, Recorder, SaveParams
 from openpose_ros_pkg.params.parameters import build

@@ -1,9 +1,10 @@
 """Files that appear whole or not at all, names of frames, and checks of outputs."""
 import itertools
 import os
+import re
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Iterator, Optional, Sequence
+from typing import Any, Iterator, List, Optional, Sequence
 
 import numpy as np
 
@@ -11,6 +12,11 @@ from openpose_ros_pkg.errors import ParameterError
 
 # OpenPose, src/openpose/utilities/string.cpp and src/openpose/producer: numbers of frames have this many digits.
 _DIGITS = 12
+
+
+def natural_key(path: Path) -> List[Any]:
+    """Return a key that sorts names by their numbers, image2 before image10, and is never equal for two names."""
+    return [[int(part) if i % 2 else part for i, part in enumerate(re.split(r'(\d+)', path.name.lower()))], path.name]
 
 
 def numbered_name(base: str, number: int) -> str:

@@ -15,12 +15,13 @@ from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.lifting import make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import ObservedPeople
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.appearance import Clothes, observe_clothes
 from skeleton_extract_3d.track.completion import Completion, complete, stand, walk_on
+from skeleton_extract_3d.track.constants import CorrectionConstants
 from skeleton_extract_3d.track.correction import correct
 from skeleton_extract_3d.track.existence import (
     after_time,
@@ -33,7 +34,6 @@ from skeleton_extract_3d.track.feet import Feet, follow_feet
 from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.one_body import apart, sharing
-from skeleton_extract_3d.track.output import report
 from skeleton_extract_3d.track.registered import registered, seen_bodies
 from skeleton_extract_3d.track.reidentification import STRANGER, UNCLEAR, NewPeople, new_people, recognize
 from skeleton_extract_3d.track.tracks import Observations, Tracks, expect, without
@@ -247,7 +247,7 @@ class PeopleTracker:
         if settings.occlusion.occlusion:
             inside = views_of(lost, view, method).inside > 0.5
             hidden = apart(lost.select((lost.existence >= EXISTENCE.reported) & inside), seen, method.track.one_body)
-        result = report(of_shown, shown, hidden, view.stamp, settings, method.track.correction)
+        result = _report(of_shown, shown, hidden, view.stamp, settings, method.track.correction)
         statures = np.concatenate([shown.tracks.sizes.stature, hidden.sizes.stature])
         feet, toes = follow_feet(feet, result, statures, of_shown.observed, view, method)
         people_2d = replace(of_shown.observed.people_2d, ids=shown.tracks.ids, existence=shown.tracks.existence)
@@ -276,3 +276,32 @@ class PeopleTracker:
             skeleton, keypoints_in(keypoints[known], COCO_18, skeleton), tracks.ids[known],
             after_time(tracks, views, stamp, timeout)[known], views.visible[known],
             (tracks.root.sigmas()[:, 0] / np.sqrt(3) / (tracks.sizes.stature / 2))[known])
+
+
+def _report(people: Observations, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,
+           constants: CorrectionConstants = METHOD.track.correction) -> People3D:
+    """Return the people of a frame with the joints of COCO_18, in the frame of the points, and then hidden tracks."""
+    tracks, lifted, trusted = completion.tracks, people.lifted, completion.trusted
+    read = lifted.measured & trusted
+    position = tracks.joints.position
+    if settings.smoothing.smoothing and settings.occlusion.occlusion:
+        # where the filter does not follow the surface, its position is not a measured one
+        read &= ((position - lifted.xyz) ** 2).sum(axis=2) < constants.measured_reach ** 2
+    if not settings.smoothing.smoothing:
+        position = np.where(trusted[..., None], lifted.xyz, position)
+    recent = stamp - hidden.seen <= settings.occlusion.inference_timeout
+    status = _with_hidden(np.where(completion.placed, np.where(read, MEASURED, INFERRED), MISSING),
+                     np.where(hidden.has & recent, INFERRED, MISSING))
+    known = status != MISSING
+    scores, velocity = people.observed.scores, _with_hidden(tracks.joints.velocity, hidden.joints.velocity)
+    return People3D(
+        COCO_18, np.where(known[..., None], _with_hidden(position, hidden.joints.position), np.nan),
+        _with_hidden(scores, np.zeros((len(hidden), scores.shape[1]))), status,
+        np.where(known, _with_hidden(completion.sigma, hidden.joints.sigmas()), np.nan),
+        _with_hidden(tracks.ids, hidden.ids),
+        np.where(known[..., None] & settings.identity.tracking, velocity, np.nan),
+        _with_hidden(tracks.existence, hidden.existence))
+
+
+def _with_hidden(seen: np.ndarray, hidden: np.ndarray) -> np.ndarray:
+    return np.concatenate([seen, hidden]) if len(hidden) else seen

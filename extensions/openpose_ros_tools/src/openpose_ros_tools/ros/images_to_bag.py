@@ -47,7 +47,7 @@ from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.natural_order import natural_key
+from openpose_ros_pkg.output.files import natural_key
 from openpose_ros_pkg.ros.topics import CAMERA_NAMESPACE
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file

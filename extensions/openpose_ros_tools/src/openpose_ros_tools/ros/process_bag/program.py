@@ -46,8 +46,7 @@ from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
-from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_pkg.output.files import check_outputs
+from openpose_ros_pkg.output.files import check_outputs, natural_key
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import accepted_names, frame_name, parameter_fields
