@@ -54,14 +54,6 @@ class ExtractorTest(unittest.TestCase):
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
 
-    def good_frame_works(self):
-        """Send a good frame and see that its people come, at the right place; return its stamp."""
-        stamp = self.camera.send_frame(7)
-        array = self.output.frame(stamp)
-        self.assertEqual([found.person_ID for found in array.persons], [7])
-        np.testing.assert_allclose(position(array.persons[0].nose), mean_of_valid(points(7)[29:32, 19:22]), atol=1e-5)
-        return stamp
-
     def test_joints_are_means_of_the_valid_points_around_their_pixels(self):
         xyz = points(3)
         xyz[30, 20], xyz[29, 19], xyz[31, 21, 2] = np.nan, 0, np.inf
