@@ -308,11 +308,11 @@ def _todo(jobs: Sequence[BagJob], overwrite: bool) -> Dict[str, List[BagJob]]:
     for job in jobs:
         recordings.setdefault(str(job.recording), []).append(job)
     for name, parts in [*recordings.items()]:
-        there = [] if overwrite else [_existing(job) for job in parts]
+        there = [_existing(job) for job in parts]
         for job, paths in zip(parts, there):
-            if paths and (len(jobs) == 1 or len(paths) < len(job.outputs.paths)):
+            if paths and not overwrite and (len(jobs) == 1 or len(paths) < len(job.outputs.paths)):
                 raise ParameterError(f'{paths[0]} is there already; give another name, or --overwrite')
-        if there and all(there):
+        if all(there) and not overwrite:
             del recordings[name]
     return recordings
 
