@@ -53,6 +53,8 @@ MODELS = ('mobilenet_thin', 'movenet_multipose')
 OPTIONAL_MODELS = {
     'movenet_thunder': 'People are found without it, less accurately',
     'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
+# Small ones at a public address, which set-up takes where it reaches them in this time [s].
+SMALL_MODELS, SMALL_TIME = 'people-small', 20
 BETTER_MODEL = 'rtmpose-m'
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
@@ -244,6 +246,12 @@ def _set_up_weights() -> None:
         say('[3/4] Weights of the networks: there and right')
     else:
         _fetch_weights()
+    if not weights('check', SMALL_MODELS, quiet=True):
+        get = ('timeout', str(SMALL_TIME), *_command(MODELS_PROGRAM, 'get', SMALL_MODELS))
+        step(f'[3/4] Weights of {SMALL_MODELS}: fetching', f'weights_{SMALL_MODELS}', '', succeeds, *get)
+        if not weights('check', SMALL_MODELS, quiet=True):
+            say(f'      {SMALL_MODELS} could not be fetched; all modes work without them, less accurately. To try '
+                f'again: ./run model get {SMALL_MODELS}')
     if not weights('check', BETTER_MODEL, quiet=True):
         say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (docs/networks.md)')
 

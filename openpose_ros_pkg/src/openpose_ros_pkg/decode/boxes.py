@@ -1,10 +1,11 @@
-"""From the outputs of networks that find people's boxes (YOLOX) to boxes."""
+"""From the outputs of networks that find people's boxes (YOLOX, PicoDet) to boxes."""
 from dataclasses import dataclass
 from typing import NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.networks.model_types import Decoder
 from openpose_ros_pkg.params.constants import constant
 
 
@@ -17,6 +18,10 @@ class BoxConstants:
     yolox_overlap: float = constant(
         0.45, 'Of two boxes of YOLOX that share more of their union the less sure one goes; its file with NMS did so '
               'itself.', source='rtmlib 0.0.16, yolox.py, nms_thr')
+    picodet_person: float = constant(
+        0.2, 'Score that a box of PicoDet needs: what sees the person in it decides.', source='trials.md, PP-TinyPose')
+    picodet_overlap: float = constant(
+        0.6, 'The same as yolox_overlap, of PicoDet.', source='PaddleDetection, configs/picodet, nms_threshold')
 
 
 BOXES = BoxConstants()
@@ -34,29 +39,34 @@ class Boxes(NamedTuple):
 
 
 def decode_boxes(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],
-                 constants: BoxConstants = BOXES) -> Boxes:
-    """Return the boxes of people that YOLOX found.
+                 decoder: str = Decoder.BOXES, constants: BoxConstants = BOXES) -> Boxes:
+    """Return the boxes of people that a network found.
 
-    Its files have one of two forms; both are in pixels from the corner of the first one:
+    Files of YOLOX have one of two forms; all are in pixels from the corner of the first one:
     - end to end (mmdeploy): boxes (N, 5): x1, y1, x2, y2, score; and classes (N,). Different people already;
     - raw, (N, 5 + C): x and y of the middle and the logarithms of width and height in cells of three grids, score of a
       box, and scores of C classes.
+    PicoDet gives boxes (N, 4): x1, y1, x2, y2, and scores (1, N).
 
     Args:
         outputs: float32, as `Backend.infer` gives them, without the first axis (the image).
         least: score that a box needs; 0: that of the constants.
         net_size: (width, height) of the network's input [px].
+        decoder: one of `BOX_DECODERS`.
     """
-    rows = np.asarray(outputs[0], np.float64)
-    raw = len(outputs) == 1
-    if raw:
-        rows = _rows_of_grids(rows, net_size)
-    elif len(outputs) == 2:
+    rows, person, overlap = np.asarray(outputs[0], np.float64), constants.yolox_person, constants.yolox_overlap
+    end_to_end = decoder == Decoder.BOXES and len(outputs) == 2
+    if decoder == Decoder.PICODET:
+        rows = np.hstack([rows, np.asarray(outputs[1], np.float64).T])
+        person, overlap = constants.picodet_person, constants.picodet_overlap
+    elif end_to_end:
         rows = rows[np.asarray(outputs[1]) == _PERSON]
-    rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 4] >= (least or constants.yolox_person))]
+    else:
+        rows = _rows_of_grids(rows, net_size)
+    rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 4] >= (least or person))]
     rows = rows[np.argsort(-rows[:, 4], kind='stable')]
-    if raw:
-        rows = rows[without_overlap(rows[:, :4], rows[:, 4], constants.yolox_overlap)]
+    if not end_to_end:
+        rows = rows[without_overlap(rows[:, :4], rows[:, 4], overlap)]
     # A box may reach beyond the input, as a person does at its border, but not far.
     side = np.tile(net_size, 2)
     boxes = np.minimum(np.maximum(rows[:, :4], -side), 2 * side) - 0.5

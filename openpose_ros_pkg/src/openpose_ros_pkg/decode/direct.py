@@ -8,6 +8,7 @@ from typing import Callable, Dict, NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from openpose_ros_pkg.decode.heat_maps import decode_heat_maps
 from openpose_ros_pkg.decode.one_stage import decode_movenet, decode_rtmo, decode_single_person, decode_yolo
 from openpose_ros_pkg.decode.points import Decoded, only_seen
 from openpose_ros_pkg.decode.simcc import decode_simcc
@@ -55,7 +56,8 @@ _KINDS: Dict[str, _Kind] = {
     Decoder.MOVENET_SINGLEPOSE: _Kind(decode_single_person, 0.15),
     Decoder.RTMO: _Kind(decode_rtmo, 0.7, 0.45),
     Decoder.YOLO_POSE: _Kind(decode_yolo, 0.25, 0.7),
-    Decoder.SIMCC: _Kind(decode_simcc, 0.3)}
+    Decoder.SIMCC: _Kind(decode_simcc, 0.3),
+    Decoder.HEAT_MAPS: _Kind(decode_heat_maps, 0.06)}
 
 
 def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, seen: ImageToNet) -> Poses:

@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.assignment import match
-from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
+from openpose_ros_pkg.decode.boxes import Boxes, decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import decode_direct
 from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import PERSON_BOX, CropRefinement, NetworkPass
@@ -31,6 +31,12 @@ class CropConstants:
     most_boxes: int = constant(
         20, 'Boxes of an image in which people are looked for, the surest first, beside those of known people; bounds '
             'the time.')
+    turned_box: float = constant(
+        0.3, 'Score of a box in which a person may be upside down or lie.', source='trials.md, PP-TinyPose')
+    turned_below: float = constant(
+        0.3, 'Score of a pose in an upright box below which the box is seen turned, too.',
+        source='trials.md, PP-TinyPose')
+    turned_margin: float = constant(0.05, 'By so much a pose in a turned box has to be surer.')
     explained: float = constant(
         0.3, 'A box is of a person where both share more of their union.',
         source='rtmlib, pose_tracker.py, tracking_thr')
@@ -72,6 +78,16 @@ def prepare_crops(image: CrowdImage, persons: np.ndarray, refinement: CropRefine
     return [crop.turned(-turn % 4 if refinement.mirror else turn) for crop, turn in zip(crops, turns.tolist())]
 
 
+def alone(persons: np.ndarray, image: CrowdImage) -> np.ndarray:
+    """Return which of N persons, (N, K, 3), are upright with no other person of the image near, (N,) bool.
+
+    A crop of theirs shows what a network saw in the box of the person.
+    """
+    regions = _enlarged(_boxes(persons), 2 * PERSON_BOX - 1)
+    others = similarity(image.people, persons[:, None], sigmas(image.skeleton)) < ENSEMBLE.duplicate
+    return (quarter_turns(persons, image.skeleton) == 0) & ~(_reach(image.people, regions) & others).any(axis=1)
+
+
 def _cut_out(bgr: np.ndarray, regions: np.ndarray, sizes: np.ndarray, refinement: CropRefinement
              ) -> List[PreparedView]:
     """Bring regions of an image, (N, 4) [px], to inputs of (N, 2) sizes [px]."""
@@ -100,29 +116,60 @@ def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, s
     if one.crop is None:
         return [in_joints(poses, one.skeleton, joints) for poses in decode_views(one, views, setup)]
     people = np.zeros((0, len(joints.joints), 3), np.float32) if known is None else known
-    return [_in_boxes(view, one.crop, bgr, setup, people) for view in views]
+    least = setup.settings.direct.direct_person_score
+    return [_in_boxes(boxes_in(view, one.model, least), one.crop, bgr, setup, people) for view in views]
 
 
-def _in_boxes(view: ComputedView, one: CropRefinement, bgr: np.ndarray, setup: Setup, known: np.ndarray,
-              constants: CropConstants = CROP) -> Poses:
-    """Return the people in the boxes of a view, the known ones first, the others on crops of the boxes."""
-    recipe, size = setup.recipe, (bgr.shape[1], bgr.shape[0])
-    found = decode_boxes(view.outputs, setup.settings.direct.direct_person_score, view.view.net_size)
+def boxes_in(view: ComputedView, model: Model, least: float) -> Boxes:
+    """Return the boxes of people that a network found in a view [px of the image]; least: score, 0: the network's."""
+    found = decode_boxes(view.outputs, least, view.view.net_size, model.decoder)
     corners = view.view.plan.to_image(found.boxes.reshape(-1, 2, 2)) + view.view.origin
-    boxes = np.clip(corners, 0, np.subtract(size, 1)).reshape(-1, 4)
+    return found._replace(boxes=corners.reshape(-1, 4))
+
+
+def _in_boxes(found: Boxes, one: CropRefinement, bgr: np.ndarray, setup: Setup, known: np.ndarray,
+              constants: CropConstants = CROP) -> Poses:
+    """Return the people in boxes of an image, the known ones first, the others on crops of the boxes."""
+    recipe, size = setup.recipe, (bgr.shape[1], bgr.shape[0])
+    boxes = np.clip(found.boxes.reshape(-1, 2, 2), 0, np.subtract(size, 1)).reshape(-1, 4)
     around = _enlarged(_boxes(known), PERSON_BOX) if len(known) else np.zeros((0, 4))
     shared = overlaps(around, boxes)
     pairs = match(1 - shared, shared >= constants.explained)
-    others = np.delete(boxes, [box for _, box in pairs], axis=0)[:constants.most_boxes]
-    sizes = np.tile(one.size, (len(others), 1))
-    in_box = replace(one, margin=one.margin / PERSON_BOX)
-    crops = compute_crops(_cut_out(bgr, _regions(others, sizes, in_box, size, constants), sizes, one),
-                          setup.networks[one.model.name])
-    seen = [decode_crop(crop, one.model, setup) for crop in crops]
+    others = np.delete(np.arange(len(boxes)), [box for _, box in pairs])[:constants.most_boxes]
+    boxes, trust = boxes[others], found.scores[others]
+    seen = _upright(bgr, boxes, trust, one, setup, constants)
+    # a network for crops is sure of joints that are none; the box tells that a person is there
+    seen = [poses._replace(keypoints=poses.keypoints * np.array([1, 1, share], np.float32), scores=poses.scores * share)
+            for poses, share in zip(seen, trust)]
     people = np.concatenate([known[[person for person, _ in pairs]], *(poses.keypoints[:1] for poses in seen)])
     scores = np.concatenate([np.full(len(pairs), np.inf), *(poses.scores[:1] for poses in seen)])
     kept = surest(scores, similarity(people[:, None], people, sigmas(recipe.skeleton)) > ENSEMBLE.duplicate)
     return Poses(people[kept].astype(np.float32), np.minimum(scores[kept], 1).astype(np.float32))
+
+
+def _upright(bgr: np.ndarray, boxes: np.ndarray, trust: np.ndarray, one: CropRefinement, setup: Setup,
+             constants: CropConstants) -> List[Poses]:
+    """Return the person in each of N boxes, (N, 4) [px] with scores (N,), seen turned where it is not sure upright."""
+    def seen(chosen: Sequence[int], turns: int) -> List[Poses]:
+        sizes = np.tile(one.size[::-1] if turns % 2 else one.size, (len(chosen), 1))
+        in_box, size = replace(one, margin=one.margin / PERSON_BOX), (bgr.shape[1], bgr.shape[0])
+        crops = _cut_out(bgr, _regions(boxes[chosen], sizes, in_box, size, constants), sizes, one)
+        views = compute_crops([crop.turned(turns) for crop in crops], setup.networks[one.model.name])
+        return [decode_crop(view, one.model, setup) for view in views]
+
+    result = seen(range(len(boxes)), 0)
+    scores = np.array([_person_score(poses) for poses in result])
+    unsure = np.flatnonzero((scores < constants.turned_below) & (trust >= constants.turned_box)).tolist()
+    least = scores + constants.turned_margin
+    for turns in (1, 2, 3) if unsure else ():
+        for i, poses in zip(unsure, seen(unsure, turns)):
+            if _person_score(poses) > least[i]:
+                result[i], least[i] = poses, _person_score(poses)
+    return result
+
+
+def _person_score(poses: Poses) -> float:
+    return float(poses.scores[0]) if len(poses.scores) else 0.0
 
 
 def _enlarged(boxes: np.ndarray, factor: float) -> np.ndarray:

@@ -46,9 +46,11 @@ class Networks:
         try:
             return self.load(recipe)
         except (ModelError, ParameterError) as error:
-            failed = next(model.name for model in recipe.needed if model.name not in self._loaded)
-            self.faults[failed] = f'{failed} is not used: {error}'
-            _log.warning('%s', self.faults[failed])
+            failed = next(model for model in recipe.needed if model.name not in self._loaded)
+            is_fault = failed not in OPTIONAL or not isinstance(error, MissingWeightsError)
+            told = self.faults if is_fault else self.not_installed
+            told[failed.name] = f'{failed.name} is not used: {error}'
+            _log.warning('%s', told[failed.name])
             return None
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:

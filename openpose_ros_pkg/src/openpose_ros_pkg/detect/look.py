@@ -6,7 +6,7 @@ from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, found_by, prepare_crops
+from openpose_ros_pkg.detect.crops import CrowdImage, alone, compute_crops, decode_crop, found_by, prepare_crops
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.existence import EXISTENCE
 from openpose_ros_pkg.detect.following import FollowingParams, Person, voted, with_crop, without_shared_crops
@@ -138,15 +138,20 @@ class Networks(NamedTuple):
         for i, front in zip(present, foregrounds(poses, skeleton, image.depth, image.size)):
             result[i] = replace(result[i], front=front)
         crowd = CrowdImage(image.bgr, poses, skeleton)
-        expected = np.stack([people[i].expected for i in chosen])
+        are_alone = alone(np.stack([people[i].expected for i in chosen]), crowd)
         for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
-            begin = self.clock()
-            prepared = prepare_crops(crowd, expected, one, [result[i].front for i in chosen])
+            begin, known, in_boxes = self.clock(), setup.recipe.sources.known[number], setup.recipe.box_pass(one)
+            boxed = {i: result[i].opinions.get(in_boxes) for i, is_alone in zip(chosen, are_alone) if is_alone}
+            found = {i: Poses(pose[np.newaxis], np.ones(1)) for i, pose in boxed.items() if pose is not None}
+            seen = [i for i in chosen if i not in found]
+            prepared = prepare_crops(crowd, np.stack([people[i].expected for i in seen]), one,
+                                     [result[i].front for i in seen]) if seen else []
             views = compute_crops(prepared, setup.networks[one.model.name])
-            for i, view in zip(chosen, views):
-                result[i] = with_crop(result[i], number, decode_crop(view, one.model, setup),
-                                      setup.recipe.sources.known[number], poses, setup.recipe)
-            runs.append(Run(one.model.name, len(views) * one.size[0] * one.size[1], self.clock() - begin))
+            found.update((i, decode_crop(view, one.model, setup)) for i, view in zip(seen, views))
+            for i in chosen:
+                result[i] = with_crop(result[i], number, found[i], known, poses, setup.recipe)
+            if seen:
+                runs.append(Run(one.model.name, len(views) * one.size[0] * one.size[1], self.clock() - begin))
         return Look(without_shared_crops(result, setup.recipe), tuple(runs))
 
     def search(self, people: Sequence[Person], part: Part) -> Look:

@@ -11,6 +11,7 @@ from openpose_ros_pkg.detect.recipes import (
     BEST,
     FASTER,
     MODES,
+    SMALL_MODES,
     THUNDER_CROP,
     CropRefinement,
     DetectorParams,
@@ -26,7 +27,7 @@ from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_registry import AUTO, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
+from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.models import find_model, installed_by_name
 from openpose_ros_pkg.params.constants import constant
 
@@ -101,7 +102,7 @@ def _networks_of(params: DetectorParams) -> Sequence[Recipe]:
     crop = crop_of(_model(params, 'crop_model')) if params.crop_model else None
     model = None if params.pose_model in (AUTO, 'COCO') else _model(params, 'pose_model')
     unused = 'pose_model' if model and model.decoder in CROP_DECODERS else 'crop_model' if crop else ''
-    if params.look_closer == 0 and unused and not (model and model.decoder == Decoder.BOXES):
+    if params.look_closer == 0 and unused and not (model and model.decoder in BOX_DECODERS):
         raise ParameterError(f"parameters '{unused}', 'look_closer' = {getattr(params, unused)!r}, 0 are not allowed: "
                              'a network for crops would see none; set look_closer to -1, or to a number of people',
                              'look_closer')
@@ -124,7 +125,15 @@ def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence
     """
     if params.mode == BEST:
         return _best(params, crop)
-    return [MODES[params.mode] if crop is None else _refined_by(crop, MODES[params.mode])]
+    if crop is not None:
+        return [_refined_by(crop, MODES[params.mode])]
+    return [MODES[params.mode]] if _sized(params) else [SMALL_MODES[params.mode], MODES[params.mode]]
+
+
+def _sized(params: DetectorParams) -> bool:
+    """Return whether the parameters ask for sizes, which PicoDet can not have."""
+    return any((params.net_input_width, params.net_input_height, params.num_scales, params.scale_gap,
+                params.mirror != 'auto'))
 
 
 def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[Recipe]:
@@ -147,7 +156,7 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
         *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]
     if named is None:  # Thunder brings nothing to boxes and to people of better networks; there it only follows
         recipes += [replace(_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params), named=())
-                    for one in searchers if one.decoder != Decoder.BOXES]
+                    for one in searchers if one.decoder not in BOX_DECODERS]
         recipes.append(MODES['balanced'])
     recipes += [_refined_by(crop, faster) for faster in FASTER[1:] for crop in crops]
     return [*recipes, *FASTER[1:]] if named is None else recipes
@@ -178,10 +187,10 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
     """
     first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), mobilenet(0.5))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
-    if model.decoder in (Decoder.YOLO_POSE, Decoder.BOXES):
+    if model.decoder in (Decoder.YOLO_POSE, *BOX_DECODERS):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
     named = () if crop is None else (crop.model,)
-    if model.decoder == Decoder.BOXES:
+    if model.decoder in BOX_DECODERS:
         crop = crop or THUNDER_CROP
         if not crop.one_person:
             raise ParameterError(f"parameters 'pose_model', 'crop_model' = {params.pose_model!r}, "

@@ -10,7 +10,14 @@ from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
-from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import (
+    AUTO,
+    MOBILENET_THIN,
+    MOVENET_MULTIPOSE,
+    MOVENET_THUNDER,
+    PICODET,
+    TINYPOSE,
+)
 from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import WHOLE_BODY_POINTS, keypoints_in
@@ -273,6 +280,11 @@ class Recipe:
         return Sources(sigmas(self.skeleton), np.array(self.weights), np.array(self.place_weights),
                        np.isfinite(np.array(known)))
 
+    def box_pass(self, refinement: CropRefinement) -> int:
+        """Return the number of the opinion of what a refinement sees in boxes; -1: there is none."""
+        boxes = [number for number, one in enumerate(self.passes) if one.crop == refinement]
+        return sum(one.opinions for one in self.passes[:boxes[0]]) if boxes else -1
+
     @property
     def is_ensemble(self) -> bool:
         """Whether there are several opinions on a person."""
@@ -324,6 +336,17 @@ MODES: Dict[str, Recipe] = {
          replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8,
         spare=tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
                     for mirror in (False, True)), spare_refined=20),
+}
+
+
+# The same modes where the networks of `people-small` are: PicoDet finds boxes of people, PP-TinyPose their joints.
+_TINY_CROP = crop_of(TINYPOSE)
+_IN_BOXES = NetworkPass(PICODET, (320, 320), crop=_TINY_CROP)
+SMALL_MODES: Dict[str, Recipe] = {
+    'fast': Recipe((_IN_BOXES,), (_TINY_CROP,), acceptance=0.6),
+    'balanced': Recipe((_IN_BOXES,), (_TINY_CROP, THUNDER_CROP), acceptance=0.6),
+    'accurate': Recipe((_IN_BOXES,), (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
+                                      replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.6),
 }
 
 

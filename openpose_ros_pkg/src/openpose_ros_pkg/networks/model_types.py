@@ -15,11 +15,14 @@ class Decoder:
     RTMO = 'rtmo'
     YOLO_POSE = 'yolo_pose'
     SIMCC = 'simcc'  # one person on a crop
+    HEAT_MAPS = 'heat_maps'  # the same
     BOXES = 'yolox'  # boxes of people, without joints
+    PICODET = 'picodet'  # the same
 
 
 # Of networks that see one person on a crop, and place all joints also where there is none.
-CROP_DECODERS = (Decoder.SIMCC,)
+CROP_DECODERS = (Decoder.SIMCC, Decoder.HEAT_MAPS)
+BOX_DECODERS = (Decoder.BOXES, Decoder.PICODET)
 # Sizes along the axes of an array; None: free.
 Shape = Tuple[Optional[int], ...]
 
@@ -52,15 +55,26 @@ class NpmArchive(Archive):
 
 
 @dataclass(frozen=True)
-class WebArchive:
-    """Weights in a zip file at their maker's address; the network proves itself when it is fetched (`proof`)."""
+class WebSource:
+    """Weights at a public address; the network proves itself when it is fetched (`proof`)."""
 
-    address: str  # of the zip file
-    member: str  # name of the weights in it, in any folder
+    address: str
     author: str  # of the weights
     stated: str  # statements on the licence of the weights
     published_ap: float = 0.0  # accuracy that the author states [0..1]; 0: none, as of boxes
     published_on: str = 'COCO val2017'  # the images that it was measured on
+
+
+@dataclass(frozen=True)
+class WebArchive(WebSource):
+    """A zip file; it has the weights, of one file, in any folder."""
+
+
+@dataclass(frozen=True)
+class WebFiles(WebSource):
+    """A folder with the files of the weights."""
+
+    names: Tuple[str, ...] = ()  # there, in the order of `Model.files`
 
 
 @dataclass(frozen=True)
@@ -79,6 +93,7 @@ class WeightsFile:
     size: int = 0
     sha256: str = ''
     md5: str = ''
+    also: str = ''  # sha256 of another file that is as good, such as one of another precision
 
 
 @dataclass(frozen=True)
@@ -129,7 +144,7 @@ class Model:
     skeleton: SkeletonModel
     files: Tuple[WeightsFile, ...]  # all in one folder; runtimes open the first
     licence: str  # SPDX identifier of the weights' licence, or its name
-    source: Union[Archive, WebArchive, UserFiles]  # of the weights
+    source: Union[Archive, WebSource, UserFiles]  # of the weights
     input: InputRecipe
     # Nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence maps first.
     # Caffe: the layer that computes it. Empty: all outputs of the graph in its order.

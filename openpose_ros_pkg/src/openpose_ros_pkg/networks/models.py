@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterEr
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, BY_NAME, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WebSource, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
 
 _log = logging.getLogger(__name__)
@@ -66,7 +66,7 @@ def published() -> str:
     """Return the networks by name with their published AP, in words; the data sets differ."""
     sources = [(model.name, model.source) for model in BY_NAME]
     return ', '.join(f'{name} {source.published_ap:.2f} on {source.published_on}' for name, source in sources
-                     if isinstance(source, WebArchive) and source.published_ap > 0)
+                     if isinstance(source, WebSource) and source.published_ap > 0)
 
 
 def how_to_get(model: Model, folder: Path) -> str:
@@ -77,10 +77,11 @@ def how_to_get(model: Model, folder: Path) -> str:
         return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
                 f'{model.name}`), which fetches it; without network, run it elsewhere and copy {names} from there to '
                 f"{target}; for another place, set the parameter 'model_folder'")
-    if isinstance(model.source, WebArchive):
+    if isinstance(model.source, WebSource):
+        files = f'the zip file, or {names} of it' if isinstance(model.source, WebArchive) else names
         return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
                 f'{model.name}`), which fetches it; without network, download {model.source.address} in a browser and '
-                f'add `--from FILE`: the zip file, or {names} of it')
+                f'add `--from FILE`: {files}')
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'
     return (f'bring {names} and run `rosrun openpose_ros_pkg openpose_models get {model.name} --from FILES or FOLDER` '
@@ -145,7 +146,7 @@ def file_fault(path: Path, expected: WeightsFile) -> str:
     known = {kind: getattr(expected, kind) for kind in ('sha256', 'md5') if getattr(expected, kind)}
     actual = {kind: file_digest(path, kind) for kind in known}
     size = path.stat().st_size
-    if actual == known and size == (expected.size or size) and size > 0:
+    if (actual == known and size == (expected.size or size) and size > 0) or expected.also in actual.values():
         return ''
     wanted = [f'{expected.size} bytes'] if expected.size else []
     wanted += [f'{kind} {digest}' for kind, digest in known.items()]

@@ -15,9 +15,10 @@ import numpy as np
 
 from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
+from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_recipe
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -50,17 +51,17 @@ def prove(backend: 'Backend', model: Model) -> str:
         ModelError: it misses a person, or their mean similarity is too small.
     """
     truth = _truth()
-    if model.decoder == Decoder.BOXES:
+    if model.decoder in BOX_DECODERS:
         outputs, plan = _computed(backend, model, truth.bgr)
-        boxes = decode_boxes(outputs, _PARAMS.direct_person_score, plan.net_size).boxes[:len(truth.boxes)]
-        alike = overlaps(plan.to_image(boxes.reshape(-1, 2, 2)).reshape(-1, 4), truth.boxes)
+        boxes = decode_boxes(outputs, _PARAMS.direct_person_score, plan.net_size, model.decoder).boxes
+        alike = overlaps(plan.to_image(boxes[:len(truth.boxes)].reshape(-1, 2, 2)).reshape(-1, 4), truth.boxes)
     else:
         poses = _people(backend, model, truth)
         surest = poses.keypoints[np.argsort(-poses.scores, kind='stable')[:len(truth.joints)]]
         alike = _similarities(surest, model.skeleton, truth)
     best = alike.max(axis=0) if len(alike) else np.zeros(len(truth.joints))
     found = int((best >= _SAME_PERSON).sum())
-    what = 'overlap of boxes (IoU)' if model.decoder == Decoder.BOXES else 'similarity of joints (OKS)'
+    what = 'overlap of boxes (IoU)' if model.decoder in BOX_DECODERS else 'similarity of joints (OKS)'
     text = (f'it finds {found} of {len(best)} people of a known picture at a mean {what} of {best.mean():.2f}, wanted '
             f'{len(best)} at {_WANTED:.2f}')
     if found < len(best) or best.mean() < _WANTED:
@@ -76,7 +77,8 @@ def _people(backend: 'Backend', model: Model, truth: _Truth) -> Poses:
     found = []
     for part in parts:
         outputs, plan = _computed(backend, model, cut(truth.bgr, part, model.input.padding))
-        poses = decode_direct(outputs, model, _PARAMS, plan)
+        poses = (decode_fields(np.concatenate(outputs), model, DecodeParams(), plan.scaled_size)
+                 if model.decoder == Decoder.PAF else decode_direct(outputs, model, _PARAMS, plan))
         xy = plan.to_image(poses.keypoints[..., :2]) + part[:2]
         found.append(Poses(np.concatenate([xy.astype(np.float32), poses.keypoints[..., 2:]], axis=2), poses.scores))
     return functools.reduce(Poses.joined, found)

@@ -7,8 +7,8 @@ from typing import Callable, List, Optional, Sequence
 from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, LANDMARK_MODELS, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Decoder, Model, WebArchive
+from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, GROUPS, LANDMARK_MODELS, MODELS
+from openpose_ros_pkg.networks.model_types import BOX_DECODERS, Archive, Model, WebSource
 from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, weights_path
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
@@ -26,7 +26,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
     commands.add_parser('folder', help='print the folder that holds them')
-    names = f'one of {", ".join([*MODELS, *LANDMARK_MODELS, *ALIASES])}, or a description (.yaml)'
+    names = f'one of {", ".join([*MODELS, *LANDMARK_MODELS, *ALIASES, *GROUPS])}, or a description (.yaml)'
     fetched = ' and '.join(model.name for model in FETCHED)
     get_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: {fetched}')
     check_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: all that are here')
@@ -36,6 +36,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     if options.command == 'get' and options.brought and len(options.models) != 1:
         parser.error('--from takes one NAME, before it')
     folder = options.model_folder
+    models = [one for name in getattr(options, 'models', ()) for one in (
+        [model.name for model in GROUPS[name]] if name in GROUPS else [name])]
     try:
         if options.command == 'list':
             _say_list(folder)
@@ -44,9 +46,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             say(str(model_folder_of(folder)))
             return 0
         if options.command == 'get':
-            return _for_each(options.models or [model.name for model in FETCHED],
+            return _for_each(models or [model.name for model in FETCHED],
                              lambda name: _get(_find(name, folder), folder, options.brought))
-        return _for_each(options.models or _models_here(folder), lambda name: _check(name, folder))
+        return _for_each(models or _models_here(folder), lambda name: _check(name, folder))
     except (OpenposeRosError, OSError) as error:
         sys.stderr.write(f'error: {error}\n')
         return 1
@@ -68,7 +70,7 @@ def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
     """Put the weights of a model in their folder; new ones of a network by name that is refused are not kept."""
     is_new = find_weights(model, model_folder) is None
     path = get(model, model_folder, APACHE.read_text(), brought)
-    if isinstance(model.source, WebArchive):
+    if isinstance(model.source, WebSource):
         _prove(model, path, is_new)
 
 
@@ -99,7 +101,7 @@ def _check(name: str, model_folder: str) -> None:
     model = _find(name, model_folder)
     path = weights_path(model, model_folder)
     say(f'{model.name}: {path} is right')
-    if isinstance(model.source, WebArchive):
+    if isinstance(model.source, WebSource):
         _prove(model, path)
 
 
@@ -140,14 +142,14 @@ def _say_list(model_folder: str) -> None:
 
 def _gives(model: Model) -> str:
     """Return what a network finds, in words."""
-    if model.decoder == Decoder.BOXES:
+    if model.decoder in BOX_DECODERS:
         return 'boxes of people, without joints'
     points = 'points' if model.name in LANDMARK_MODELS else 'joints'
     return f'{len(model.skeleton.joints)} {points} ({model.skeleton.name})'
 
 
 def _not_here(model: Model) -> str:
-    if model.description is None and isinstance(model.source, (Archive, WebArchive)):
+    if model.description is None and isinstance(model.source, (Archive, WebSource)):
         return f'not here: openpose_models get {model.name}'
     names = ' and '.join(file.name for file in model.files)
     return f'not here: bring {names}, then openpose_models get {model.name} --from FILES or FOLDER'

