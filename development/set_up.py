@@ -52,7 +52,8 @@ MODELS = ('mobilenet_thin', 'movenet_multipose')
 # Large packages, which not every machine reaches: what is missing without them.
 OPTIONAL_MODELS = {
     'movenet_thunder': 'People are found without it, less accurately',
-    'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
+    'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)',
+    'pose_landmark': 'Heels and toes are not found'}
 BETTER_MODEL = 'rtmpose-m'
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
