@@ -5,7 +5,7 @@ person itself stay. Where depth shows that another person is in front, all pixel
 """
 import functools
 from dataclasses import dataclass, replace
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -231,7 +231,7 @@ def cover_others(crop: PreparedView, person: np.ndarray, others: np.ndarray, ske
     return replace(crop, input=in_mean_colour(crop.input, covered)) if covered.any() else crop
 
 
-def bodies_of_others(person: np.ndarray, others: np.ndarray, skeleton: SkeletonModel, shape: Tuple[int, int],
+def bodies_of_others(person: np.ndarray, others: np.ndarray, skeleton: SkeletonModel, shape: Sequence[int],
                      cover: CoverConstants = COVER) -> np.ndarray:
     """Return which pixels are on other people, (P, K, 3) [px], and not on a person, (K, 3), (H, W) uint8 0 or 1."""
     covered = np.zeros(shape, np.uint8)
