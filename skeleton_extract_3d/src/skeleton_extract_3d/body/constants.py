@@ -42,8 +42,8 @@ class FootConstants:
                             source='chosen')
     window: float = constant(0.03, 'Half the side of the window around a keypoint; feet are narrow.', unit='m',
                              source='chosen')
-    inwards: float = constant(0.15, 'The surface is sampled nearer to the ankle than the keypoint, by this share: beyond '
-                                    'the tip of a toe is the floor.')
+    inwards: float = constant(0.15, 'The surface is sampled nearer to the ankle than the keypoint, by this share: '
+                                    'beyond the tip of a toe is the floor.')
     under_skin: np.ndarray = constant(
         np.array([0.0, 0.01, 0.035]), 'Depth of big toe, small toe and heel under the surface at their pixels.',
         unit='m', source=_FEET)
