@@ -52,7 +52,8 @@ MODELS = ('mobilenet_thin', 'movenet_multipose')
 # Large packages, which not every machine reaches: what is missing without them.
 OPTIONAL_MODELS = {
     'movenet_thunder': 'People are found without it, less accurately',
-    'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
+    'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)',
+    'pose_landmark': 'Heels and toes are not found'}
 # Small ones at a public address, which set-up takes where it reaches them in this time [s].
 SMALL_MODELS, SMALL_TIME = 'people-small', 20
 BETTER_MODEL = 'rtmpose-m'

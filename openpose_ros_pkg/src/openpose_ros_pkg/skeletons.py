@@ -213,6 +213,17 @@ _WHOLE_BODY_JOINTS = (
 WHOLE_BODY_133 = SkeletonModel('WHOLE_BODY_133', _WHOLE_BODY_JOINTS, (), COCO_17.drawn_limbs,
                                tuple(COLOURS.get(joint, (255, 255, 255)) for joint in _WHOLE_BODY_JOINTS))
 
+# MediaPipe, mediapipe/modules/pose_landmark/pose_landmark_by_roi_cpu.pbtxt. What it calls foot index is the tip of the
+# big toe.
+_BLAZEPOSE_JOINTS = (
+    'nose', 'left_inner_eye', 'left_eye', 'left_outer_eye', 'right_inner_eye', 'right_eye', 'right_outer_eye',
+    'left_ear', 'right_ear', 'left_mouth', 'right_mouth', 'left_shoulder', 'right_shoulder', 'left_elbow',
+    'right_elbow', 'left_wrist', 'right_wrist', 'left_pinky', 'right_pinky', 'left_index', 'right_index', 'left_thumb',
+    'right_thumb', 'left_hip', 'right_hip', 'left_knee', 'right_knee', 'left_ankle', 'right_ankle', 'left_heel',
+    'right_heel', 'left_big_toe', 'right_big_toe')
+BLAZEPOSE_33 = SkeletonModel('BLAZEPOSE_33', _BLAZEPOSE_JOINTS, (), (),
+                             tuple(COLOURS.get(joint, (255, 255, 255)) for joint in _BLAZEPOSE_JOINTS))
+
 # What networks without fields give of a person, by the number of points.
 POINT_SETS: Dict[int, SkeletonModel] = {len(model.joints): model for model in (COCO_17, HALPE_26, WHOLE_BODY_133)}
 

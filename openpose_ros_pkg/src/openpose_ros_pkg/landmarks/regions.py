@@ -64,6 +64,10 @@ class Region:
         """Turn (..., 2) pixels of a crop of the region with a number of pixels on a side into those of the image."""
         return ((xy + 0.5) / pixels - 0.5) * self.side @ self.axes + (self.x, self.y)
 
+    def to_crop(self, xy: np.ndarray, pixels: int) -> np.ndarray:
+        """Do the opposite of `to_image`."""
+        return ((xy - (self.x, self.y)) @ self.axes.T / self.side + 0.5) * pixels - 0.5
+
     def crop(self, bgr: np.ndarray, pixels: int) -> np.ndarray:
         """Return what an image, (H, W, 3) uint8, shows in the region, (pixels, pixels, 3); black beyond the image."""
         corners = np.array([(0, 0), (pixels, 0), (0, pixels)], np.float64)
@@ -102,14 +106,14 @@ def hand_regions(wrist: np.ndarray, elbow: Optional[np.ndarray], length: float,
     if elbow is not None and (wrist != elbow).any():
         directions.insert(0, (wrist - elbow) / np.linalg.norm(wrist - elbow))
     centres = [wrist + constants.reach * length * direction for direction in directions]
-    return tuple(Region(float(x), float(y), constants.side * length, _angle(direction))
+    return tuple(Region(float(x), float(y), constants.side * length, upward_angle(direction))
                  for (x, y), direction in zip(centres, directions))
 
 
 def region_of_hand(points: np.ndarray, constants: HandRegionConstants = HAND_REGION) -> Region:
     """Return the next search region of a hand with these points, (21, 2) [px]."""
     knuckles = (0.5 * (points[5] + points[13]) + points[9]) / 2
-    region = _box(points[list(_PALM)], _angle(knuckles - points[0]))
+    region = _box(points[list(_PALM)], upward_angle(knuckles - points[0]))
     shifted = region.moved(-constants.box_shift * region.side * region.axes[1])
     return Region(shifted.x, shifted.y, constants.box_scale * shifted.side, shifted.angle)
 
@@ -149,7 +153,8 @@ def _box(points: np.ndarray, angle: float) -> Region:
     return Region(float(centre[0]), float(centre[1]), max(float((high - low).max()), 1.0), angle)
 
 
-def _angle(up: np.ndarray) -> float:
+def upward_angle(up: np.ndarray) -> float:
+    """Return by which angle a direction, (2,), is turned clockwise from up in the image [rad]."""
     return float(np.arctan2(up[0], -up[1]))
 
 

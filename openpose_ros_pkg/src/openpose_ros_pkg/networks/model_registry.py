@@ -17,7 +17,7 @@ from openpose_ros_pkg.networks.model_types import (
     WeightsFile,
     skeleton_of,
 )
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, FACE_70, HAND_21, MPI_15, SkeletonModel
+from openpose_ros_pkg.skeletons import BLAZEPOSE_33, BODY_25, COCO_18, FACE_70, HAND_21, MPI_15, SkeletonModel
 
 # The weights are bit-identical to those of ildoonet/tf-pose-estimation.
 MOBILENET_THIN = Model(
@@ -72,9 +72,9 @@ MOVENET_THUNDER = Model(
     outputs=('Identity',), decoder=Decoder.MOVENET_SINGLEPOSE, stride=32)
 
 
-# Hands and faces. Sizes, colours and outputs: mediapipe/modules/{hand,face}_landmark/*.pbtxt of the project and the
-# graphs themselves. Points of a hand [px of the input], presence, share of right hands; points of the face mesh and the
-# logit of its presence.
+# Hands, faces and bodies. Sizes, colours and outputs: mediapipe/modules/{hand,face,pose}_landmark/*.pbtxt of the
+# project and the graphs themselves. Points of a hand [px of the input], presence, share of right hands; points of the
+# face mesh and the logit of its presence; of bodies see `landmarks/body_landmarks`, their mask is left out.
 def _mediapipe(name: str, skeleton: SkeletonModel, file: WeightsFile, side: int, outputs: Tuple[str, ...]) -> Model:
     return Model(
         name=name, skeleton=skeleton, files=(file,), licence='Apache-2.0',
@@ -93,6 +93,9 @@ HAND_LANDMARK = _mediapipe('hand_landmark', HAND_21, WeightsFile(
 FACE_LANDMARK = _mediapipe('face_landmark', FACE_70, WeightsFile(
     'face_landmark.tflite', 1242398, '1055cb9d4a9ca8b8c688902a3a5194311138ba256bcc94e336d8373a5f30c814'), 192,
     ('conv2d_21', 'conv2d_31'))
+POSE_LANDMARK = _mediapipe('pose_landmark', BLAZEPOSE_33, WeightsFile(
+    'pose_landmark_full.tflite', 6440512, 'e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f'), 256,
+    ('Identity', 'Identity_1', 'Identity_3', 'Identity_4'))
 
 _GITHUB = 'https://raw.githubusercontent.com'
 
@@ -253,8 +256,8 @@ ALIASES: Dict[str, str] = {
     AUTO: MOBILENET_THIN.name, 'COCO': MOBILENET_THIN.name, 'BODY_25': 'body_25', 'MPI': 'mpi',
     'MPI_4_layers': 'mpi_4_layers'}
 
-# Networks that see a hand or a face on a crop; they are no pose networks.
-LANDMARK_MODELS: Dict[str, Model] = {model.name: model for model in (HAND_LANDMARK, FACE_LANDMARK)}
+# Networks that see a hand, a face or the points of a body on a crop; they are no pose networks.
+LANDMARK_MODELS: Dict[str, Model] = {model.name: model for model in (HAND_LANDMARK, FACE_LANDMARK, POSE_LANDMARK)}
 
 # What set-up fetches; without OPTIONAL it goes on, as these come from large packages and npm, which not every machine
 # reaches.

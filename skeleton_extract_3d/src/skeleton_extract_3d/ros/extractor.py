@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.networks.backends import LiveBackendParams
-from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.networks.models import joint_set
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
@@ -266,7 +266,7 @@ def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     health.show(timing.medians)
     demand = Demand(settings.is_lazy, health)
     client = DetectionClient('~skeleton_2d_detector', settings.service)
-    detection = ServiceDetection(client, find_model(settings.extractor.pose_model).skeleton)
+    detection = ServiceDetection(client, joint_set(settings.extractor.pose_model))
     landmarks, loop = create_landmark_detector(settings.landmarks, LiveBackendParams()), FrameLoop(health.frame_failed)
     rospy.on_shutdown(client.end)
     rospy.on_shutdown(loop.stop)  # a thread within a network would end the program with an abort
