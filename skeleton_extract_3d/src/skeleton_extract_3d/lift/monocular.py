@@ -1,0 +1,111 @@
+"""People in space by one image: bodies that a network sees, on the rays of the keypoints.
+
+A body is the places of the joints of COCO_18 from the middle of the hips, in the axes of the camera, as if the person
+were an adult of mean stature. It is moved to where its joints are on the rays of the keypoints. The stature scales body
+and distance alike: where the floor is known, the lower ankle tells it.
+"""
+from typing import Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarks
+from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.skeletons import BLAZEPOSE_33, COCO_18
+from skeleton_extract_3d.body.body import ENDS, HIPS, NECK, SHOULDERS, TRUNK
+from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.lift.constants import MonocularConstants
+from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
+
+_ANKLES = ENDS[2:]
+
+
+def worlds_of(found: Sequence[Optional[BodyLandmarks]]) -> np.ndarray:
+    """Return the bodies of P people, (P, 18, 3) float64 [m]; NaN of people whose body was not seen."""
+    points = np.full((len(found), len(BLAZEPOSE_33.joints), 3), np.nan)
+    for row, one in enumerate(found):
+        if one is not None and one.world is not None:
+            points[row] = one.world
+    bodies = values_in(points, BLAZEPOSE_33, COCO_18, np.nan)
+    bodies[:, NECK] = bodies[:, SHOULDERS].mean(axis=1)
+    return bodies
+
+
+def lift_bodies(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, expected: Expectation,
+                floor: Optional[np.ndarray], method: MethodConstants = METHOD) -> Lifted:
+    """Return people, lifted by their sizes in the image, with those placed by bodies that have one, (P, 18, 3) [m].
+
+    Args:
+        floor: (4,) as in `Frame`; None: it is not known.
+    """
+    constants, body = method.monocular, method.body
+    there = np.isfinite(bodies).all(axis=(1, 2)) & (observed.known.sum(axis=1) >= constants.least_joints)
+    if not there.any():
+        return lifted
+    bodies = constants.scale * (expected.stature / body.adult_stature)[:, None, None] * np.where(
+        there[:, None, None], bodies, 0.0)
+    placed = bodies + _translations(bodies, observed, constants)[:, None]
+    there &= (placed[..., 2] > constants.least_depth).all(axis=1)
+    # the keypoints tell directions better than the body does
+    xyz = np.where(observed.known[..., None], observed.rays * placed[..., 2:], placed)
+    ratio, spread, sized = _by_floor(xyz, observed, expected, floor, method)
+    xyz, scale = xyz * ratio[:, None, None], ratio * expected.stature / body.adult_stature
+    root = xyz[:, TRUNK, 2].mean(axis=1)
+    left = xyz[:, SHOULDERS[0]] - xyz[:, SHOULDERS[1]] + xyz[:, HIPS[0]] - xyz[:, HIPS[1]]
+    left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-6)
+    return lifted._replace(
+        xyz=_chosen(there, xyz, lifted.xyz), plausible=_chosen(there, observed.known, lifted.plausible),
+        sigma=_chosen(there, constants.sigmas * scale[:, None], lifted.sigma), left=_chosen(there, left, lifted.left),
+        root=np.where(there, root, lifted.root),
+        stature=np.where(there, ratio * expected.stature, lifted.stature),
+        distance_error=np.where(there, np.hypot(spread, constants.fit_error) * root, lifted.distance_error),
+        sized=there & sized)
+
+
+def _chosen(people: np.ndarray, values: np.ndarray, others: np.ndarray) -> np.ndarray:
+    return np.where(people.reshape(-1, *(1,) * (values.ndim - 1)), values, others)
+
+
+def _translations(bodies: np.ndarray, observed: ObservedPeople, constants: MonocularConstants) -> np.ndarray:
+    """Return the places of the middle of the hips, (P, 3) [m], at which the joints of bodies are nearest to their rays.
+
+    The distance of a joint X from its ray (x, y, 1) is about that of (X, Y) from (x, y) Z, which is linear in the
+    translation: least squares, weighted by score and again by the distances (Geman-McClure).
+    """
+    slopes = observed.rays[..., :2]
+    # of (X, Y) - (x, y) Z by the translation, (P, 18, 2, 3)
+    rows = np.concatenate([np.broadcast_to(np.eye(2), (*slopes.shape, 2)), -slopes[..., None]], axis=-1)
+    off = slopes * bodies[..., 2:] - bodies[..., :2]
+    weights = np.where(observed.known, observed.scores, 0.0)
+    each, places = weights, np.zeros((len(bodies), 3))
+    for _ in range(constants.iterations):
+        weighted = each[..., None, None] * rows
+        normal = np.einsum('pkai,pkaj->pij', weighted, rows) + 1e-9 * np.eye(3)
+        places = np.linalg.solve(normal, np.einsum('pkai,pka->pi', weighted, off)[..., None])[..., 0]
+        squares = ((np.einsum('pkai,pi->pka', rows, places) - off) ** 2).sum(axis=2)
+        each = weights / (1 + squares / constants.outlier ** 2) ** 2
+    return places
+
+
+def _by_floor(xyz: np.ndarray, observed: ObservedPeople, expected: Expectation, floor: Optional[np.ndarray],
+              method: MethodConstants) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return by what people are larger than expected, their spread as a share, and whether the floor tells it, (P,).
+
+    Args:
+        xyz: (P, 18, 3) joints of people of the expected stature [m].
+    """
+    constants, spread = method.monocular, expected.stature_spread
+    if floor is None:
+        return np.ones(len(xyz)), spread, np.zeros(len(xyz), bool)
+    height = method.track.standing.ankle_height * expected.stature / method.body.adult_stature
+    ankle = xyz[:, _ANKLES]
+    fall = -ankle @ floor[:3]  # [m] below the camera
+    known = observed.known[:, _ANKLES] & (observed.scores[:, _ANKLES] >= constants.ankle_score)
+    known &= fall > method.track.standing.least_fall
+    # a foot that is raised seems to be farther
+    ratios = np.where(known, (floor[3] - height)[:, None] / np.where(known, fall, 1.0), np.inf)
+    nearest = ratios.argmin(axis=1)
+    ratio, distance = ratios.min(axis=1), ankle[np.arange(len(xyz)), nearest, 2]
+    sized = (np.abs(np.log(np.maximum(ratio, 1e-6))) < constants.most_spreads * spread)
+    error = np.hypot(constants.floor_error / max(floor[3], 1e-3), constants.ankle_error / distance)
+    share = np.where(sized, spread ** 2 / (spread ** 2 + error ** 2), 0.0)
+    return (np.exp(share * np.log(np.where(sized, ratio, 1.0))), spread * np.sqrt(1 - share), sized)
