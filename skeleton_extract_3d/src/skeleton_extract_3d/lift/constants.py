@@ -180,9 +180,10 @@ class MonocularConstants:
         "Depth of an adult's joint from the middle of the hips.", unit='m', source=_WORLDS)
     fit_error: float = constant(0.03, 'Error of the distance of a person of known stature.', unit='share',
                                 source=_WORLDS)
-    ankle_score: float = constant(0.3, 'Score of an ankle that stands on the floor.')
+    ankle_score: float = constant(0.5, 'Score of an ankle that stands on the floor.')
+    border: float = constant(0.10, 'An ankle that is as near to the border of the image may be outside.', unit='m')
     ankle_error: float = constant(0.10, 'Error of its depth.', unit='m', source=_WORLDS)
-    floor_error: float = constant(0.04, 'Error of its height above the floor, with that of its keypoint.', unit='m')
+    floor_error: float = constant(0.03, 'Error of its height above the floor, with that of its keypoint.', unit='m')
     most_spreads: float = constant(3.0, 'Ankles that would make a person larger or smaller by more are not on the '
                                         'floor.', unit='standard deviations of the stature', source='chosen')
 

@@ -13,6 +13,7 @@ from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import BLAZEPOSE_33, COCO_18
 from skeleton_extract_3d.body.body import ENDS, HIPS, NECK, SHOULDERS, TRUNK
 from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift.constants import MonocularConstants
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 
@@ -31,12 +32,8 @@ def worlds_of(found: Sequence[Optional[BodyLandmarks]]) -> np.ndarray:
 
 
 def lift_bodies(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, expected: Expectation,
-                floor: Optional[np.ndarray], method: MethodConstants = METHOD) -> Lifted:
-    """Return people, lifted by their sizes in the image, with those placed by bodies that have one, (P, 18, 3) [m].
-
-    Args:
-        floor: (4,) as in `Frame`; None: it is not known.
-    """
+                view: FrameView, method: MethodConstants = METHOD) -> Lifted:
+    """Return people, lifted by their sizes in the image, with those placed by bodies that have one, (P, 18, 3) [m]."""
     constants, body = method.monocular, method.body
     there = np.isfinite(bodies).all(axis=(1, 2)) & (observed.known.sum(axis=1) >= constants.least_joints)
     if not there.any():
@@ -45,16 +42,17 @@ def lift_bodies(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, ex
         there[:, None, None], bodies, 0.0)
     placed = bodies + _translations(bodies, observed, constants)[:, None]
     there &= (placed[..., 2] > constants.least_depth).all(axis=1)
-    # the keypoints tell directions better than the body does
+    # the keypoints tell directions better than the body does; where it is off across the view, it is so along, too
     xyz = np.where(observed.known[..., None], observed.rays * placed[..., 2:], placed)
-    ratio, spread, sized = _by_floor(xyz, observed, expected, floor, method)
+    sigma = np.hypot(constants.sigmas, np.linalg.norm(xyz - placed, axis=2))
+    ratio, spread, sized = _by_floor(xyz, observed, expected, view, method)
     xyz, scale = xyz * ratio[:, None, None], ratio * expected.stature / body.adult_stature
     root = xyz[:, TRUNK, 2].mean(axis=1)
     left = xyz[:, SHOULDERS[0]] - xyz[:, SHOULDERS[1]] + xyz[:, HIPS[0]] - xyz[:, HIPS[1]]
     left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-6)
     return lifted._replace(
         xyz=_chosen(there, xyz, lifted.xyz), plausible=_chosen(there, observed.known, lifted.plausible),
-        sigma=_chosen(there, constants.sigmas * scale[:, None], lifted.sigma), left=_chosen(there, left, lifted.left),
+        sigma=_chosen(there, sigma * scale[:, None], lifted.sigma), left=_chosen(there, left, lifted.left),
         root=np.where(there, root, lifted.root),
         stature=np.where(there, ratio * expected.stature, lifted.stature),
         distance_error=np.where(there, np.hypot(spread, constants.fit_error) * root, lifted.distance_error),
@@ -86,21 +84,23 @@ def _translations(bodies: np.ndarray, observed: ObservedPeople, constants: Monoc
     return places
 
 
-def _by_floor(xyz: np.ndarray, observed: ObservedPeople, expected: Expectation, floor: Optional[np.ndarray],
-              method: MethodConstants) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _by_floor(xyz: np.ndarray, observed: ObservedPeople, expected: Expectation, view: FrameView, method: MethodConstants
+              ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return by what people are larger than expected, their spread as a share, and whether the floor tells it, (P,).
 
     Args:
         xyz: (P, 18, 3) joints of people of the expected stature [m].
     """
-    constants, spread = method.monocular, expected.stature_spread
+    constants, spread, floor = method.monocular, expected.stature_spread, view.floor
     if floor is None:
         return np.ones(len(xyz)), spread, np.zeros(len(xyz), bool)
     height = method.track.standing.ankle_height * expected.stature / method.body.adult_stature
     ankle = xyz[:, _ANKLES]
     fall = -ankle @ floor[:3]  # [m] below the camera
-    known = observed.known[:, _ANKLES] & (observed.scores[:, _ANKLES] >= constants.ankle_score)
-    known &= fall > method.track.standing.least_fall
+    # networks put ankles out of the image at its border
+    uv, border = observed.uv[:, _ANKLES], constants.border * observed.focal / np.maximum(ankle[..., 2:], 1e-3)
+    inside = ((uv > border) & (uv < (view.points.width, view.points.height) - border)).all(axis=2)
+    known = inside & (observed.scores[:, _ANKLES] >= constants.ankle_score) & (fall > method.track.standing.least_fall)
     # a foot that is raised seems to be farther
     ratios = np.where(known, (floor[3] - height)[:, None] / np.where(known, fall, 1.0), np.inf)
     nearest = ratios.argmin(axis=1)

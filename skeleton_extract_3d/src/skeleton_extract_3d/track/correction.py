@@ -74,7 +74,7 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     across = constants.across + constants.across_by_score * (1 - np.minimum(observed.scores, 1.0)) ** 2
     across = np.hypot(across + np.where(lifted.measured, 0.0, method.inference.keypoint_error), observed.error)
     along = np.where(lifted.measured, constants.along, np.maximum(lifted.sigma, constants.along))
-    covariance = along_rays(observed.rays, across, np.maximum(along, people.size_error))
+    covariance = along_rays(observed.rays, across, along)
     xyz = lifted.xyz
     if bones:
         xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes, method),

@@ -119,7 +119,7 @@ class PeopleTracker:
         lifted = self._lift(observed, view.points, known)
         if looks.worlds is not None:
             worlds = looks.worlds[observed.people_2d.ids]
-            lifted = lift_bodies(lifted, observed, worlds, known, view.floor, method)
+            lifted = lift_bodies(lifted, observed, worlds, known, view, method)
         lifted = lifted._replace(measured=lifted.measured & ~observed.unseen)
         clock.lap('lift')
         people = Observations(row, observed, clothes, lifted)
