@@ -57,7 +57,7 @@ class SignalReader:
         people = replace(people, ids=distinct_ids(people.ids))
         present = []
         for name, seen in zip(people.ids.tolist(),
-                              _observations(people, joints_of(people), landmarks or Landmarks3D.empty())):
+                              _observations(people, joints_of(people, self._constants.person), landmarks or Landmarks3D.empty())):
             if name not in self._people:
                 self._people[name] = Person(stamp, self._constants)
             person = self._people[name]

@@ -63,7 +63,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
                                     lifted.stature, lifted.sized, method),
         clothes=tracks.clothes.learnt(people.clothes, sure, method.sizes))
     sigma = np.sqrt(errors + method.inference.keypoint_error ** 2)  # no filter takes the errors of the model away
-    sigma = np.maximum(sigma, people.size_error)
+    sigma = np.hypot(sigma, people.size_error)
     return Completion(tracks, trusted, trusted, sigma)
 
 
