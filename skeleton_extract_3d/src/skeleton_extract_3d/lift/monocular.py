@@ -11,11 +11,13 @@ import numpy as np
 from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarks
 from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import BLAZEPOSE_33, COCO_18
-from skeleton_extract_3d.body.body import ENDS, HIPS, NECK, SHOULDERS, TRUNK
+from skeleton_extract_3d.body.body import CHAINS, ENDS, HEAD, HIPS, NECK, SHOULDERS, TRUNK
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
+from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.constants import MonocularConstants
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
+from skeleton_extract_3d.lift.robust import bones_of
 
 _ANKLES = ENDS[2:]
 
@@ -34,33 +36,39 @@ def worlds_of(found: Sequence[Optional[BodyLandmarks]]) -> np.ndarray:
 def lift_bodies(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, expected: Expectation,
                 view: FrameView, method: MethodConstants = METHOD) -> Lifted:
     """Return people, lifted by their sizes in the image, with those placed by bodies that have one, (P, 18, 3) [m]."""
-    constants, body = method.monocular, method.body
-    there = np.isfinite(bodies).all(axis=(1, 2)) & (observed.known.sum(axis=1) >= constants.least_joints)
-    if not there.any():
+    constants = method.monocular
+    rows = np.flatnonzero(np.isfinite(bodies).all(axis=(1, 2))
+                          & (observed.known.sum(axis=1) >= constants.least_joints))
+    if not len(rows):
         return lifted
-    bodies = constants.scale * (expected.stature / body.adult_stature)[:, None, None] * np.where(
-        there[:, None, None], bodies, 0.0)
-    placed = bodies + _translations(bodies, observed, constants)[:, None]
-    there &= (placed[..., 2] > constants.least_depth).all(axis=1)
+    placed = _placed(lifted.select(rows), observed.select(rows), bodies[rows],
+                     Expectation(*(value[rows] for value in expected)), view, method)
+    right = (placed.xyz[..., 2] > constants.least_depth).all(axis=1)
+    values = [value.copy() for value in lifted]
+    for value, new in zip(values, placed):
+        value[rows[right]] = new[right]
+    return Lifted(*values)
+
+
+def _placed(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, expected: Expectation, view: FrameView,
+            method: MethodConstants) -> Lifted:
+    """Return people placed by bodies (P, 18, 3) [m]; at `least_depth` what would be nearer."""
+    constants, adult = method.monocular, method.body.adult_stature
+    bodies = bodies * (constants.scale * expected.stature / adult)[:, None, None]
+    bodies = bodies + _translations(bodies, observed, constants)[:, None]
+    depth = np.maximum(bodies[..., 2:], constants.least_depth)
     # the keypoints tell directions better than the body does; where it is off across the view, it is so along, too
-    xyz = np.where(observed.known[..., None], observed.rays * placed[..., 2:], placed)
-    sigma = np.hypot(constants.sigmas, np.linalg.norm(xyz - placed, axis=2))
-    ratio, spread, sized = _by_floor(xyz, observed, expected, view, method)
-    xyz, scale = xyz * ratio[:, None, None], ratio * expected.stature / body.adult_stature
-    root = xyz[:, TRUNK, 2].mean(axis=1)
+    xyz = np.where(observed.known[..., None], observed.rays * depth, bodies)
+    sigma = np.hypot(constants.sigmas, np.linalg.norm(xyz - bodies, axis=2))
     left = xyz[:, SHOULDERS[0]] - xyz[:, SHOULDERS[1]] + xyz[:, HIPS[0]] - xyz[:, HIPS[1]]
     left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-6)
-    return lifted._replace(
-        xyz=_chosen(there, xyz, lifted.xyz), plausible=_chosen(there, observed.known, lifted.plausible),
-        sigma=_chosen(there, sigma * scale[:, None], lifted.sigma), left=_chosen(there, left, lifted.left),
-        root=np.where(there, root, lifted.root),
-        stature=np.where(there, ratio * expected.stature, lifted.stature),
-        distance_error=np.where(there, np.hypot(spread, constants.fit_error) * root, lifted.distance_error),
-        sized=there & sized)
-
-
-def _chosen(people: np.ndarray, values: np.ndarray, others: np.ndarray) -> np.ndarray:
-    return np.where(people.reshape(-1, *(1,) * (values.ndim - 1)), values, others)
+    xyz *= _with_bones(xyz / depth, depth[..., 0], sigma, left, expected, method)[..., None]
+    ratio, spread, sized = _by_floor(xyz, observed, expected, view, method)
+    xyz *= ratio[:, None, None]
+    stature, root = ratio * expected.stature, xyz[:, TRUNK, 2].mean(axis=1)
+    return lifted._replace(xyz=xyz, plausible=observed.known, sigma=sigma * (stature / adult)[:, None], left=left,
+                           root=root, stature=stature, distance_error=np.hypot(spread, constants.fit_error) * root,
+                           sized=sized)
 
 
 def _translations(bodies: np.ndarray, observed: ObservedPeople, constants: MonocularConstants) -> np.ndarray:
@@ -82,6 +90,25 @@ def _translations(bodies: np.ndarray, observed: ObservedPeople, constants: Monoc
         squares = ((np.einsum('pkai,pi->pka', rows, places) - off) ** 2).sum(axis=2)
         each = weights / (1 + squares / constants.outlier ** 2) ** 2
     return places
+
+
+def _with_bones(rays: np.ndarray, depth: np.ndarray, sigma: np.ndarray, left: np.ndarray, expected: Expectation,
+                method: MethodConstants) -> np.ndarray:
+    """Return by what the depths (P, 18) [m] of joints change, as shares, so that bones have their lengths; as in
+    `lift.robust`, with the depths of the body and their errors (P, 18) [m] in place of surfaces.
+    """
+    root = depth[:, TRUNK].mean(axis=1)
+    costs = surfaces.with_memory(np.zeros((*depth.shape, len(method.costs.deltas)), np.float32), root,
+                                 expected._replace(depth=depth, depth_sigma=sigma), method.costs)
+    of_places = [np.concatenate([values[:, CHAINS], values[:, HEAD].mean(axis=1, keepdims=True)], axis=1)
+                 for values in (costs, rays, depth)]
+    lengths, spreads = bones_of(expected.lengths, expected.length_spread, method.inference)
+    candidates, _ = method.compiled.infer_depths(*of_places[:2], root, lengths, spreads, expected.stature, left)
+    change = method.compiled.read_depths(candidates)[0] + root[:, None] - of_places[2]
+    changes = np.empty_like(depth)
+    changes[:, CHAINS], changes[:, HEAD] = change[:, :-1], change[:, -1:]
+    changes[:, NECK] = changes[:, SHOULDERS].mean(axis=1)
+    return 1 + changes / depth
 
 
 def _by_floor(xyz: np.ndarray, observed: ObservedPeople, expected: Expectation, view: FrameView, method: MethodConstants
