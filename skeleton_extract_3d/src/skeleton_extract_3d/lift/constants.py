@@ -184,8 +184,6 @@ class MonocularConstants:
     border: float = constant(0.10, 'An ankle that is as near to the border of the image may be outside.', unit='m')
     ankle_error: float = constant(0.10, 'Error of its depth.', unit='m', source=_WORLDS)
     floor_error: float = constant(0.03, 'Error of its height above the floor, with that of its keypoint.', unit='m')
-    most_spreads: float = constant(3.0, 'Ankles that would make a person larger or smaller by more are not on the '
-                                        'floor.', unit='standard deviations of the stature', source='chosen')
 
     @cached_property
     def sigmas(self) -> np.ndarray:

@@ -132,7 +132,8 @@ def _by_floor(xyz: np.ndarray, observed: ObservedPeople, expected: Expectation, 
     ratios = np.where(known, (floor[3] - height)[:, None] / np.where(known, fall, 1.0), np.inf)
     nearest = ratios.argmin(axis=1)
     ratio, distance = ratios.min(axis=1), ankle[np.arange(len(xyz)), nearest, 2]
-    sized = (np.abs(np.log(np.maximum(ratio, 1e-6))) < constants.most_spreads * spread)
+    least, most = method.body.stature_limits
+    sized = (ratio * expected.stature > least) & (ratio * expected.stature < most)
     error = np.hypot(constants.floor_error / max(floor[3], 1e-3), constants.ankle_error / distance)
     share = np.where(sized, spread ** 2 / (spread ** 2 + error ** 2), 0.0)
     return (np.exp(share * np.log(np.where(sized, ratio, 1.0))), spread * np.sqrt(1 - share), sized)

@@ -153,10 +153,11 @@ class Extractor:
     def describe(self, estimator: EstimatorSettings) -> Dict[str, str]:
         """Return what is at work, for `introduce`."""
         params = self._params
+        points = 'images alone' if params.points_source == 'none' else params.points_source
         switches = {'occlusion': estimator.occlusion.occlusion, 'tracking': estimator.identity.tracking,
                     'smoothing': estimator.smoothing.smoothing}
         return {'detection': f'by {self._networks.name}, joints {self._chain.skeleton.name}',
-                'lifting': ', '.join([f'{estimator.lifting.lifting} from {params.points_source}',
+                'lifting': ', '.join([f'{estimator.lifting.lifting} from {points}',
                                       *(f'{name} {"on" if on else "off"}' for name, on in switches.items())]),
                 'frames': f'joints in {params.target_frame or "the frame of the points"}, people followed in '
                           f'{params.tracking_frame or "the frame of the points"}'}
