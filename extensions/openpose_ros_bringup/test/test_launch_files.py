@@ -30,7 +30,8 @@ SET = {'publish_2d': [True], 'publish_results': [False], 'colour_by_person': [Tr
        'fixed_frame': ['world'], 'tracking_frame': ['world'], 'gravity_frame': ['world'], 'camera_ns': ['door']}
 # What an argument may be given as, where another value would not differ from its default.
 VALUES = {'camera': 'realsense', 'ns': 'here', 'cameras': 'a b', 'rgb_cameras': 'c', 'dimensions': '2',
-          'look': 'people', 'points_source': 'none', 'source': '1', 'folder': '/some', 'target_rate': '7', 'config': 'CONFIG', 'driver': 'true'}
+          'points_source': 'none', 'look': 'people', 'source': '1', 'folder': '/some', 'target_rate': '7',
+          'config': 'CONFIG', 'driver': 'true'}
 # Arguments without effect unless another one is given.
 NEEDS = {'people.launch': {'source': {'camera': 'files'}}}
 
