@@ -188,7 +188,7 @@ class PeopleChain:
         frame, estimate = result.frame, result.estimate
         people, hidden = (result.people_2d, None) if estimate is None else (estimate.people_2d, estimate.hidden)
         found = self._landmarks.detect(frame.image, people, hidden, frame.camera, frame.stamp, seconds)
-        if estimate is None or not (len(found.hands) or len(found.faces)):
+        if estimate is None or frame.is_monocular or not (len(found.hands) or len(found.faces)):
             return replace(result, landmarks=Landmarks(found, Landmarks3D.empty()))
         lifted = lift_landmarks(found, frame.grid, frame.image_size, estimate.people)
         return replace(result, landmarks=Landmarks(with_hidden(found, lifted), lifted))

@@ -33,7 +33,7 @@ class Estimate:
             points do not confirm.
         timing: seconds by stage, see `STAGES`.
         unplaced: other people in the image, without ids, where there is no depth that could confirm them.
-        points: summary of the points.
+        points: summary of the points; None: there are none.
         doubts: likely faults of image and points.
         ids: (P,) of the tracks of the P detections that `update` was given, reported or not; -1: none.
     """
@@ -53,8 +53,8 @@ class Estimate:
 
     @property
     def hidden(self) -> np.ndarray:
-        """Which joints of `people_2d` are INFERRED, (P, K) bool."""
-        return self.people.status[:len(self.people_2d)] == INFERRED
+        """Which joints of `people_2d` are INFERRED where points would show them, (P, K) bool."""
+        return (self.people.status[:len(self.people_2d)] == INFERRED) & (self.points is not None)
 
 
 def _unnamed(people: People2D) -> People2D:
