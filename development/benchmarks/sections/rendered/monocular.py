@@ -28,11 +28,12 @@ SAME_IN_IMAGE, LEAST_SHOWN = 0.3, 4
 # People whose distances differ by less [m] have no order.
 SAME_DISTANCE = 0.2
 JOINT = np.dtype([('relative', 'f4'), ('error', 'f4'), ('sigma', 'f4'), ('label', 'u1')])
-PERSON = np.dtype([('found', '?'), ('distance', 'f4')])
-PAIR = np.dtype([('right', '?')])
+PERSON = np.dtype([('shown', '?'), ('found', '?'), ('distance', 'f4')])
+RIGHT = np.dtype([('right', '?')])
 
 STATISTICS = {
-    'found': of_rows('people found', 'people', lambda rows: rows['found']),
+    'found': of_rows('people found', 'people', lambda rows: rows['found'], lambda rows: rows['shown']),
+    'real': of_rows('people with a keypoint who are there', 'given', lambda rows: rows['right']),
     'relative_150': of_rows('joints within 150 mm, from the middle of the hips', 'joints',
                             lambda rows: rows['relative'] < 0.15),
     'visible_150': of_rows('the same, visible joints', 'joints', lambda rows: rows['relative'] < 0.15,
@@ -87,14 +88,10 @@ def measure(options: Options) -> Section:
 
 
 def true_frames(folder: Path) -> List[Truth]:
-    """Return the people of the frames of a scene who are to be seen."""
-    (truth, order), frames = chain_runs.read_truth(folder), []
-    for frame in truth['frames']:
-        shown = [person for person in frame['people']
-                 if (np.array(person['vis']) == chain_runs.VISIBLE).sum() >= LEAST_SHOWN]
-        frames.append(Truth(*(np.array([np.array(person[key], np.float64)[order] for person in shown])
-                              for key in ('xyz', 'uv', 'vis'))))
-    return frames
+    """Return the people of the frames of a scene."""
+    truth, order = chain_runs.read_truth(folder)
+    return [Truth(*(np.array([np.array(person[key], np.float64)[order] for person in frame['people']])
+                    for key in ('xyz', 'uv', 'vis'))) for frame in truth['frames']]
 
 
 def real_camera(options: Options) -> Counts:
@@ -117,21 +114,25 @@ def real_camera(options: Options) -> Counts:
 
 def count(name: str, truth: Sequence[Truth], frames: Sequence[People3D], camera: CameraModel) -> Counts:
     """Return the counts of the people that were found in the first frames of a scene with a name."""
-    joints, people, pairs = [np.zeros(0, JOINT)], [np.zeros(0, PERSON)], [np.zeros(0, PAIR)]
+    joints, people, pairs, given = ([np.zeros(0, kind)] for kind in (JOINT, PERSON, RIGHT, RIGHT))
     for true, found in zip(truth, frames):
         pixels = camera.project(found.xyz.reshape(-1, 3).astype(np.float64)).reshape(*found.xyz.shape[:2], 2)
         apart = np.array([[chain_runs.apart_in_image(each, *one) for each in pixels]
                           for one in zip(true.uv, true.labels)])
         people.append(np.zeros(len(true.xyz), PERSON))
+        people[-1]['shown'] = [(each == chain_runs.VISIBLE).sum() >= LEAST_SHOWN for each in true.labels]
+        given.append(np.zeros(len(found), RIGHT))
         distances = []
         for number, row in match(apart, apart < SAME_IN_IMAGE) if apart.size else []:
             middles = true.xyz[number][HIPS].mean(axis=0), found.xyz[row][HIPS].mean(axis=0)
             distances.append(np.linalg.norm(middles, axis=1))
-            people[-1][number] = True, distances[-1][1] / distances[-1][0] - 1
+            people[-1]['found'][number], given[-1]['right'][row] = True, True
+            people[-1]['distance'][number] = distances[-1][1] / distances[-1][0] - 1
             joints.append(_joints(found, row, true, number, middles))
         pairs.append(_pairs(distances))
-    rows = {'joints': np.concatenate(joints), 'people': np.concatenate(people), 'pairs': np.concatenate(pairs)}
-    return Counts(name, {}, {}, rows)
+        given[-1] = given[-1][found.confidence.any(axis=1)]
+    tables = {'joints': joints, 'people': people, 'pairs': pairs, 'given': given}
+    return Counts(name, {}, {}, {key: np.concatenate(rows) for key, rows in tables.items()})
 
 
 def _joints(found: People3D, row: int, true: Truth, number: int, middles: Tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -148,4 +149,4 @@ def _joints(found: People3D, row: int, true: Truth, number: int, middles: Tuple[
 def _pairs(distances: Sequence[np.ndarray]) -> np.ndarray:
     """Return the rows of the pairs of people with true and found distances, (2,) each [m]."""
     return np.array([((one < other)[0] == (one < other)[1],) for one, other in combinations(distances, 2)
-                     if abs(one - other)[0] > SAME_DISTANCE], PAIR)
+                     if abs(one - other)[0] > SAME_DISTANCE], RIGHT)
