@@ -11,6 +11,8 @@ from openpose_ros_fusion.observations import from_image
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.skeletons import COCO_18
 from results import Options, Section, Table
 from results.counting import QUICK_FRAMES, QUICK_SCENES
 from scoring.counts import Counts
@@ -19,7 +21,7 @@ from sections import real_cameras
 from skeleton_extract_3d.body.body import HIPS
 from skeleton_extract_3d.chain_settings import ChainSettings, create_chain
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import NoDepth
 
@@ -115,7 +117,7 @@ def real_camera(options: Options) -> Counts:
 def count(name: str, truth: Sequence[Truth], frames: Sequence[People3D], camera: CameraModel) -> Counts:
     """Return the counts of the people that were found in the first frames of a scene with a name."""
     joints, people, pairs, given = ([np.zeros(0, kind)] for kind in (JOINT, PERSON, RIGHT, RIGHT))
-    for true, found in zip(truth, frames):
+    for true, found in zip(truth, map(_in_coco_18, frames)):
         pixels = camera.project(found.xyz.reshape(-1, 3).astype(np.float64)).reshape(*found.xyz.shape[:2], 2)
         apart = np.array([[chain_runs.apart_in_image(each, *one) for each in pixels]
                           for one in zip(true.uv, true.labels)])
@@ -133,6 +135,12 @@ def count(name: str, truth: Sequence[Truth], frames: Sequence[People3D], camera:
         given[-1] = given[-1][found.confidence.any(axis=1)]
     tables = {'joints': joints, 'people': people, 'pairs': pairs, 'given': given}
     return Counts(name, {}, {}, {key: np.concatenate(rows) for key, rows in tables.items()})
+
+
+def _in_coco_18(people: People3D) -> People3D:
+    xyz, sigma, score, status = (values_in(values, people.skeleton, COCO_18, missing) for values, missing in (
+        (people.xyz, np.nan), (people.sigma, np.nan), (people.confidence, 0.0), (people.status, MISSING)))
+    return People3D(COCO_18, xyz, score, status, sigma, people.ids)
 
 
 def _joints(found: People3D, row: int, true: Truth, number: int, middles: Tuple[np.ndarray, np.ndarray]) -> np.ndarray:
