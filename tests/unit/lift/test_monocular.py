@@ -20,6 +20,7 @@ from synthetic_scene import Person, Room, pinhole, render, standing, walking
 
 SETTINGS = build(EstimatorSettings, {})
 CAMERA, ROOM = pinhole(640, 360), Room(floor=1.2)
+GREY = np.full((360, 640, 3), 90, np.uint8)
 # The room's floor in the frame of the camera: normal up, height of the camera [m].
 FLOOR = np.array([0.0, -1.0, 0.0, ROOM.floor])
 HIPS = [COCO_18.index['right_hip'], COCO_18.index['left_hip']]
@@ -56,11 +57,10 @@ class Watched:
         self.bodies, self.stamp = Bodies(), 0.9
         self.chain = PeopleChain(KnownPeople(COCO_18, lambda frame: frame.source), SETTINGS, bodies=self.bodies)
 
-    def see(self, people, bodies, floor=None):
+    def see(self, people, bodies, floor=None, bgr=GREY):
         """Return the result of the next image."""
         self.bodies.found, self.stamp = bodies, self.stamp + 0.1
-        return self.chain.update(Frame('', self.stamp, np.zeros((360, 640, 3), np.uint8), NoDepth(CAMERA), floor=floor,
-                                       source=people))
+        return self.chain.update(Frame('', self.stamp, bgr, NoDepth(CAMERA), floor=floor, source=people))
 
 
 def scene(*people):
@@ -172,3 +172,18 @@ def test_people_are_told_from_each_other_and_forgotten():
     for _ in range(30):
         result = watched.see(People2D.empty(COCO_18), [])
     assert len(result.people_3d) == 0
+
+
+@pytest.mark.parametrize('shirt, is_same', [((60, 60, 200), True), ((200, 120, 20), False)])
+def test_people_who_return_are_known_by_their_clothes(shirt, is_same):
+    watched = Watched()
+    before, after = (scene(Person(1, 0.2, 3.0, standing(), shirt=colour)) for colour in ((60, 60, 200), shirt))
+    for _ in range(20):
+        result = watched.see(before.people, [body_of(before.xyz[0])], bgr=before.bgr)
+    first = result.people_3d.ids.tolist()
+    for _ in range(40):
+        watched.see(People2D.empty(COCO_18), [])
+    for _ in range(5):
+        result = watched.see(after.people, [body_of(after.xyz[0])], bgr=after.bgr)
+    assert len(first) == len(result.people_3d) == 1
+    assert (result.people_3d.ids.tolist() == first) == is_same

@@ -61,7 +61,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), constants),
         sizes=measures.with_stature(measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),
                                     lifted.stature, lifted.sized, method),
-        clothes=tracks.clothes.learnt(people.clothes, sure, method.sizes))
+        clothes=tracks.clothes.learnt(people.clothes, sure | np.isnan(observed.samples).all(axis=(1, 2)), method.sizes))
     sigma = np.sqrt(errors + method.inference.keypoint_error ** 2)  # no filter takes the errors of the model away
     sigma = np.hypot(sigma, people.size_error)
     return Completion(tracks, trusted, trusted, sigma)
