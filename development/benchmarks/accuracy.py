@@ -23,6 +23,8 @@ from common import SCENES, Parser, scenes_of
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import keypoints_in
+from openpose_ros_pkg.skeletons import COCO_18
 from scoring.people import score_people
 from scoring.tables import table_of_scenes
 from skeleton_extract_3d.chain_settings import ChainSettings
@@ -37,13 +39,14 @@ def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     count = found = joints = near = 0
     for folder, run in zip(folders, runs):
         for true, people in zip(chain_runs.exact_joints(folder), run.people):
-            apart = np.array([[chain_runs.apart_in_image(xy, uv, labels) for xy in people.xy] for uv, labels in true])
+            found_xy = keypoints_in(people.keypoints, people.skeleton, COCO_18)[..., :2]
+            apart = np.array([[chain_runs.apart_in_image(xy, uv, labels) for xy in found_xy] for uv, labels in true])
             found_as = dict(match(apart, apart < SAME_IN_IMAGE))
             for row, (uv, labels) in enumerate(true):
                 visible = labels == chain_runs.VISIBLE
                 if visible.sum() >= LEAST_VISIBLE:
                     count, joints, found = count + 1, joints + visible.sum(), found + (row in found_as)
-                    there = people.xy[found_as[row]] if row in found_as else np.full_like(uv, np.nan)
+                    there = found_xy[found_as[row]] if row in found_as else np.full_like(uv, np.nan)
                     near += (np.linalg.norm(there - uv, axis=1)[visible] < NEAR).sum()
     text = f'in the image: {found / count:.3f} of the people, {near / joints:.3f} of the visible joints within 20 px'
     work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])

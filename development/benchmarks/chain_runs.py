@@ -17,10 +17,10 @@ from openpose_ros_pkg.detect.detection import KnownPeople, NextPart
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.landmarks.body_landmarks import create_body_landmarks
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain, Result
@@ -33,7 +33,8 @@ from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 # Label of visible joints in gt.json.
 VISIBLE = 2
 # Work per pixel of the input, in units of one pass of mobilenet_thin over 656 x 368, as measured with OpenVINO.
-WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2}
+WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2,
+        'pose_landmark': 0.06 / 256 ** 2}
 # Stamp of the first frame of a sequence [s]; one of 0 means that there is none.
 BEGIN = 1.0
 
@@ -137,15 +138,14 @@ class CountedNetworks(Networks):
         self._counted: Dict[str, CountedNetwork] = {}
         self._caches: List[CachedNetwork] = []
 
-    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        recipe, networks = super().load(recipe)
-        for name, network in networks.items():
-            if name not in self._counted:
-                if self._cached:
-                    self._caches.append(CachedNetwork(network))
-                    network = self._caches[-1]
-                self._counted[name] = self.counted(name, network)
-        return recipe, {name: self._counted[name] for name in networks}
+    def _network(self, model: Model) -> Backend:
+        if model.name not in self._counted:
+            network: Backend = super()._network(model)
+            if self._cached:
+                self._caches.append(CachedNetwork(network))
+                network = self._caches[-1]
+            self._counted[model.name] = self.counted(model.name, network)
+        return self._counted[model.name]
 
     def counted(self, name: str, network: Backend) -> CountedNetwork:
         """Return a network of a name that counts its work."""

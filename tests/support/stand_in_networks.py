@@ -186,6 +186,9 @@ class Together:
 
     load_any = load
 
+    def feet(self):
+        return None
+
 
 def _without_padding(image):
     """Return left, top, right and bottom of the picture, beyond which its border is repeated."""

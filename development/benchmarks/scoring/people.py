@@ -13,8 +13,10 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.people import INFERRED, MISSING, People3D
+from openpose_ros_pkg.people import values_in
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.track.feet import FEET
 
 from .counts import WHOLE, Counts, tags_of
 from .figures import Quantile, Ratio, mean_of, of_rows, of_sums, values_of
@@ -30,6 +32,11 @@ JOINT = np.dtype([('joint', 'u1'), ('label', 'u1'), ('status', 'u1'), ('distance
                   ('sigma', 'f8'), ('cameras', 'u1')])
 # One row for each visible joint in three consecutive frames: error of the acceleration [m/s^2].
 ACCELERATION = np.dtype([('error', 'f8')])
+# Joints of BODY_25 that are those of COCO_18, and toes and heels.
+_BODY_ROWS, _FEET_ROWS = ([BODY_25.index[name] for name in names] for names in (COCO_18.joints, FEET))
+# Kinds of scenes in which nobody lies, sits or kneels. A visible toe or heel is right within this [m].
+UPRIGHT = ('stand', 'turn', 'walk', 'cross', 'meet', 'hand_over', 'hug', 'group')
+NEAR_FOOT = 0.06
 
 # Stamp [s], from the first frame of the scene, and people of each frame.
 Frames = Iterable[Tuple[float, People3D]]
@@ -43,6 +50,10 @@ class Found(NamedTuple):
     status: np.ndarray
     sigma: np.ndarray
 
+    def part(self, joints: Sequence[int]) -> 'Found':
+        """Return the people with some of their joints."""
+        return Found(self.ids, *(values[:, joints] for values in self[1:]))
+
 
 class True3D(NamedTuple):
     """True people of a frame: ids (P,), positions (P, K, 3) [m], labels (P, K), cameras that see each joint (P, K)."""
@@ -51,6 +62,7 @@ class True3D(NamedTuple):
     xyz: np.ndarray
     labels: np.ndarray
     cameras: np.ndarray
+    feet: Tuple[np.ndarray, np.ndarray] = (np.zeros((0, 6, 3)), np.zeros((0, 6)))  # (P, 6, 3) [m], labels (P, 6)
 
 
 def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
@@ -67,7 +79,9 @@ def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     for frame in truth['frames'][part]:
         people = frame['people']
         labels = np.array([person['vis'] for person in people], np.uint8).reshape(-1, len(order))[:, order]
-        true.append(True3D([person['id'] for person in people], _joints(people, order), labels, np.zeros_like(labels)))
+        feet = [person['feet'] for person in people if 'feet' in person]
+        true.append(True3D([person['id'] for person in people], _joints(people, order), labels, np.zeros_like(labels), (
+            _joints(feet, range(len(FEET))), np.array([one['vis'] for one in feet], np.uint8).reshape(-1, len(FEET)))))
     return _score(Counts(folder.resolve().name, tags_of(folder), {}, {}),
                   [frame['t'] for frame in truth['frames'][part]], true, frames)
 
@@ -96,13 +110,17 @@ def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames
     found, stray = nearest(times, frames)
     sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]
+    feet: List[np.ndarray] = [np.zeros(0, JOINT)]
     history = History()
-    for number, (there, people) in enumerate(zip(true, found)):
+    for number, (there, everything) in enumerate(zip(true, found)):
+        people = everything.part(_BODY_ROWS)
         pairs = pair(there.xyz, there.labels == VISIBLE, people)
         for name, count in (('true', len(there.ids)), ('found', len(people.ids)), ('paired', len(pairs)),
                             ('all_right', len(pairs) == len(there.ids) == len(people.ids))):
             sums[name] += count
-        for row, (xyz, labels, cameras) in enumerate(zip(*there[1:])):
+        for row, (xyz, labels) in enumerate(zip(*there.feet)):
+            feet.append(joint_rows(xyz, labels, everything.part(_FEET_ROWS), pairs.get(row)))
+        for row, (xyz, labels, cameras) in enumerate(zip(*there[1:4])):
             rows.append(joint_rows(xyz, labels, people, pairs.get(row)))
             rows[-1]['cameras'] = cameras
         history.add(number, {there.ids[row]: (there.xyz[row], there.labels[row] == VISIBLE, people, other)
@@ -110,11 +128,12 @@ def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames
     sums.update(frames=len(true), stray=stray, **history.sums())
     period = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0
     return Counts(scene.scene, scene.tags, sums,
-                  {'joints': np.concatenate(rows), 'accelerations': history.accelerations(period)})
+                  {'joints': np.concatenate(rows), 'feet': np.concatenate(feet),
+                   'accelerations': history.accelerations(period)})
 
 
 def nearest(times: Sequence[float], frames: Frames) -> Tuple[List[Found], int]:
-    """Return what was found at each true time, and the number of people at no such time."""
+    """Return what was found at each true time, in the joints of BODY_25, and the number of people at no such time."""
     stamps = np.round(np.asarray(times) * 1e9).astype(np.int64)
     half = np.median(np.diff(stamps)) / 2 if len(stamps) > 1 else np.inf
     parts: List[List[People3D]] = [[] for _ in times]
@@ -125,9 +144,14 @@ def nearest(times: Sequence[float], frames: Frames) -> Tuple[List[Found], int]:
             parts[int(away.argmin())].append(people)
         else:
             stray += len(people)
-    none = People3D.empty(COCO_18)
-    return [Found(*(np.concatenate([np.asarray(getattr(people, name)) for people in (none, *part)])
-                    for name in Found._fields)) for part in parts], stray
+    none = People3D.empty(BODY_25)
+    return [Found(*(np.concatenate([_in_body_25(people, name, missing) for people in (none, *part)])
+                    for name, missing in zip(Found._fields, (None, np.nan, MISSING, np.nan)))) for part in parts], stray
+
+
+def _in_body_25(people: People3D, name: str, missing: Any) -> np.ndarray:
+    values = np.asarray(getattr(people, name))
+    return values if missing is None else values_in(values, people.skeleton, BODY_25, missing)
 
 
 def pair(true: np.ndarray, visible: np.ndarray, people: Found, gate: float = GATE) -> Dict[int, int]:
@@ -268,6 +292,19 @@ WORLD_STATISTICS = {
         f'errors of visible joints within {number} sigma', 'joints',
         lambda joints, number=number: joints['error'] <= number * joints['sigma'],
         lambda joints: is_visible(joints) & _with_sigma(joints)) for number in (1, 2)}}
+# Toes and heels, where the truth has them.
+FEET_STATISTICS = {
+    'feet_60': of_rows('visible toes and heels within 60 mm', 'feet', lambda rows: rows['error'] <= NEAR_FOOT,
+                       is_visible),
+    'feet_median': Quantile('median error of visible toes and heels', values_of('feet', 'error', is_visible), 0.5,
+                            'mm', 1, 1e3),
+    'feet_measured': of_rows('visible toes and heels called MEASURED', 'feet',
+                             lambda rows: rows['status'] == MEASURED, is_visible),
+    'feet_surprise': mean_of('mean of (error / sigma)^2 of visible toes and heels', lambda counts: (
+        counts.rows['feet']['error'] / counts.rows['feet']['sigma'])[
+            is_visible(counts.rows['feet']) & _with_sigma(counts.rows['feet'])] ** 2, '', 2),
+    'feet_lies': of_rows('hidden toes and heels called MEASURED and wrong by more than 150 mm', 'feet',
+                         lambda rows: (rows['status'] != INFERRED) & (rows['error'] > NEAR_HIDDEN), is_hidden)}
 # Those of a table of one row per scene, with short titles.
 TABLE = {'persons_recall': 'people found', 'persons_precision': 'real', 'visible_100': 'visible within 100 mm',
          'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'hidden_150': 'hidden within 150 mm',

@@ -76,7 +76,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
                        ('limb fields', _over(bgr, _limb_fields(fields, model), plan, model.stride)),
                        ('candidates', _candidates(bgr, peaks, limbs, plan, model))]
     people = people_in(bgr, detector, depth)
-    return people, [*stages, ('opinions', _draw_opinions(bgr, opinions, detector.skeleton)),
+    return people, [*stages, ('opinions', _draw_opinions(bgr, opinions, detector.recipe.skeleton)),
                     ('people', draw_people(bgr, people, DrawParams()))]
 
 

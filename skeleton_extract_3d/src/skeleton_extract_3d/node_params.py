@@ -42,7 +42,7 @@ class ExtractorParams(Parameters):
         'auto', 'With depth_image and none: true: the images are rectified, so use P of the camera info and no '
                 'distortion; auto: as the camera says, false without one.', choices=('auto', 'true', 'false'))
     pose_model: str = parameter(
-        'auto', 'pose_model of the detection service; names the joints. BODY_25 where its crop_model knows feet.')
+        'auto', 'pose_model of the detection service; names the joints. COCO: without toes and heels.')
     target_frame: str = parameter('', 'Frame of the published joints; empty: the frame of the cloud.')
     tracking_frame: str = parameter(
         '', 'Frame in which the room stands still (odom, map) while the camera moves: people are followed there; '

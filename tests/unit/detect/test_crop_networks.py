@@ -58,7 +58,7 @@ def networks_of(people, size=SIZE):
 
 
 def detector(people, size=SIZE, **values):
-    return Detector(build(DetectorSettings, values), Together(**networks_of(people, size)))
+    return Detector(build(DetectorSettings, {'pose_model': 'COCO', **values}), Together(**networks_of(people, size)))
 
 
 def right_of(person, pixels):
@@ -257,9 +257,9 @@ def test_the_joint_set_stays_while_a_detector_runs():
     unit = detector([LEFT])
     before = people_in(chart(*SIZE), unit)
     with pytest.raises(ParameterError, match='joint set BODY_25, but people have that of COCO_18'):
-        unit.reconfigure(build(DetectorSettings, {'crop_model': 'feet'}))
+        unit.reconfigure(build(DetectorSettings, {'pose_model': 'COCO', 'crop_model': 'feet'}))
     np.testing.assert_array_equal(people_in(chart(*SIZE), unit).keypoints, before.keypoints)
-    unit.reconfigure(build(DetectorSettings, {'crop_model': 'mine'}))
+    unit.reconfigure(build(DetectorSettings, {'pose_model': 'COCO', 'crop_model': 'mine'}))
     assert [model.name for model in unit.recipe.models][-1] == 'mine'
 
 

@@ -27,7 +27,7 @@ ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
 
 def settings(**values):
-    return build(DetectorSettings, values)
+    return build(DetectorSettings, {'pose_model': 'COCO', **values})
 
 
 def alone(network, **values):

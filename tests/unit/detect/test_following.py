@@ -128,7 +128,8 @@ class Scene:
         self.searching, self.looking = MovenetNetwork(), ThunderNetwork()
         networks = Together(movenet_multipose=self.searching, movenet_thunder=self.looking)
         pace = {name: slow * seconds for name, seconds in PACE.items()}
-        self.stream = FollowedStream(Detector(build(DetectorSettings, {'mode': 'fast', **values}), networks), pace)
+        settings = build(DetectorSettings, {'mode': 'fast', 'pose_model': 'COCO', **values})
+        self.stream = FollowedStream(Detector(settings, networks), pace)
 
     def frame(self, stamp, people, image=IMAGE, **options):
         """Return the people of a frame at a stamp since `BEGIN` [s]."""

@@ -95,7 +95,7 @@ def networks():
 
 @pytest.fixture()
 def detector(networks):
-    return Detector(build(DetectorSettings, {'mode': 'balanced'}), networks)
+    return Detector(build(DetectorSettings, {'mode': 'balanced', 'pose_model': 'COCO'}), networks)
 
 
 def the_scene():

@@ -36,7 +36,7 @@ class Scene:
         self.thin, self.searching, self.looking = PafNetwork(), MovenetNetwork(), ThunderNetwork()
         self.networks = self.thin, self.searching, self.looking
         networks = Together(mobilenet_thin=self.thin, movenet_multipose=self.searching, movenet_thunder=self.looking)
-        self.detector = Detector(build(DetectorSettings, {'mode': 'fast', **values}), networks)
+        self.detector = Detector(build(DetectorSettings, {'mode': 'fast', 'pose_model': 'COCO', **values}), networks)
         self.detection = NetworkDetection(self.detector, FollowingParams(following=following), pace, lambda: 0.0)
         self.show(people)
 
@@ -367,7 +367,7 @@ def test_another_mode_holds_from_the_next_image_on_and_people_keep_their_ids():
     scene = Scene([LEFT, RIGHT], slower(4))
     scene.begin([1, 2])
     for i, mode in enumerate(('balanced', 'fast', 'balanced', 'fast'), start=1):
-        scene.detector.reconfigure(build(DetectorSettings, {'mode': mode}))
+        scene.detector.reconfigure(build(DetectorSettings, {'mode': mode, 'pose_model': 'COCO'}))
         scene.detection.reconfigure()
         looks, searches, _ = scene.look(0.1 * i, [(1, LEFT), (2, RIGHT)])
         assert sorted(looks.people.ids) == [1, 2] and searches >= len(MODES[mode].passes)

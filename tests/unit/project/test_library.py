@@ -55,7 +55,7 @@ def test_a_person_who_is_hidden_has_a_place_in_space_alone():
     estimate = Estimate(frame.in_space, frame.in_image.select(np.array([0])))
     hidden = openpose_ros._found(frame.bgr, 0.0, Result(None, estimate.people_2d, estimate))
     np.testing.assert_array_equal(hidden.in_image.ids, frame.in_space.ids)
-    assert not hidden.in_image.present[1].any() and len(hidden.table()) == 2 * 18
+    assert not hidden.in_image.present[1].any() and len(hidden.table()) == 2 * 25
     assert hidden.draw().shape == frame.bgr.shape
 
 

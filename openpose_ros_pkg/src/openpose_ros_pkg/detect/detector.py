@@ -10,8 +10,9 @@ from openpose_ros_pkg.detect.recipe_choice import chosen_for_rate, fitted_to_rat
 from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, DetectorSettings, Recipe
 from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
+from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, exact
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.model_registry import OPTIONAL
+from openpose_ros_pkg.networks.model_registry import OPTIONAL, POSE_LANDMARK
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.models import published, weights_path
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -78,9 +79,21 @@ class Networks:
                                     f'{wanted.description}: {error}')
                 _log.warning('%s', told[model.name])
 
+    def feet(self) -> Optional[BodyLandmarkNetwork]:
+        """Return what finds toes and heels; None: it is missing, which `faults` or `not_installed` tells."""
+        name = POSE_LANDMARK.name
+        try:
+            return BodyLandmarkNetwork(self._network(POSE_LANDMARK))
+        except (ModelError, ParameterError) as error:
+            told = self.not_installed if isinstance(error, MissingWeightsError) else self.faults
+            told[name] = f'{name} is missing, so toes and heels are not found: {error}'
+            _log.warning('%s', told[name])
+            return None
+
     def _network(self, model: Model) -> Backend:
         if model.name not in self._loaded:
-            backend = create_backend(model, weights_path(model, self._model_folder), self.params)
+            params = exact(self.params) if model is POSE_LANDMARK else self.params
+            backend = create_backend(model, weights_path(model, self._model_folder), params)
             self._loaded[model.name] = backend
             self.faults.pop(model.name, None)
             self.not_installed.pop(model.name, None)
@@ -105,7 +118,7 @@ class Detector:
     def __init__(self, settings: DetectorSettings, networks: Networks,
                  following: FollowingParams = NEVER_FOLLOWED) -> None:
         self._networks, self._following = networks, following
-        self._setup = _setup(*self._load(settings.detector), settings)
+        self._setup = self._made(*self._load(settings.detector), settings)
 
     @property
     def setup(self) -> Setup:
@@ -124,7 +137,7 @@ class Detector:
     @property
     def skeleton(self) -> SkeletonModel:
         """Joint set of the people."""
-        return self._setup.recipe.skeleton
+        return self._setup.skeleton
 
     @property
     def description(self) -> str:
@@ -150,10 +163,15 @@ class Detector:
         recipe, loaded = self._setup.recipe, self._setup.networks
         if settings.detector != self._setup.settings.detector:
             recipe, loaded = self._load(settings.detector)
-        if recipe.skeleton != self.skeleton:  # tracks, and the nodes that read the people, have the other joints
-            raise ParameterError(f'{recipe.description} gives the joint set {recipe.skeleton.name}, but people have '
+        setup = self._made(recipe, loaded, settings)
+        if setup.skeleton != self.skeleton:  # tracks, and the nodes that read the people, have the other joints
+            raise ParameterError(f'{recipe.description} gives the joint set {setup.skeleton.name}, but people have '
                                  f'that of {self.skeleton.name} while this runs: start again with these parameters')
-        self._setup = _setup(recipe, loaded, settings)
+        self._setup = setup
+
+    def _made(self, recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
+        setup = _setup(recipe, networks, settings)
+        return replace(setup, feet=self._networks.feet()) if setup.skeleton != recipe.skeleton else setup
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""

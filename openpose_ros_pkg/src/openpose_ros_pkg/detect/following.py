@@ -5,6 +5,7 @@ from typing import List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from openpose_ros_pkg.detect.feet import SeenFeet
 from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, doubted, without_twins
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import person_sizes
@@ -88,6 +89,7 @@ class PersonMemory:
     scores: np.ndarray  # (K,) of the joints at the last detection
     opinions: Mapping[int, Opinion]  # the last one of each source, by its number
     looked: float  # stamp of the last crop, in which the person may not have been found [s]
+    feet: Optional[SeenFeet] = None  # when a network looked at them last; None: never
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +110,7 @@ class Person:
     opinions: Mapping[int, Optional[np.ndarray]] = field(default_factory=dict)
     looked: bool = False  # whether it got a crop in this image
     elsewhere: bool = False  # whether the crop shows a person farther from the expected place than it may be
+    feet: Optional[SeenFeet] = None  # as a network saw them last, in this image or before; None: never
     by_depth: float = 0.0  # score of a person who was found by its head in the depth, and takes no vote; 0: others
     constants: FollowingConstants = FOLLOWING
 
@@ -158,9 +161,10 @@ class Person:
         """Return the memory after an image in which the joints got (K,) scores, or in which it was only looked at."""
         opinions = {number: Opinion(pose, self.reference, stamp) for number, pose in self.opinions.items()}
         if self.memory is None:  # how the person moves is not known yet
-            return PersonMemory(scores, opinions, stamp)
+            return PersonMemory(scores, opinions, stamp, self.feet)
         opinions = {**self.memory.opinions, **opinions}
-        return PersonMemory(scores, opinions, stamp if self.looked else self.memory.looked)
+        return PersonMemory(scores, opinions, stamp if self.looked else self.memory.looked,
+                            self.feet or self.memory.feet)
 
 
 def voted(people: Sequence[Person], recipe: Recipe, stamp: float) -> Poses:

@@ -9,6 +9,7 @@ import numpy as np
 from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, found_by, prepare_crops
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.existence import EXISTENCE
+from openpose_ros_pkg.detect.feet import FEET, FeetLook, SeenFeet, look_at_feet
 from openpose_ros_pkg.detect.following import FollowingParams, Person, voted, with_crop, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds
@@ -17,7 +18,9 @@ from openpose_ros_pkg.detect.schedule import SCHEDULE, Part, ScheduleConstants, 
 from openpose_ros_pkg.detect.tracking import person_sizes
 from openpose_ros_pkg.detect.views import SearchedImage, Setup, prepare_views, views_of
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, extent, group, person_scores, stacked, vote
-from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.landmarks.body_landmarks import BODY_CROP
+from openpose_ros_pkg.networks.model_registry import POSE_LANDMARK
+from openpose_ros_pkg.people import People2D, Poses, keypoints_in
 
 # A keypoint this near to where its own person has the joint stays there, as a share of the size of the person (half the
 # diagonal of the box of the joints).
@@ -85,13 +88,15 @@ class SearchPlan:
             # a part is what is searched
             seconds = seconds_per_pixel(setup.recipe, setup.networks, detector.threads,
                                         strips(rate.image_size[0], schedule.most_strips)[0], rate)
-        pace = Pace({model: (one,) * _PACE_RUNS for model, one in seconds.items()}, fixed is not None)
+        runs = {model: (one,) * _PACE_RUNS for model, one in seconds.items()}
+        pace = Pace(runs if setup.feet is None else {POSE_LANDMARK.name: (), **runs}, fixed is not None)
         return cls(setup, follows, pace, pace, schedule)
 
     @property
     def of_person(self) -> float:
         """What the crops of a person take [s]."""
-        return sum(self.pace.of(one.model.name, one.size) for one in self.setup.recipe.refinements)
+        return (sum(self.pace.of(one.model.name, one.size) for one in self.setup.recipe.refinements)
+                + FEET.share * self.pace.of(POSE_LANDMARK.name, BODY_CROP))
 
     def of_part(self, part: Part, height: int, first: bool = False) -> float:
         """Return what a part of an image of a height [px] takes [s]; `first`: when the plan was made."""
@@ -148,6 +153,24 @@ class Networks(NamedTuple):
                                       setup.recipe.sources.known[number], poses, setup.recipe)
             runs.append(Run(one.model.name, len(views) * one.size[0] * one.size[1], self.clock() - begin))
         return Look(without_shared_crops(result, setup.recipe), tuple(runs))
+
+    def feet(self, people: People2D, known: Sequence[Optional[SeenFeet]], stamp: float
+             ) -> Tuple[FeetLook, Tuple[Run, ...]]:
+        """Return people with the joints of the setup, with toes and heels where it finds them, and the runs.
+
+        Args:
+            people: of the image, with the joints of the recipe.
+            known: the feet of each as they were seen before; None: not at all.
+            stamp: of the image [s].
+        """
+        setup, begin = self.image.setup, self.clock()
+        people = replace(people, skeleton=setup.skeleton,
+                         keypoints=keypoints_in(people.keypoints, people.skeleton, setup.skeleton))
+        if setup.feet is None or not len(people):
+            return FeetLook(people, list(known), 0), ()
+        look = look_at_feet(setup.feet, self.image.bgr, people, known, stamp)
+        return look, (Run(POSE_LANDMARK.name, max(look.looked, 1) * BODY_CROP[0] * BODY_CROP[1],
+                          self.clock() - begin),)
 
     def search(self, people: Sequence[Person], part: Part) -> Look:
         """Return the people of the image with the opinions of a search of a part, the new ones on crops."""

@@ -24,7 +24,7 @@ from openpose_ros_pkg.detect.schedule import (
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera
 from openpose_ros_pkg.detect.views import SearchedImage
 from openpose_ros_pkg.ensemble import accepted_people, person_scores
-from openpose_ros_pkg.people import ExpectedPeople, People2D
+from openpose_ros_pkg.people import ExpectedPeople, People2D, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -201,10 +201,13 @@ class NetworkDetection:
         """Let the networks see crops and parts of a blank image, so that they are compiled before the first one."""
         plan, (width, height) = self._plan, RATE.image_size
         networks = Networks(SearchedImage(np.zeros((height, width, 3), np.uint8), plan.setup), self._clock)
-        rows = np.linspace(0.0, height - 1.0, len(self.skeleton.joints))
+        joints = plan.setup.recipe.skeleton
+        rows = np.linspace(0.0, height - 1.0, len(joints.joints))
         pose = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1).astype(np.float32)
         for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
             networks.look(people * [Person(pose)], range(people))
+            blank = People2D(joints, np.stack(people * [pose]), np.ones(people), np.full(people, -1))
+            self._learn(networks.feet(blank, people * [None], 0.0)[1], self._clock())
         by_size = {(part.number, part.right - part.left): part for part in plan.parts(RATE.image_size)}
         for part in by_size.values():
             networks.search_part(part)
@@ -213,6 +216,9 @@ class NetworkDetection:
     def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
         check_image(frame.bgr)
         begin, plan = self._clock(), self._plan
+        joints = plan.setup.recipe.skeleton
+        expected = replace(expected, skeleton=joints, keypoints=keypoints_in(expected.keypoints, expected.skeleton,
+                                                                             joints))
         memory, interval, idle = self._started(frame, expected)
         networks = Networks(memory.image, self._clock)
         if not plan.setup.recipe.is_ensemble:
@@ -228,8 +234,9 @@ class NetworkDetection:
             memory = memory.after_crops(look.people, interval, len(chosen) * plan.of_person, self._cameras(frame.stamp))
             look, memory = _searched_at_once(look, networks, memory)
         looks, memory = _decided(look.people, memory)
+        looks, memory, runs = _with_feet(looks, networks, memory)
         self._keep(frame, memory)
-        self._learn(look.runs, begin)
+        self._learn((*look.runs, *runs), begin)
         return looks
 
     def remember(self, frame: ImageFrame, ids: np.ndarray) -> None:
@@ -273,7 +280,7 @@ class NetworkDetection:
         """Return the people that one network alone finds, as it has them."""
         (found,), _ = networks.search_part(memory.schedule.parts[0])
         people = accepted_people(found.poses, memory.plan.setup.acceptance, memory.image.size)[0]
-        return Looks.of_all(people, expected)
+        return Looks.of_all(networks.feet(people, [None] * len(people), memory.stamp)[0].people, expected)
 
     def _newest(self, frame: ImageFrame) -> Optional[CameraMemory]:
         """Return the memory of an image, if it is the newest one of its camera."""
@@ -384,3 +391,13 @@ def _decided(people: Sequence[Person], memory: CameraMemory) -> Tuple[Looks, Cam
         one.number for one in named if one.elsewhere]
     memory = replace(memory, detections=detections, persons=[*named, *rest])
     return Looks(detections, np.array(missed, np.int64)), memory
+
+
+def _with_feet(looks: Looks, networks: Networks, memory: CameraMemory
+               ) -> Tuple[Looks, CameraMemory, Tuple[Run, ...]]:
+    """Return what was looked at with toes and heels, the memory with them, and the runs."""
+    named = memory.persons[:len(looks.people)]
+    known = [one.memory.feet if one.memory and memory.plan.follows else None for one in named]
+    (people, feet, _), runs = networks.feet(looks.people, known, memory.stamp)
+    persons = [*(replace(one, feet=seen) for one, seen in zip(named, feet)), *memory.persons[len(named):]]
+    return looks._replace(people=people), replace(memory, persons=persons), runs

@@ -5,7 +5,7 @@ person itself stay. Where depth shows that another person is in front, all pixel
 """
 import functools
 from dataclasses import dataclass, replace
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -224,26 +224,37 @@ def cover_others(crop: PreparedView, person: np.ndarray, others: np.ndarray, ske
     """
     covered = np.zeros(crop.input.shape[:2], np.uint8)
     if len(others):
-        *bodies, own = _bodies(_in_input(np.concatenate([others, person[None]]), crop, cover), cover)
-        for body in bodies:
-            _draw(covered, body, skeleton)
-        _draw(covered, own, skeleton, 0)
+        everybody = _in_input(np.concatenate([others, person[None]]), crop)
+        covered = bodies_of_others(everybody[-1], everybody[:-1], skeleton, crop.input.shape[:2], cover)
     if foreground is not None:
         covered |= foreground.in_crop(crop.view)
-    if not covered.any():
-        return crop
-    image = crop.input.copy()
+    return replace(crop, input=in_mean_colour(crop.input, covered)) if covered.any() else crop
+
+
+def bodies_of_others(person: np.ndarray, others: np.ndarray, skeleton: SkeletonModel, shape: Sequence[int],
+                     cover: CoverConstants = COVER) -> np.ndarray:
+    """Return which pixels are on other people, (P, K, 3) [px], and not on a person, (K, 3), (H, W) uint8 0 or 1."""
+    covered = np.zeros(shape, np.uint8)
+    *bodies, own = _bodies(_sure(np.concatenate([others, person[None]]), cover.sure_joint), cover)
+    for body in bodies:
+        _draw(covered, body, skeleton)
+    _draw(covered, own, skeleton, 0)
+    return covered
+
+
+def in_mean_colour(image: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    """Return an image, (H, W, 3) uint8, with the covered pixels, (H, W) uint8, in its mean colour."""
     colour = cv2.rectangle(np.empty_like(image), (0, 0), image.shape[1::-1], np.round(cv2.mean(image)[:3]), cv2.FILLED)
-    return replace(crop, input=cv2.copyTo(colour, covered, image))
+    return cv2.copyTo(colour, covered, image.copy())
 
 
-def _in_input(people: np.ndarray, crop: PreparedView, cover: CoverConstants) -> np.ndarray:
-    """Return the sure joints of people in pixels of the input of the network, (P, K, 3)."""
-    view, poses = crop.view, _sure(people, cover.sure_joint)
-    xy = poses[..., :2] - view.origin
+def _in_input(people: np.ndarray, crop: PreparedView) -> np.ndarray:
+    """Return people, (P, K, 3), in pixels of the input of the network."""
+    view = crop.view
+    xy = people[..., :2] - view.origin
     if view.mirror:
         xy[..., 0] = view.plan.image_size[0] - 1 - xy[..., 0]
-    return np.concatenate([view.plan.to_net(xy), poses[..., 2:]], axis=2)
+    return np.concatenate([view.plan.to_net(xy), people[..., 2:]], axis=2)
 
 
 def _sure(people: np.ndarray, least: float) -> np.ndarray:

@@ -41,11 +41,12 @@ class DetectorParams(Parameters):
                     'best networks that are installed by name (`./run model get`) and, with target_rate, fast enough, '
                     'or balanced where there are none.', choices=('fast', 'balanced', 'accurate', BEST))
     pose_model: str = parameter(
-        AUTO, 'Network: auto, the networks that the mode puts together (COCO, the joint set that OpenPose calls so, '
-              'means the same); or one network alone: mobilenet_thin, movenet_multipose, body_25, ... (`./run model '
-              'list`), or one of your own: a file (.onnx, .xml), or a .yaml file that describes it. With look_closer, '
-              'the network for crops refines its people. A network for crops (SimCC, such as RTMPose) takes the place '
-              "of the mode's; one that finds boxes (YOLOX) leaves the joints to the network for crops.")
+        AUTO, 'Network: auto, the networks that the mode puts together, with toes and heels (BODY_25); COCO, the joint '
+              'set that OpenPose calls so, the same without; or one network alone: mobilenet_thin, movenet_multipose, '
+              'body_25, ... (`./run model list`), or one of your own: a file (.onnx, .xml), or a .yaml file that '
+              'describes it. With look_closer, the network for crops refines its people. A network for crops (SimCC, '
+              "such as RTMPose) takes the place of the mode's; one that finds boxes (YOLOX) leaves the joints to the "
+              'network for crops.')
     crop_model: str = parameter(
         '', "Network that sees each person on a crop, when people are refined and followed: empty, the mode's, MoveNet "
             'Thunder; or movenet_thunder, movenet_multipose, one of your own as for pose_model, of the kinds SimCC '
@@ -73,6 +74,11 @@ class DetectorParams(Parameters):
             "image, the surest first; -1: the mode's number, and with one network alone 0 unless there is a "
             'crop_model.', minimum=-1, maximum=100)
     target_rate: float = _target_rate(0.0)
+
+    @property
+    def feet(self) -> bool:
+        """Whether people who are seen on crops get toes and heels of a network for landmarks of bodies."""
+        return self.pose_model == AUTO and self.look_closer != 0
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,7 +1,7 @@
 """What a network sees of an image: all of it at some sizes, or its mirror image; and the people it finds there."""
 import time
 from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -15,7 +15,10 @@ from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
 from openpose_ros_pkg.people import Poses
-from openpose_ros_pkg.skeletons import WHOLE_BODY_133, SkeletonModel
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, WHOLE_BODY_133, SkeletonModel
+
+if TYPE_CHECKING:
+    from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,13 @@ class Setup:
     decode: DecodeParams  # thresholds of the decoders; where several opinions follow, those of candidates
     direct: DirectDecodeParams
     settings: DetectorSettings  # as the user gave them
+    feet: Optional['BodyLandmarkNetwork'] = None  # finds toes and heels; None: not wanted, or not there
+
+    @property
+    def skeleton(self) -> SkeletonModel:
+        """Joint set of the people: that of the recipe, and feet where they are wanted."""
+        joints = self.recipe.skeleton
+        return BODY_25 if joints == COCO_18 and self.settings.detector.feet else joints
 
     def of_crops(self, model: Model) -> DirectDecodeParams:
         """Return the thresholds for what a network sees on crops.

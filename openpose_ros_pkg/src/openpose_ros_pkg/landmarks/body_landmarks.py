@@ -9,6 +9,7 @@ from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
+from openpose_ros_pkg.detect.occlusion_masks import bodies_of_others, in_mean_colour
 from openpose_ros_pkg.landmarks.regions import Region, upward_angle
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import POSE_LANDMARK
@@ -19,6 +20,7 @@ from openpose_ros_pkg.skeletons import BLAZEPOSE_33, SkeletonModel
 _POINTS = len(BLAZEPOSE_33.joints)
 # Points that the network gives, and numbers of each: x, y, z [px of the input], logits of visibility and presence.
 _GIVEN, _NUMBERS = 39, 5
+BODY_CROP = 256, 256  # width and height of its input [px]
 
 
 @dataclass(frozen=True)
@@ -59,33 +61,38 @@ class BodyLandmarkNetwork:
     def __init__(self, network: Backend, constants: BodyLandmarkConstants = BODY_LANDMARK_CONSTANTS) -> None:
         self._network, self._constants = network, constants
 
-    def observe(self, bgr: np.ndarray, keypoints: np.ndarray, skeleton: SkeletonModel) -> List[Optional[BodyLandmarks]]:
-        """Return the landmarks of P people, all computed side by side; None: without hips and shoulders, or not seen.
+    def observe(self, bgr: np.ndarray, keypoints: np.ndarray, skeleton: SkeletonModel,
+                chosen: Optional[Sequence[int]] = None) -> List[Optional[BodyLandmarks]]:
+        """Return the landmarks of N people, all computed side by side; None: without hips and shoulders, or not seen.
 
         Args:
             bgr: (H, W, 3) uint8 BGR; not modified.
             keypoints: (P, K, 3) float: x, y [px of the image], score of the joints of a skeleton; NaN where missing.
+            chosen: of which people, the others are covered in their crops; None: of all.
         """
-        side, _ = POSE_LANDMARK.input.fixed_size or (0, 0)
-        regions = {i: region for i, pose in enumerate(keypoints)
-                   if (region := region_of_body(pose, skeleton, self._constants)) is not None}
-        outputs = self._network.infer_many([region.crop(bgr, side)[np.newaxis] for region in regions.values()])
+        numbers = range(len(keypoints)) if chosen is None else chosen
+        regions = {i: region for i in numbers
+                   if (region := region_of_body(keypoints[i], skeleton, self._constants)) is not None}
+        crops = [_crop(bgr, region, i, keypoints, skeleton) for i, region in regions.items()]
+        outputs = self._network.infer_many([crop[np.newaxis] for crop in crops])
         found = {i: decoded(output, region, self._constants) for (i, region), output in zip(regions.items(), outputs)}
-        return [one if (one := found.get(i)) and one.score >= self._constants.score else None
-                for i in range(len(keypoints))]
+        return [one if (one := found.get(i)) and one.score >= self._constants.score else None for i in numbers]
 
 
 def create_body_landmarks(backend: BackendParams, model_folder: str = '') -> BodyLandmarkNetwork:
     """Return the network, loaded from a model folder; an empty one is the default.
-
-    It computes in f32: bf16 moves places in space by 95 mm, and points in the image by 3 px of the input.
 
     Raises:
         MissingWeightsError: it was not fetched.
         ModelError, ParameterError: it can not be computed.
     """
     weights = weights_path(POSE_LANDMARK, model_folder)
-    return BodyLandmarkNetwork(create_backend(POSE_LANDMARK, weights, replace(backend, precision='f32')))
+    return BodyLandmarkNetwork(create_backend(POSE_LANDMARK, weights, exact(backend)))
+
+
+def exact(backend: BackendParams) -> BackendParams:
+    """Return f32: with bf16 places in space move by 95 mm, and points in the image by 3 px of the input."""
+    return replace(backend, precision='f32')
 
 
 def region_of_body(pose: np.ndarray, skeleton: SkeletonModel,
@@ -102,10 +109,18 @@ def region_of_body(pose: np.ndarray, skeleton: SkeletonModel,
     return Region(float(hips[0]), float(hips[1]), constants.side * radius, upward_angle(shoulders - hips))
 
 
+def _crop(bgr: np.ndarray, region: Region, number: int, people: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:
+    """Return the input of the network for one of the people, (P, K, 3), with the others covered."""
+    side, crop = BODY_CROP[0], region.crop(bgr, BODY_CROP[0])
+    seen = np.concatenate([region.to_crop(people[..., :2], side), people[..., 2:]], axis=2)
+    covered = bodies_of_others(seen[number], np.delete(seen, number, axis=0), skeleton, (side, side))
+    return in_mean_colour(crop, covered) if covered.any() else crop
+
+
 def decoded(output: Sequence[np.ndarray], region: Region, constants: BodyLandmarkConstants = BODY_LANDMARK_CONSTANTS
             ) -> BodyLandmarks:
     """Return the landmarks of the outputs for a crop of a region: points, score, heat maps, and places in space."""
-    side, _ = POSE_LANDMARK.input.fixed_size or (0, 0)
+    side = BODY_CROP[0]
     points, score, maps = output[0].reshape(_GIVEN, _NUMBERS)[:_POINTS].astype(np.float64), output[1], output[2][0]
     visibility, presence = _logistic(points[:, 3:]).T
     xy = refined(points[:, :2] / side, maps[..., :_POINTS], constants) * side

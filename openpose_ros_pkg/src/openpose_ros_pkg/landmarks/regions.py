@@ -64,6 +64,10 @@ class Region:
         """Turn (..., 2) pixels of a crop of the region with a number of pixels on a side into those of the image."""
         return ((xy + 0.5) / pixels - 0.5) * self.side @ self.axes + (self.x, self.y)
 
+    def to_crop(self, xy: np.ndarray, pixels: int) -> np.ndarray:
+        """Do the opposite of `to_image`."""
+        return ((xy - (self.x, self.y)) @ self.axes.T / self.side + 0.5) * pixels - 0.5
+
     def crop(self, bgr: np.ndarray, pixels: int) -> np.ndarray:
         """Return what an image, (H, W, 3) uint8, shows in the region, (pixels, pixels, 3); black beyond the image."""
         corners = np.array([(0, 0), (pixels, 0), (0, pixels)], np.float64)

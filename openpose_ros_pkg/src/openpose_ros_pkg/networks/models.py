@@ -7,9 +7,10 @@ from typing import List, Optional, Tuple
 from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_registry import ALIASES, BY_NAME, MODELS
+from openpose_ros_pkg.networks.model_registry import ALIASES, AUTO, BY_NAME, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
+from openpose_ros_pkg.skeletons import BODY_25, SkeletonModel
 
 _log = logging.getLogger(__name__)
 
@@ -41,6 +42,11 @@ def find_model(pose_model: str, model_folder: str = '') -> Model:
                              f'file, or a .yaml file that describes it ({path} is none)', 'pose_model')
     read = read_network_file if path.suffix in NETWORK_SUFFIXES else read_description
     return read(path.absolute())
+
+
+def joint_set(pose_model: str) -> SkeletonModel:
+    """Return the joints of people by the value of the parameter `pose_model`; raises as `find_model` does."""
+    return BODY_25 if pose_model == AUTO else find_model(pose_model).skeleton
 
 
 def described_models(model_folder: str = '') -> List[Path]:

@@ -42,10 +42,12 @@ class FootConstants:
                             source='chosen')
     window: float = constant(0.03, 'Half the side of the window around a keypoint; feet are narrow.', unit='m',
                              source='chosen')
+    inwards: float = constant(0.15, 'The surface is sampled nearer to the ankle than the keypoint, by this share: '
+                                    'beyond the tip of a toe is the floor.')
     under_skin: np.ndarray = constant(
         np.array([0.0, 0.01, 0.035]), 'Depth of big toe, small toe and heel under the surface at their pixels.',
         unit='m', source=_FEET)
     along: float = constant(0.03, 'Error of this depth.', unit='m', source=_FEET)
-    support: float = constant(0.4, 'Share of the window that the own surface needs.')
+    support: float = constant(0.3, 'Share of the window that the own surface needs.')
     gate: float = constant(2.5, 'A surface is the own one within so many standard deviations of its expected depth.')
     sole: float = constant(0.02, 'Error with which the floor bears what would be below it.', unit='m')

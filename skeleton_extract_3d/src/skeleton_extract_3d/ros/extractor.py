@@ -14,7 +14,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, create_body_landmarks
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
-from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.networks.models import joint_set
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
@@ -289,7 +289,7 @@ def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     health.show(timing.medians)
     demand = Demand(settings.is_lazy, health)
     client = DetectionClient('~skeleton_2d_detector', settings.service)
-    detection = ServiceDetection(client, find_model(settings.extractor.pose_model).skeleton)
+    detection = ServiceDetection(client, joint_set(settings.extractor.pose_model))
     landmarks, loop = create_landmark_detector(settings.landmarks, LiveBackendParams()), FrameLoop(health.frame_failed)
     rospy.on_shutdown(client.end)
     rospy.on_shutdown(loop.stop)  # a thread within a network would end the program with an abort

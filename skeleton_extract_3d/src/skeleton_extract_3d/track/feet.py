@@ -152,7 +152,10 @@ def _keypoints(observed: ObservedPeople, ankle: np.ndarray, there: np.ndarray, v
     depth = np.where(there.any(axis=1), depth, 1.0)
     focal = view.camera.focal_in((points.width, points.height))
     radius = np.clip(constants.window * focal / depth, *method.windows.limits)
-    samples = window_depths(points, np.where(known[..., None], uv, np.nan), radius, method.windows)
+    # beside the tip of a toe is the floor: what is sampled is nearer to the ankle
+    towards = view.camera.project(np.repeat(ankle, 3, axis=1).reshape(-1, 3)).reshape(uv.shape) - uv
+    inner = uv + constants.inwards * np.where(np.isfinite(towards), towards, 0.0)
+    samples = window_depths(points, np.where(known[..., None], inner, np.nan), radius, method.windows)
     samples = (samples + np.tile(constants.under_skin, 2)[:, None]) * length[..., None]
     correction = method.track.correction
     across = correction.across + correction.across_by_score * (1 - np.minimum(scores, 1.0)) ** 2

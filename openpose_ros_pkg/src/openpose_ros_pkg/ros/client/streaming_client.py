@@ -3,7 +3,7 @@ import cv2
 import rospy
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.networks.models import joint_set
 from openpose_ros_pkg.output.draw import draw_people
 from openpose_ros_pkg.params.nodes import ClientSettings
 from openpose_ros_pkg.ros import convert
@@ -22,7 +22,7 @@ class StreamingClient:
         self._settings = settings
         topic = self._settings.client.camera_topic
         check_topic_name('camera_topic', topic)
-        self._skeleton = find_model(self._settings.client.pose_model).skeleton
+        self._skeleton = joint_set(self._settings.client.pose_model)
         self._health = Health(bad_input='bad image')
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
