@@ -18,6 +18,7 @@ from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.schedule import SCHEDULE
+from openpose_ros_pkg.landmarks.body_landmarks import create_body_landmarks
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.people import People2D
@@ -26,7 +27,7 @@ from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, People3D
-from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.depth import DepthImage, NoDepth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
 # Label of visible joints in gt.json.
@@ -219,14 +220,17 @@ class Finder:
         budget: work of the networks per frame, see `Budget`; 0: each image is searched in full before its people count.
         networks: those of other finders; None: of its own.
         exact: give the true pixels in place of networks.
+        monocular: give no depth.
     """
 
     def __init__(self, settings: ChainSettings, budget: float = 0.0, networks: Optional[CountedNetworks] = None,
-                 exact: bool = False) -> None:
+                 exact: bool = False, monocular: bool = False) -> None:
         self._settings, self._work_per_frame = settings, budget
         self._following = FollowingParams(following='always') if budget > 0 else NEVER_FOLLOWED
         self._networks = networks or CountedNetworks(settings.detector.backend,
                                                      settings.detector.detector.model_folder)
+        detector = settings.detector
+        self._bodies = create_body_landmarks(detector.backend, detector.detector.model_folder) if monocular else None
         self._detector = None if exact else Detector(settings.detector, self._networks, self._following)
 
     def run(self, folder: Path, floors: Optional[np.ndarray] = None, limit: Optional[int] = None) -> Run:
@@ -243,11 +247,12 @@ class Finder:
             detection: Any = KnownPeople(COCO_18, lambda frame: people[frame.source])
         else:
             detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
-        chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking)
+        chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking, bodies=self._bodies)
         run = Run()
         for number, each in enumerate(itertools.islice(sequence, limit)):
             done, began = work(), time.perf_counter()
-            frame = Frame('', BEGIN + each.time, each.bgr, DepthImage(each.depth, sequence.camera),
+            points = DepthImage(each.depth, sequence.camera) if self._bodies is None else NoDepth(sequence.camera)
+            frame = Frame('', BEGIN + each.time, each.bgr, points,
                           floor=None if floors is None else floors[number], source=number)
             result = chain.update(frame) if budget is None else budget.result(chain, frame)
             estimating = sum(result.timing.values())

@@ -9,8 +9,10 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import pixels_to_image, turned_header, turned_image, turned_info
 from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.points.depth import NoDepth
 from skeleton_extract_3d.points.transform import quarter_turns
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.frames import FrameTransforms, points_from_message
@@ -80,3 +82,24 @@ def test_points_that_were_turned_are_where_the_camera_saw_them(degrees, target):
         back, _ = rotation_and_translation(transforms.of_camera(now))
         np.testing.assert_allclose(after @ back.T, before, atol=1e-9)
     assert turned_image(depth, degrees).header.frame_id == turned_info(info, degrees).header.frame_id == now.frame_id
+
+
+def test_a_camera_without_depth_has_pixels_and_the_floor_of_the_room():
+    params = ExtractorParams(points_source='none', rectified='false', use_floor=True, tracking_frame='map')
+    header = Header(stamp=rospy.Time(5), frame_id='camera')
+    info = CameraInfo(header=header, width=8, height=6, distortion_model='plumb_bob', D=[0.0] * 5,
+                      K=[9, 0, 3, 0, 8, 2, 0, 0, 1])
+    grid = points_from_message(None, info, params)
+    assert isinstance(grid, NoDepth) and (grid.width, grid.height) == (8, 6)
+    assert grid.camera_model().matrix[0, 0] == 9 and np.isnan(grid.depths(np.array([1]), np.array([2]))).all()
+    assert points_from_message(None, info, replace(params, rotate_image=90)).camera_model().matrix[0, 0] == 8
+    with pytest.raises(BadInputError, match='no camera info'):
+        points_from_message(None, None, params)
+    pose = stamped(5, 0.0)
+    pose.transform.translation.z = 1.5
+    pose.transform.rotation.x, pose.transform.rotation.w = -np.sqrt(0.5), np.sqrt(0.5)  # the camera is level
+    transforms = FrameTransforms(params, lambda *asked: {('map', 'camera', header.stamp): pose}[asked])
+    np.testing.assert_allclose(transforms.floor(header), [0, -1, 0, 1.5], atol=1e-9)
+    for other in (replace(params, use_floor=False), replace(params, points_source='depth_image'),
+                  replace(params, tracking_frame='')):
+        assert FrameTransforms(other, lambda *asked: pose).floor(header) is None

@@ -75,7 +75,7 @@ class Camera(NamedTuple):
 
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
-    seen, images = _found(cameras(), SHOWN // 2 if options.quick else 1000)
+    seen, images = found_people(cameras(), SHOWN // 2 if options.quick else 1000)
     fusion, fused = PeopleFusion(), []
     for number, people in enumerate(zip(*(camera.people for camera in seen))):
         stamp = BEGIN + number / RATE
@@ -87,7 +87,7 @@ def measure(options: Options) -> Section:
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
 
-def _found(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List[np.ndarray]]:
+def found_people(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List[np.ndarray]]:
     """Return the cameras with the people of all images, and the image of each camera that is shown."""
     chain, seen, images = create_chain({}), [], []
     for camera in given:

@@ -30,7 +30,8 @@ SET = {'publish_2d': [True], 'publish_results': [False], 'colour_by_person': [Tr
        'fixed_frame': ['world'], 'tracking_frame': ['world'], 'gravity_frame': ['world'], 'camera_ns': ['door']}
 # What an argument may be given as, where another value would not differ from its default.
 VALUES = {'camera': 'realsense', 'ns': 'here', 'cameras': 'a b', 'rgb_cameras': 'c', 'dimensions': '2',
-          'look': 'people', 'source': '1', 'folder': '/some', 'target_rate': '7', 'config': 'CONFIG', 'driver': 'true'}
+          'points_source': 'none', 'look': 'people', 'source': '1', 'folder': '/some', 'target_rate': '7',
+          'config': 'CONFIG', 'driver': 'true'}
 # Arguments without effect unless another one is given.
 NEEDS = {'people.launch': {'source': {'camera': 'files'}}}
 
@@ -135,7 +136,11 @@ def test_right_arguments_are_taken_and_kept():
     ({'depth': '/a/b/image'}, {'points_source': 'depth_image', '~depth_image': '/a/b/image',
                                '~camera_info': '/a/b/camera_info'}),
     ({'points': '/a/points'}, {'points_source': 'point_cloud', '~point_cloud': '/a/points'}),
-    ({'camera': 'realsense'}, {'points_source': 'auto', 'camera': 'realsense'})])
+    ({'camera': 'realsense'}, {'points_source': 'auto', 'camera': 'realsense'}),
+    ({'camera': 'realsense', 'points_source': 'none'}, {'points_source': 'none', 'camera': 'realsense'}),
+    ({'camera': 'usb_cam', 'points': 'none', 'dimensions': '3'}, {'points_source': 'none', 'camera': 'usb_cam'}),
+    ({'image': '/a/image', 'points_source': 'none', 'floor': 'true', 'fixed_frame': 'room'}, {
+        'points_source': 'none', '~camera_info': '/a/camera_info', 'use_floor': True, 'tracking_frame': 'room'})])
 def test_topics_say_which_points_are_read(arguments, expected):
     config = load('people.launch', **arguments)
     node, = (node for node in config.nodes if node.name == 'skeleton_extract_3d_node')
@@ -144,7 +149,14 @@ def test_topics_say_which_points_are_read(arguments, expected):
     assert {key: values.get(key) for key in expected} == expected
 
 
-@pytest.mark.parametrize('arguments', [{'camera': 'usb_cam'}, {'image': '/a/image', 'points': 'none'}])
+def test_the_floor_of_a_camera_without_depth_is_found_by_no_node():
+    started = names(load('people.launch', camera='usb_cam', dimensions='3', floor='true', fixed_frame='room'))
+    assert sorted(started) == ['/people_signals_node', '/skeleton_extract_3d_node',
+                               '/skeleton_extract_3d_visualization_node']
+
+
+@pytest.mark.parametrize('arguments', [{'camera': 'usb_cam'}, {'image': '/a/image', 'points': 'none'},
+                                       {'camera': 'realsense', 'dimensions': '2'}])
 def test_people_in_the_image_alone(arguments):
     started = names(load('people.launch', web='true', **arguments))
     assert started == ['/openpose_ros_service_node', '/people_web_node']

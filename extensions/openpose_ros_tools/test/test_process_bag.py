@@ -42,9 +42,10 @@ from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.bag_files import open_bag, topic_finder
 from openpose_ros_tools.ros.bag_to_images import main as main_of_images
+from openpose_ros_tools.ros.process_bag import work
 from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
-from skeleton_extract_3d.people import MEASURED
+from skeleton_extract_3d.people import INFERRED, MEASURED
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth, registered
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
 from synthetic_scene import pinhole
@@ -315,6 +316,39 @@ def test_images_alone_give_people_in_the_image(run, tmp_path, out):
         assert len((tmp_path / 'a.csv').read_text().splitlines()) == 1 + 2 * (FRAMES - EMPTY)
         with rosbag.Bag(str(out)) as bag:
             assert not any('skeleton_3d' in topic for topic in bag.get_type_and_topic_info().topics)
+
+
+@pytest.fixture
+def no_bodies(monkeypatch):
+    """Let no network see bodies: people are placed by their sizes."""
+    class Blind:
+        def observe(self, bgr, keypoints, skeleton):
+            return [None] * len(keypoints)
+
+    monkeypatch.setattr(work, 'create_body_landmarks', lambda *_: Blind())
+
+
+@pytest.mark.parametrize('points', [None, POINTS])
+@pytest.mark.parametrize('image', [IMAGE, COMPRESSED])
+def test_people_in_space_by_images_and_their_calibration(run, tmp_path, out, no_bodies, image, points):
+    info = '/cam/camera_info'
+    source = write_recording(tmp_path / 'a.bag', image=image, points=points, others=lambda bag: bag.write(
+        info, camera_to_message(CAMERA, Header(0, stamp_of(0), FRAME_ID)), stamp_of(0)))
+    assert run(source, '--csv', tmp_path / 'a.csv', points_source='none') == 0
+    found = arrays(out)
+    assert numbers_of(found) == list(range(FRAMES)) and {array.header.frame_id for array in found} == {FRAME_ID}
+    for number, array in enumerate(found[:FRAMES - EMPTY]):
+        assert len(array.persons) == 2
+        for person, truth in zip(array.persons, frame(number).xyz):
+            assert {person.neck.status, person.left_hip.status} == {INFERRED}
+            neck = np.array([person.neck.x, person.neck.y, person.neck.z])
+            assert np.linalg.norm(neck - truth[COCO_18.index['neck']]) < min(2 * person.neck.sigma, 1.0)
+    assert len((tmp_path / 'a.csv').read_text().splitlines()) == 1 + sum(len(array.persons) for array in found)
+
+
+def test_a_camera_without_depth_needs_its_calibration(run, tmp_path, no_bodies, capsys):
+    assert run(write_recording(tmp_path / 'a.bag', points=None), points_source='none') == 2
+    assert 'no topic of camera infos' in capsys.readouterr().err
 
 
 def test_lone_images_and_points_are_counted_and_all_others_used_once(run, tmp_path, out, capsys):

@@ -18,6 +18,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame, NextPart
 from openpose_ros_pkg.detect.tracking import TURNED_CAMERA, ImageTracker, Mounting, PerCamera, TrackingParams
+from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -25,6 +26,7 @@ from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_point
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.landmarks import Landmarks, Landmarks3D, with_hidden
 from skeleton_extract_3d.lift.landmarks import lift_landmarks
+from skeleton_extract_3d.lift.monocular import worlds_of
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
@@ -87,12 +89,13 @@ class PeopleChain:
         settings: of the estimators.
         landmarks: finds hands and faces; None: the results have none.
         tracking: limits of tracks in the image.
+        bodies: finds people in space in images without depth; None: their sizes in the image place them.
     """
 
     def __init__(self, detection: Detection, settings: EstimatorSettings, landmarks: Optional[LandmarkDetector] = None,
-                 tracking: TrackingParams = IMAGE_TRACKING) -> None:
+                 tracking: TrackingParams = IMAGE_TRACKING, bodies: Optional[BodyLandmarkNetwork] = None) -> None:
         self.detection = detection
-        self._settings, self._landmarks = settings, landmarks
+        self._settings, self._landmarks, self._bodies = settings, landmarks, bodies
         self._ids = itertools.count(FIRST_ID)
         self._estimators = PerCamera(lambda: PeopleEstimator(self._settings, self._ids))
         self._trackers = PerCamera(lambda: ImageTracker(tracking, self._ids))
@@ -130,10 +133,10 @@ class PeopleChain:
         depth = None
         if frame.points is not None:
             check_points(frame.points, frame.image_size, self._settings)
-            depth = depth_view(frame.points)
+            depth = None if frame.is_monocular else depth_view(frame.points)
         image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, frame.source)
         self._newest = image
-        in_space = frame.points is not None and self._settings.identity.tracking
+        in_space = frame.points is not None and (self._settings.identity.tracking or frame.is_monocular)
         result = (self._in_space if in_space else self._in_image)(frame, image, in_full, locate)
         return replace(result, mounting=self._mountings.of(frame.camera).fault(result.people_2d))
 
@@ -145,7 +148,10 @@ class PeopleChain:
         if self.detection.gives_ids:  # of another tracker
             people = replace(people, ids=np.full(len(people), -1))
         frame = locate(frame)
-        estimate = estimator.update(people, frame, looks.missed)
+        worlds = None
+        if frame.is_monocular and self._bodies is not None:
+            worlds = worlds_of(self._bodies.observe(frame.image, people.keypoints, people.skeleton))
+        estimate = estimator.update(people, frame, looks.missed, worlds)
         self.detection.remember(image, estimate.ids)
         return Result(frame, estimate.in_image, estimate)
 
@@ -182,7 +188,7 @@ class PeopleChain:
         frame, estimate = result.frame, result.estimate
         people, hidden = (result.people_2d, None) if estimate is None else (estimate.people_2d, estimate.hidden)
         found = self._landmarks.detect(frame.image, people, hidden, frame.camera, frame.stamp, seconds)
-        if estimate is None or not (len(found.hands) or len(found.faces)):
+        if estimate is None or frame.is_monocular or not (len(found.hands) or len(found.faces)):
             return replace(result, landmarks=Landmarks(found, Landmarks3D.empty()))
         lifted = lift_landmarks(found, frame.grid, frame.image_size, estimate.people)
         return replace(result, landmarks=Landmarks(with_hidden(found, lifted), lifted))

@@ -7,6 +7,7 @@ from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.landmarks.body_landmarks import create_body_landmarks
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.params.parameters import build
@@ -25,11 +26,12 @@ class ChainSettings:
     estimator: EstimatorSettings
 
 
-def create_chain(params: Mapping[str, Any]) -> PeopleChain:
+def create_chain(params: Mapping[str, Any], monocular: bool = False) -> PeopleChain:
     """Return a chain with networks of this process.
 
     Args:
         params: by their names in config/*.yaml, such as {'mode': 'fast', 'hands': True}; others keep their defaults.
+        monocular: for images without depth, see `NoDepth`.
 
     Raises:
         ParameterError: an unknown name or a wrong value.
@@ -43,4 +45,5 @@ def create_chain(params: Mapping[str, Any]) -> PeopleChain:
     if wanted.hands or wanted.face:
         landmarks = create_landmark_detector(wanted, networks.backend, networks.detector.model_folder,
                                              detector.recipe.whole_body)
-    return PeopleChain(detection, settings.estimator, landmarks, settings.tracking)
+    bodies = create_body_landmarks(networks.backend, networks.detector.model_folder) if monocular else None
+    return PeopleChain(detection, settings.estimator, landmarks, settings.tracking, bodies)

@@ -10,6 +10,7 @@ from skeleton_extract_3d.lift.constants import (
     InferenceConstants,
     LandmarkConstants,
     MeasuringConstants,
+    MonocularConstants,
     OccluderConstants,
     RegistrationConstants,
     TrunkConstants,
@@ -40,6 +41,7 @@ class MethodConstants:
     inference: InferenceConstants = field(default_factory=InferenceConstants)
     registration: RegistrationConstants = field(default_factory=RegistrationConstants)
     landmarks: LandmarkConstants = field(default_factory=LandmarkConstants)
+    monocular: MonocularConstants = field(default_factory=MonocularConstants)
     measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
     sizes: SizeConstants = field(default_factory=SizeConstants)
     feet: FootConstants = field(default_factory=FootConstants)

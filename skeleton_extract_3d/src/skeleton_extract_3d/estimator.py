@@ -33,7 +33,7 @@ class Estimate:
             points do not confirm.
         timing: seconds by stage, see `STAGES`.
         unplaced: other people in the image, without ids, where there is no depth that could confirm them.
-        points: summary of the points.
+        points: summary of the points; None: there are none.
         doubts: likely faults of image and points.
         ids: (P,) of the tracks of the P detections that `update` was given, reported or not; -1: none.
     """
@@ -53,8 +53,8 @@ class Estimate:
 
     @property
     def hidden(self) -> np.ndarray:
-        """Which joints of `people_2d` are INFERRED, (P, K) bool."""
-        return self.people.status[:len(self.people_2d)] == INFERRED
+        """Which joints of `people_2d` are INFERRED where points would show them, (P, K) bool."""
+        return (self.people.status[:len(self.people_2d)] == INFERRED) & (self.points is not None)
 
 
 def _unnamed(people: People2D) -> People2D:
@@ -104,12 +104,15 @@ class PeopleEstimator:
             return None
 
     @np.errstate(invalid='ignore')  # what is missing is NaN, in every step
-    def update(self, people_2d: People2D, frame: Frame, missed: Optional[np.ndarray] = None) -> Estimate:
+    def update(self, people_2d: People2D, frame: Frame, missed: Optional[np.ndarray] = None,
+               worlds: Optional[np.ndarray] = None) -> Estimate:
         """Return the people of a frame.
 
         Args:
             people_2d: detections [px of the image]; ids are those of the tracks that expected them.
             missed: (M,) ids of tracks that were looked at and not found; None: all that have no detection.
+            worlds: bodies of the detections, of a frame without depth, see `lift.monocular`; None: their sizes in the
+                image place them.
 
         Raises:
             BadInputError: see `check_points`.
@@ -120,15 +123,15 @@ class PeopleEstimator:
         present = np.flatnonzero(people_2d.present.any(axis=1))
         # from here on, the number of the detection stands in place of its id
         people_2d = replace(people_2d.select(present), ids=present)
-        summary = summarize(frame.grid, method.plausibility)
-        if frame.bgr is not None:
+        summary = None if frame.is_monocular else summarize(frame.grid, method.plausibility)
+        if summary is not None and frame.bgr is not None:
             self._still = stillness(self._still, summary, frame.bgr, method.plausibility)
         camera = None
-        if self._settings.needs_camera:
+        if self._settings.needs_camera or frame.is_monocular:
             camera = frame.grid.camera_model() or self._camera_of((frame.grid.width, frame.grid.height))
-        has_depth = summary.doubt is None
+        has_depth = summary is None or summary.doubt is None
         if camera is not None:
-            looks = LookedAt(given, None if missed is None else np.append(missed, given))
+            looks = LookedAt(given, None if missed is None else np.append(missed, given), worlds)
             tracked = self._tracker.update(people_2d, looks, frame, camera, has_depth)
             if has_depth:
                 self._camera, self._agreement = camera, self._agreement.with_frame(tracked.observed, method)
@@ -141,6 +144,8 @@ class PeopleEstimator:
         else:
             estimate = Estimate(People3D.empty(people_2d.skeleton), People2D.empty(people_2d.skeleton),
                                 unplaced=_unnamed(people_2d), ids=np.full(len(given), -1))
+        if summary is None:
+            return estimate
         doubts = (summary.doubt, self._still and self._still.doubt(method.plausibility), self._agreement.doubt(method))
         return replace(estimate, points=summary, doubts=tuple(doubt for doubt in doubts if doubt))
 

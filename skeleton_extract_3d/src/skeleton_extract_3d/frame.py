@@ -5,6 +5,7 @@ from typing import Any, Hashable, NamedTuple, Optional, Tuple, TypeVar
 import numpy as np
 
 from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import NoDepth
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform
 
@@ -19,7 +20,8 @@ class Frame:
         camera: names the camera, as the frame_id of its points does: people are tracked for each camera alone.
         stamp: of the points, or of the image where there are none [s]; 0 or less: the frame has no history.
         bgr: (H, W, 3) uint8, the image; None: people are told apart without the colours of their clothes.
-        points: organized cloud or depth image of the same view; None: no joint has a place in space.
+        points: organized cloud or depth image of the same view; `NoDepth`: people are placed in space by the image and
+            its camera alone; None: no joint has a place in space.
         tracking_from_points: from the frame of the points to one in which the room stands still, in every frame; None:
             the camera does not move.
         floor: (4,) plane of the floor in the frame of the points: unit normal that points up, and height of the camera
@@ -53,6 +55,11 @@ class Frame:
     def image(self) -> np.ndarray:
         """(H, W, 3) uint8 BGR; ValueError where the frame has none."""
         return _given(self.bgr, 'image')
+
+    @property
+    def is_monocular(self) -> bool:
+        """Whether people are placed in space by the image and its camera alone."""
+        return isinstance(self.points, NoDepth)
 
     @property
     def grid(self) -> PointGrid:

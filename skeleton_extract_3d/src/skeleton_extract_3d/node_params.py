@@ -31,15 +31,16 @@ class ExtractorParams(Parameters):
     rotate_image: int = parameter(0, ROTATE_DOC, unit='degrees', choices=(0, 90, 180, 270))
     points_source: str = parameter(
         'auto', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
-                '~camera_info; auto: as the camera says, point_cloud without one.',
-        choices=('auto', 'point_cloud', 'depth_image'))
+                '~camera_info; none: a camera without depth, people are placed by the image and ~camera_info alone; '
+                'auto: as the camera says, point_cloud without one.',
+        choices=('auto', 'point_cloud', 'depth_image', 'none'))
     depth_transport: str = parameter(
         'auto', "With depth_image: 'compressedDepth' or 'compressed' subscribes to <depth topic>/compressedDepth or "
                 'compressed, as image_transport publishes them as PNG; auto: as the camera says, raw without one.',
         choices=('auto', 'raw', 'compressed', 'compressedDepth'))
     rectified: str = parameter(
-        'auto', 'With depth_image: true: the images are rectified, so use P of the camera info and no distortion; '
-                'auto: as the camera says, false without one.', choices=('auto', 'true', 'false'))
+        'auto', 'With depth_image and none: true: the images are rectified, so use P of the camera info and no '
+                'distortion; auto: as the camera says, false without one.', choices=('auto', 'true', 'false'))
     pose_model: str = parameter(
         'auto', 'pose_model of the detection service; names the joints. COCO: without toes and heels.')
     target_frame: str = parameter('', 'Frame of the published joints; empty: the frame of the cloud.')
@@ -52,7 +53,8 @@ class ExtractorParams(Parameters):
     use_floor: bool = parameter(
         False, 'Subscribe to the plane of the floor on ~floor (pcl_msgs/ModelCoefficients in the frame of the cloud, '
                'as the node floor publishes it): hidden feet of standing people are on it, and no inferred foot '
-               'lies below it. Without a plane of the last 2 s, as if false.')
+               'lies below it. Without a plane of the last 2 s, as if false. With points_source none and a '
+               'tracking_frame its z = 0 is the floor; feet on it tell how large and how far people are.')
     publish_tf: bool = parameter(
         False, 'Publish each joint that is measured or inferred as a frame person_<person_ID>/<joint> on /tf: parent '
                'is the frame of the published joints, x points along the limb to the next joint, the stamp is that of '

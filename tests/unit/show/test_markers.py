@@ -1,5 +1,7 @@
 """Markers: finite points only, inferred apart from measured ones, deletes for people who left, a lifetime that outlasts
 the frame period."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -129,8 +131,9 @@ def test_the_label_stands_above_the_head_in_any_frame(turn):
     label = shown(people_markers(people({31: turned}), MarkerParams(label=True)))['label']
     assert (label.id, label.kind, label.text) == (31, 'text', '31')
     np.testing.assert_allclose(label.points, [np.dot(turn, (0, -0.6 - 0.3, 2.9))], atol=1e-6)
-    hidden = people_markers(people({31: turned}, inferred=list(UPRIGHT)), MarkerParams(label=True))
-    assert shown(hidden)['label'].text == '31 (hidden)'
+    inferred = people({31: turned}, inferred=list(UPRIGHT))
+    for person, text in ((inferred, '31'), (replace(inferred, confidence=np.zeros((1, K))), '31 (hidden)')):
+        assert shown(people_markers(person, MarkerParams(label=True)))['label'].text == text
 
 
 @pytest.mark.parametrize('rate, expected', [(30, 0.15), (15, 0.2), (5, 0.6)])

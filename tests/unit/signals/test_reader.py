@@ -7,7 +7,7 @@ import pytest
 from animated_skeleton import LYING, STANDING, UP, Limb, Pose, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_signals.reader import SignalReader
-from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
 LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
@@ -108,3 +108,15 @@ def test_joints_are_read_by_their_names_also_with_unknown_errors(skeleton, sigma
     status = np.where(np.isfinite(xyz[..., 0]), MEASURED, MISSING)
     person, = read_again(People3D(skeleton, xyz, status, status, np.where(status, sigma, np.nan), [1]))
     assert person.posture.name == 'standing' and person.gesture('raise_hand')
+
+
+def test_people_whose_joints_are_all_inferred_do_what_their_keypoints_say():
+    xyz = np.array([joints_of(RAISED)])
+    told, far = np.ones(xyz.shape[:2]), np.full(xyz.shape[:2], 0.4)  # sigma of a person at an unsure distance
+    person, = read_again(People3D(COCO_18, xyz, told, np.full(told.shape, INFERRED), far, [1]))
+    assert person.posture.name == 'standing' and person.gesture('raise_hand')
+    far[:, COCO_18.index['right_wrist']] = 0.6  # and a joint that is unsure against the others
+    person, = read_again(People3D(COCO_18, xyz, told, np.full(told.shape, INFERRED), far, [1]))
+    assert person.posture.name == 'standing' and not person.gesture('raise_hand')
+    person, = read_again(People3D(COCO_18, xyz, 0 * told, np.full(told.shape, INFERRED), far, [1]))
+    assert person.posture.name == 'unknown'  # hidden altogether

@@ -56,8 +56,8 @@ class SignalReader:
                         if stamp - person.stamp <= self._constants.person.gap}
         people = replace(people, ids=distinct_ids(people.ids))
         present = []
-        for name, seen in zip(people.ids.tolist(),
-                              _observations(people, joints_of(people), landmarks or Landmarks3D.empty())):
+        joints = joints_of(people, self._constants.person)
+        for name, seen in zip(people.ids.tolist(), _observations(people, joints, landmarks or Landmarks3D.empty())):
             if name not in self._people:
                 self._people[name] = Person(stamp, self._constants)
             person = self._people[name]

@@ -49,8 +49,8 @@ def find_camera(name: str, ns: str, dimensions: int, within: str = '') -> Camera
         return _wait_for_camera(ns or within, dimensions)
     preset = find_preset(name)
     if preset.dimensions < dimensions:
-        raise ParameterError(f"parameter 'camera' = {name!r} has no depth: points:=none, or openpose_ros_node, finds "
-                             'people in its images', 'camera')
+        raise ParameterError(f"parameter 'camera' = {name!r} has no depth: points_source:=none places people by "
+                             'its images alone, openpose_ros_node finds them in these', 'camera')
     return Camera(preset, ns or preset.ns)
 
 

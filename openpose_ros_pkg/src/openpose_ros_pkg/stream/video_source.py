@@ -32,6 +32,7 @@ class VideoSource:
     Attributes:
         live: True for a webcam: it paces itself, and ends only when unplugged.
         rate: frames per second that the source names itself, or None.
+        count: number of images that it names; 0: not known.
 
     Raises:
         BadInputError: there is no such source, OpenCV can not open it, or its images are too large.
@@ -40,6 +41,7 @@ class VideoSource:
     def __init__(self, source: str, width: int = 0, height: int = 0, most: float = MOST_MEGAPIXELS) -> None:
         self.live = source.isdigit()
         self.rate: Optional[float] = None
+        self.count = 0
         self._source, self._most = source, most
         self._files = []
         if not self.live and Path(source).is_dir():
@@ -55,6 +57,7 @@ class VideoSource:
             capture.set(cv2.CAP_PROP_FRAME_WIDTH, width)
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
         self.rate = capture.get(cv2.CAP_PROP_FPS) or None
+        self.count = max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         self._capture = capture
 
     def frames(self, loop: bool = False, skip: Optional[Callable[[BadInputError], object]] = None

@@ -140,17 +140,17 @@ class BodyConstants:
     @cached_property
     def surface_offsets(self) -> np.ndarray:
         """(18,) `under_skin` of all joints [m]."""
-        return _by_joint(self.under_skin)
+        return by_joint(self.under_skin)
 
     @cached_property
     def thicknesses(self) -> np.ndarray:
         """(18,) `thickness` of all joints [m]."""
-        return _by_joint(self.thickness)
+        return by_joint(self.thickness)
 
     @cached_property
     def accelerations(self) -> np.ndarray:
         """(18,) `relative_acceleration` of all joints."""
-        return _by_joint(self.relative_acceleration)
+        return by_joint(self.relative_acceleration)
 
     @cached_property
     def sized_bones(self) -> BetweenJoints:
@@ -196,7 +196,7 @@ class BodyConstants:
         return covers
 
 
-def _by_joint(values: ByJoint) -> np.ndarray:
+def by_joint(values: ByJoint) -> np.ndarray:
     """Return values that are given without the side for all joints, (18,)."""
     by_name = dict(values)
     return np.array([by_name[name.replace('left_', '').replace('right_', '')] for name in JOINTS])

@@ -49,6 +49,13 @@ def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray
     return unknown + (method.sizes.known - unknown) * share
 
 
+def with_stature(sizes: Sizes, stature: np.ndarray, known: np.ndarray, method: MethodConstants = METHOD) -> Sizes:
+    """Return the sizes with the statures (N,) [m] of one more frame where these are known, (N,) bool."""
+    weight = np.where(known, np.minimum(sizes.stature_weight + 1, method.sizes.most_frames), sizes.stature_weight)
+    return sizes._replace(stature=np.where(known, sizes.stature + (stature - sizes.stature) / np.maximum(weight, 1),
+                                           sizes.stature), stature_weight=weight)
+
+
 def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD
           ) -> Sizes:
     """Return the sizes with the measured joints (N, 18) of one more frame; compiled (bones.cpp).

@@ -6,6 +6,9 @@ from typing import Tuple
 import numpy as np
 
 from openpose_ros_pkg.params.constants import constant
+from skeleton_extract_3d.body.body import by_joint
+
+_WORLDS = 'BlazePose full on the rays of keypoints in rendered scenes with known joints'
 
 
 @dataclass(frozen=True)
@@ -159,6 +162,33 @@ class MeasuringConstants:
     longest: float = constant(1.45, 'So has a bone above this share of its length and the error of keypoints.',
                               unit='share')
     folded: float = constant(0.45, 'A limb below this share of its length is folded.', unit='share')
+
+
+@dataclass(frozen=True, eq=False)
+class MonocularConstants:
+    """People in space by one image, see `lift.monocular`."""
+
+    scale: float = constant(1.035, "Size of an adult of mean stature, by that of the network's bodies.", source=_WORLDS)
+    least_joints: int = constant(5, 'Keypoints that a person needs to be placed by the body.', source='chosen')
+    least_depth: float = constant(0.2, 'A body of which a joint is nearer is not placed.', unit='m', source='chosen')
+    iterations: int = constant(4, 'Rounds of the weights of the joints.')
+    outlier: float = constant(0.06, 'Distance from its ray at which a joint counts a quarter (Geman-McClure).',
+                              unit='m')
+    depth_errors: Tuple[Tuple[str, float], ...] = constant(
+        (('nose', 0.07), ('eye', 0.07), ('ear', 0.07), ('neck', 0.05), ('shoulder', 0.06), ('elbow', 0.09),
+         ('wrist', 0.14), ('hip', 0.03), ('knee', 0.07), ('ankle', 0.10)),
+        "Depth of an adult's joint from the middle of the hips.", unit='m', source=_WORLDS)
+    fit_error: float = constant(0.03, 'Error of the distance of a person of known stature.', unit='share',
+                                source=_WORLDS)
+    ankle_score: float = constant(0.5, 'Score of an ankle that stands on the floor.')
+    border: float = constant(0.10, 'An ankle that is as near to the border of the image may be outside.', unit='m')
+    ankle_error: float = constant(0.10, 'Error of its depth.', unit='m', source=_WORLDS)
+    floor_error: float = constant(0.03, 'Error of its height above the floor, with that of its keypoint.', unit='m')
+
+    @cached_property
+    def sigmas(self) -> np.ndarray:
+        """(18,) `depth_errors` of all joints [m]."""
+        return by_joint(self.depth_errors)
 
 
 @dataclass(frozen=True)

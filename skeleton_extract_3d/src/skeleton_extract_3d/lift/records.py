@@ -128,6 +128,9 @@ class Lifted(NamedTuple):
         left: (P, 3) unit vectors.
         root: (P,) depth of the trunk [m].
         stature: (P,) by which the bones were scaled [m].
+        distance_error: (P,) standard deviation of the distance of all joints together by the size of the person, of
+            people without a measured joint [m].
+        sized: (P,) bool: the floor tells the stature.
         candidates: (P, 13, 45) float32 min-marginals (-2 log likelihood) of the depths `root + CostConstants.deltas` of
             the thirteen places: `body.CHAINS`, and the middle of the ears.
     """
@@ -139,6 +142,8 @@ class Lifted(NamedTuple):
     left: np.ndarray
     root: np.ndarray
     stature: np.ndarray
+    distance_error: np.ndarray
+    sized: np.ndarray
     candidates: np.ndarray
 
     def select(self, indices: np.ndarray) -> 'Lifted':

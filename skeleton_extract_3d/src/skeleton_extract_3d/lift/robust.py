@@ -63,7 +63,10 @@ def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expecta
     xyz, measured, plausible = method.compiled.measure(
         (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign,
         lengths[:, :8])
-    return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, candidates)
+    distance_error = method.body.stature_spread * root
+    sigma = np.where(measured.any(axis=1)[:, None], sigma, np.maximum(sigma, distance_error[:, None]))
+    return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, distance_error,
+                  np.zeros(len(root), bool), candidates)
 
 
 def bones_of(lengths: np.ndarray, spread: np.ndarray, constants: InferenceConstants = METHOD.inference

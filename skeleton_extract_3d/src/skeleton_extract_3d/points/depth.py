@@ -82,6 +82,17 @@ class DepthImage(PointGrid):
         return rays.reshape(*z.shape, 3) * z[..., None]
 
 
+class NoDepth(DepthImage):
+    """The pixels of a camera without depth: every point is missing.
+
+    Args:
+        camera: of the image.
+    """
+
+    def __init__(self, camera: CameraModel) -> None:
+        super().__init__(np.broadcast_to(np.float32(np.nan), (camera.height, camera.width)), camera)
+
+
 def registered(points: PointGrid, camera: CameraModel, pose: Transform) -> DepthImage:
     """Return the depth that a camera sees of the points of another one; of several in a pixel the nearest.
 

@@ -27,7 +27,8 @@ def settle_camera(settings: ExtractorSettings, within: str = '') -> ExtractorSet
         ParameterError: there is no such camera, or it has no depth.
     """
     params, transport = settings.extractor, settings.transport.image_transport
-    preset, ns = (find_camera(params.camera, params.camera_ns, 3, within) if params.camera else
+    dimensions = 2 if params.points_source == 'none' else 3
+    preset, ns = (find_camera(params.camera, params.camera_ns, dimensions, within) if params.camera else
                   Camera(CameraPreset('', ''), params.camera_ns))
 
     def settled(given: str, of_camera: str) -> str:
@@ -53,7 +54,7 @@ def input_topics(params: ExtractorParams, one_of_several: str) -> InputTopics:
     camera = Camera(find_preset(params.camera), None if one_of_several else params.camera_ns)
     privates = InputTopics()[:4]
     topics = InputTopics(*(camera.topic(role, private) for role, private in zip(InputTopics._fields, privates)))
-    used = topics.image, topics.points if params.points_source == 'point_cloud' else topics.depth
+    used = topics.image, {'point_cloud': topics.points, 'depth_image': topics.depth}.get(params.points_source, '')
     is_given = any(topic.startswith('~') for topic in used)
     return topics if is_given else topics._replace(
         driver_line=camera.preset.driver_line(one_of_several or params.camera_ns))

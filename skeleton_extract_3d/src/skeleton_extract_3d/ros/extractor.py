@@ -11,8 +11,9 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.detect.detection import Detection, ImageFrame, NextPart
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, create_body_landmarks
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
-from openpose_ros_pkg.networks.backends import LiveBackendParams
+from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.models import joint_set
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -39,7 +40,7 @@ from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.chain import IMAGE_TRACKING, PeopleChain, Result
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
+from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorParams, ExtractorSettings
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.camera_inputs import input_topics, settle_camera
@@ -81,6 +82,7 @@ class Networks(NamedTuple):
     target_rate: float = 0.0  # of the images [Hz]; 0: none
     camera: str = ''  # namespace of the camera, which tells those apart that share the detection
     tracking: TrackingParams = IMAGE_TRACKING  # in images, where people are not tracked in space
+    bodies: Optional[BodyLandmarkNetwork] = None  # places people of images without depth
 
 
 class Extractor:
@@ -101,8 +103,10 @@ class Extractor:
         self._params, self._networks = settings.extractor, networks
         self._max_megapixels = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
-        self._last_report, self._skipped = -float('inf'), 0  # skipped: pairs that a newer one replaced
-        self._chain = PeopleChain(networks.detection, settings.estimator, networks.landmarks, networks.tracking)
+        self._last_report = -float('inf')
+        self._received = self._skipped = 0  # images; pairs that a newer one replaced
+        self._chain = PeopleChain(networks.detection, settings.estimator, networks.landmarks, networks.tracking,
+                                  networks.bodies)
         self._chain.warm_up()
         frames = self._params.target_frame or self._params.tracking_frame
         lookup = Transforms(self._params.tf_timeout).lookup if frames else None
@@ -123,31 +127,43 @@ class Extractor:
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
         topics = input_topics(self._params, self._networks.camera)
         self._camera_info = CameraInfoPublisher(NAMESPACE, topics.camera_info, self._health, self._demand,
-                                                needed=self._params.points_source == 'depth_image')
+                                                needed=self._params.points_source != 'point_cloud')
         self._camera_info.degrees = self._params.rotate_image
         images = image_subscriber(self._demand.resolve(topics.image), transport.image_transport)
-        if self._params.points_source == 'point_cloud':
+        if self._params.points_source == 'none':
+            points = images
+        elif self._params.points_source == 'point_cloud':
             points = InputSubscriber(self._demand.resolve(topics.points), PointCloud2)
         else:
             points = image_subscriber(self._demand.resolve(topics.depth), self._params.depth_transport)
         images.start = points.start = self._camera_info.input.start = topics.driver_line
-        self._synchronizer = StampSynchronizer((images, points), pairing, self._health)
-        self._synchronizer.registerCallback(self._submit)
-        self._synchronizer.watch_pairs(self._demand.watch, (images, points), '{}:={}')
-        self._health.show(lambda: {'images received': str(self._synchronizer.received[0])})
-        self._floor = FloorInput(self._demand.resolve('~floor')) if self._params.use_floor else None
-        self._demand.read(self._camera_info.input, images, points, *([self._floor.input] if self._floor else []))
+        if points is images:
+            images.registerCallback(lambda image: self._submit(image, image))
+        else:
+            synchronizer = StampSynchronizer((images, points), pairing, self._health)
+            synchronizer.registerCallback(self._submit)
+            synchronizer.watch_pairs(self._demand.watch, (images, points), '{}:={}')
+        images.registerCallback(self._count)
+        self._health.show(lambda: {'images received': str(self._received)})
+        by_tf = points is images and self._params.tracking_frame
+        self._floor = FloorInput(self._demand.resolve('~floor')) if self._params.use_floor and not by_tf else None
+        of_floor = [self._floor.input] if self._floor else []
+        self._demand.read(self._camera_info.input, *dict.fromkeys((images, points)), *of_floor)
 
     def describe(self, estimator: EstimatorSettings) -> Dict[str, str]:
         """Return what is at work, for `introduce`."""
         params = self._params
+        points = 'images alone' if params.points_source == 'none' else params.points_source
         switches = {'occlusion': estimator.occlusion.occlusion, 'tracking': estimator.identity.tracking,
                     'smoothing': estimator.smoothing.smoothing}
         return {'detection': f'by {self._networks.name}, joints {self._chain.skeleton.name}',
-                'lifting': ', '.join([f'{estimator.lifting.lifting} from {params.points_source}',
+                'lifting': ', '.join([f'{estimator.lifting.lifting} from {points}',
                                       *(f'{name} {"on" if on else "off"}' for name, on in switches.items())]),
                 'frames': f'joints in {params.target_frame or "the frame of the points"}, people followed in '
                           f'{params.tracking_frame or "the frame of the points"}'}
+
+    def _count(self, image: AnyImage) -> None:
+        self._received += not image.header.stamp.is_zero()
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
         pair = _Pair(time.monotonic(), image, points)
@@ -171,7 +187,7 @@ class Extractor:
         def located(frame: Frame) -> Frame:
             clock.lap('detection')
             frame = replace(frame, tracking_from_points=self._transforms.tracking_from_points(header),
-                            floor=self._floor.at(header) if self._floor else None)
+                            floor=self._floor.at(header) if self._floor else self._transforms.floor(header))
             clock.lap('locate')
             return frame
 
@@ -186,7 +202,7 @@ class Extractor:
     def _frame(self, image: Image, points: PointsMessage, header: Header) -> Frame:
         """Return the frame of a pair, whose points have a header; BadInputError: a message can not be used."""
         bgr = convert_2d.image_to_bgr(image, self._max_megapixels)
-        if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
+        if self._params.points_source != 'point_cloud' and self._camera_info.newest is None:
             raise BadInputError(f'no camera info yet on {self._camera_info.source}')
         grid = points_from_message(points, self._camera_info.newest, self._params, self._max_megapixels)
         return Frame((self._networks.camera, header.frame_id), header.stamp.to_sec(), bgr, grid,
@@ -236,8 +252,9 @@ class Extractor:
 
     def _report(self, result: Result) -> None:
         points = result.estimate.points
-        self._point_values = {'share of valid points': f'{points.valid:.3f}',
-                           'median depth of the points [m]': f'{points.depth:.3g}'}
+        if points is not None:
+            self._point_values = {'share of valid points': f'{points.valid:.3f}',
+                                  'median depth of the points [m]': f'{points.depth:.3g}'}
         for doubt in result.doubts:
             self._health.warn(doubt.event, doubt.text)
         now = time.monotonic()
@@ -259,6 +276,12 @@ def _camera_of(points: PointGrid, image: Image) -> Optional[CameraInfo]:
         return None  # lifting by window needs no camera
 
 
+def bodies_of(params: ExtractorParams, backend: BackendParams, model_folder: str = '') -> Optional[BodyLandmarkNetwork]:
+    """Return what places people of images without depth; None where there is depth. Errors as `create_body_landmarks`.
+    """
+    return create_body_landmarks(backend, model_folder) if params.points_source == 'none' else None
+
+
 def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     """Return the extractor as a node of its own, and its dynamic_reconfigure server."""
     settings = settle_camera(settings)
@@ -270,7 +293,8 @@ def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     landmarks, loop = create_landmark_detector(settings.landmarks, LiveBackendParams()), FrameLoop(health.frame_failed)
     rospy.on_shutdown(client.end)
     rospy.on_shutdown(loop.stop)  # a thread within a network would end the program with an abort
-    node = Extractor(settings, Networks(detection, client.name, landmarks, loop), health, timing, demand)
+    node = Extractor(settings, Networks(detection, client.name, landmarks, loop, bodies=bodies_of(
+        settings.extractor, LiveBackendParams())), health, timing, demand)
     live = LiveParameters(settings, LIVE_PARAMETERS, lambda new: loop.call(lambda: node.reconfigure(new)))
     introduce(demand.inputs, **node.describe(settings.estimator))
     return node, live

@@ -1,6 +1,7 @@
 """Points of messages, and the frames of reference in which people are tracked and published."""
 from typing import Callable, Optional, Tuple, TypeVar, Union
 
+import numpy as np
 from genpy import Time
 from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
@@ -12,6 +13,7 @@ from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.depth import NoDepth
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import (
     IDENTITY,
@@ -28,23 +30,27 @@ Found = TypeVar('Found', People3D, Landmarks3D)
 
 def points_from_message(message: PointsMessage, info: Optional[CameraInfo], params: ExtractorParams,
                         most: float = MOST_MEGAPIXELS) -> PointGrid:
-    """Return a view of the points of a message: a cloud or a depth image, as `points_source` says.
+    """Return a view of the points of a message: a cloud, a depth image, or an image without depth, as `points_source`
+    says.
 
     Args:
-        info: of the depth image; None with a cloud, and where none has come.
+        info: of the depth image, or the image; None with a cloud, and where none has come.
         most: megapixels of a message.
 
     Raises:
         BadInputError: it can not be used; see `convert`.
     """
     degrees = params.rotate_image
+    if params.points_source != 'point_cloud' and info is None:
+        raise BadInputError('no camera info came before the image')
+    if params.points_source == 'none':
+        return NoDepth(convert.camera_from_message(convert_2d.turned_info(info, degrees) if degrees else info,
+                                                   params.rectified == 'true'))
     if message._type == CompressedImage._type:
         message = convert_2d.compressed_depth_to_image(message, most)
-    if params.points_source != 'depth_image':
+    if params.points_source == 'point_cloud':
         cloud = convert.cloud_from_message(message)
         points: PointGrid = cloud.turned(degrees) if degrees else cloud
-    elif info is None:
-        raise BadInputError('no camera info came before the depth image')
     else:
         if degrees:
             message, info = convert_2d.turned_image(message, degrees), convert_2d.turned_info(info, degrees)
@@ -71,6 +77,12 @@ class FrameTransforms:
     def tracking_from_points(self, header: Header) -> Optional[Transform]:
         """Return what takes the points of a message to `tracking_frame`; None: none is named; NoTransformError."""
         return self._transform_to(self._params.tracking_frame, header)
+
+    def floor(self, header: Header) -> Optional[np.ndarray]:
+        """Return the floor before a camera without depth, see `Frame`: z = 0 of `tracking_frame`, with `use_floor`."""
+        is_wanted = self._params.use_floor and self._params.points_source == 'none'
+        pose = self.tracking_from_points(header) if is_wanted else None
+        return None if pose is None else np.append(pose[0][2], pose[1][2])
 
     def in_target_frame(self, found: Found, header: Header) -> Tuple[Found, Header]:
         """Return people, or hands and faces, as they are published, and their header; raises NoTransformError."""

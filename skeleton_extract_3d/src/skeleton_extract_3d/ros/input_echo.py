@@ -44,7 +44,7 @@ class InputEcho:
         frame, message, header = submitted
         if self._image_publisher.get_num_connections() > 0:
             self._image_publisher.publish(frame.source)
-        if self._cloud_publisher.get_num_connections() > 0:
+        if self._cloud_publisher.get_num_connections() > 0 and not frame.is_monocular:
             self._cloud_publisher.publish(self._cloud(frame, message, header))
 
     def _cloud(self, frame: Frame, message: PointsMessage, header: Header) -> PointCloud2:

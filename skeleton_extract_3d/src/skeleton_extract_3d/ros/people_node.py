@@ -17,7 +17,7 @@ from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, PeopleSettings
 from skeleton_extract_3d.ros.camera_inputs import settle_camera
-from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor, Networks
+from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor, Networks, bodies_of
 
 # Service of the detection, as that of openpose_ros_node_3d.
 SERVICE = 'detect_poses_3d'
@@ -52,6 +52,7 @@ class PeopleNode:
         requests = TimingReport(DETECTION_STAGES, result='total', topic='~detection/timing')
         self._service = DetectionService(SERVICE, NAMESPACE, detection, health, requests, demand)
         self._service.warm_up()
+        self._bodies = bodies_of(extraction.extractor, networks.backend, networks.detector.model_folder)
         self._extractors: List[Extractor] = []
         inputs: List[InputSubscriber] = []
         for camera in cameras:
@@ -75,7 +76,7 @@ class PeopleNode:
                                             self._service.whole_body)
         service = self._service
         networks = Networks(service.detection, service.name, detector, service.loop, service.output,
-                            params.detector.target_rate, camera.strip('/'), settings.detection.tracking)
+                            params.detector.target_rate, camera.strip('/'), settings.detection.tracking, self._bodies)
         return Extractor(settings.extraction, networks, health, timing, demand)
 
     def _reconfigure(self, settings: PeopleSettings) -> None:

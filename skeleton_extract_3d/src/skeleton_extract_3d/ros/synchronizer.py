@@ -29,7 +29,6 @@ class StampSynchronizer(message_filters.SimpleFilter):
         names: what /diagnostics calls messages of each input that found no partner.
 
     Attributes:
-        received: messages with a stamp that came on each input.
         pairs: number of pairs that were found.
     """
 
@@ -40,7 +39,7 @@ class StampSynchronizer(message_filters.SimpleFilter):
         self._lock = threading.Lock()
         self._unpaired_events = [f'{name} without a partner' for name in names]
         self._health = health or Health()
-        self.received, self.pairs = [0, 0], 0
+        self.pairs = 0
         self._arrivals = [-math.inf, -math.inf]  # newest message of each input since the last pair
         self._unpaired_since = math.inf
         self.connectInput(inputs)
@@ -77,7 +76,6 @@ class StampSynchronizer(message_filters.SimpleFilter):
             before = (matcher.resets, matcher.out_of_order, *matcher.unpaired)
             pair = matcher.add(stream, stamp.to_nsec(), message)
             after = (matcher.resets, matcher.out_of_order, *matcher.unpaired)
-            self.received[stream] += 1
             self.pairs += pair is not None
             self._note_arrival(stream, pair is not None)
         jumped, stale, *unpaired = (now - then for now, then in zip(after, before))

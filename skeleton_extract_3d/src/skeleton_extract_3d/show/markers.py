@@ -56,7 +56,7 @@ class MarkerParams(Parameters):
         False, 'Each person has a colour of its own, by id, as in the annotated image. Only the opacity of the colours '
                'above counts then.')
     label: bool = parameter(
-        False, "Write each person's id above the head, with '(hidden)' when no joint is MEASURED.")
+        False, "Write each person's id above the head, with '(hidden)' when no joint has a keypoint.")
     lifetime: float = parameter(
         0.15, 'Markers vanish when no frame has come for this long. At a low frame rate it grows to three frame '
               'periods, so that they do not flicker.', unit='s', minimum=0.01, maximum=60.0)
@@ -138,7 +138,8 @@ class ShownMarkers:
 def people_markers(people: People3D, params: MarkerParams) -> List[MarkerSpec]:
     """Return the markers of people, some without points: joints, skeleton, both with _inferred, and label if wanted."""
     markers = []
-    for person, xyz, status in zip(distinct_ids(people.ids).tolist(), people.xyz, people.status):
+    for person, xyz, status, score in zip(distinct_ids(people.ids).tolist(), people.xyz, people.status,
+                                          people.confidence):
         solid, dashed = _limb_lines(people.skeleton, xyz, status, DASH)
         markers += [MarkerSpec(ns, person, 'add', 'sphere_list', xyz[status == value], params.joint_scale,
                                params.rgba('joint', person, value == INFERRED))
@@ -148,7 +149,7 @@ def people_markers(people: People3D, params: MarkerParams) -> List[MarkerSpec]:
                     for ns, lines in zip(LIMB_NAMESPACES, (solid, dashed))]
         if params.label:
             rgb = person_rgb(person) if params.colour_by_person else (1.0, 1.0, 1.0)
-            text = str(person) if (status == MEASURED).any() else f'{person} (hidden)'
+            text = str(person) if score.any() else f'{person} (hidden)'
             markers.append(MarkerSpec('label', person, 'add', 'text', _label_position(people.skeleton, xyz),
                                       _LABEL_SCALE, (*rgb, 1.0), text))
     return markers

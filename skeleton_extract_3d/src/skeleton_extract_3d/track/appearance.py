@@ -10,6 +10,7 @@ from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.lift.records import ObservedPeople
+from skeleton_extract_3d.points.depth import NoDepth
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.track.constants import AppearanceConstants
 
@@ -60,13 +61,15 @@ class Clothes(NamedTuple):
 
 def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray],
                     method: MethodConstants = METHOD) -> Clothes:
-    """Return the colours of clothes in an image (H, W, 3) uint8 or None, where the surface is near the trunk's."""
+    """Return the colours of clothes in an image (H, W, 3) uint8 or None, where the surface is near the trunk's; without
+    depth wherever they should be.
+    """
     if bgr is None or not len(observed):
         return Clothes.unknown(len(observed))
     pixels = clothes_pixels(np.where(observed.scores[..., None] >= method.sizes.least_score, observed.uv, np.nan))
     depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
     trunk = surfaces.lower_median(observed.samples[:, _CHEST].reshape(len(observed), -1))
-    usable = np.abs(depths - trunk[:, None]) < method.trunk.reach
+    usable = (np.abs(depths - trunk[:, None]) < method.trunk.reach) | isinstance(points, NoDepth)
     return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), observed.image_size), usable)
 
 

@@ -59,10 +59,11 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
         seen=np.where(trusted, stamp, tracks.seen), last_seen=np.full(len(tracks), stamp),
         left=lifted.left,
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), constants),
-        sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),
-        clothes=tracks.clothes.learnt(people.clothes, sure, method.sizes))
+        sizes=measures.with_stature(measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),
+                                    lifted.stature, lifted.sized, method),
+        clothes=tracks.clothes.learnt(people.clothes, sure | np.isnan(observed.samples).all(axis=(1, 2)), method.sizes))
     sigma = np.sqrt(errors + method.inference.keypoint_error ** 2)  # no filter takes the errors of the model away
-    sigma = np.maximum(sigma, people.size_error(method.body.stature_spread))
+    sigma = np.hypot(sigma, people.size_error)
     return Completion(tracks, trusted, trusted, sigma)
 
 
@@ -73,7 +74,7 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     across = constants.across + constants.across_by_score * (1 - np.minimum(observed.scores, 1.0)) ** 2
     across = np.hypot(across + np.where(lifted.measured, 0.0, method.inference.keypoint_error), observed.error)
     along = np.where(lifted.measured, constants.along, np.maximum(lifted.sigma, constants.along))
-    covariance = along_rays(observed.rays, across, np.maximum(along, people.size_error(method.body.stature_spread)))
+    covariance = along_rays(observed.rays, across, along)
     xyz = lifted.xyz
     if bones:
         xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes, method),

@@ -13,6 +13,7 @@ from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.lifting import make_lifting
+from skeleton_extract_3d.lift.monocular import lift_bodies
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -51,12 +52,13 @@ class TrackedPeople(NamedTuple):
 
 
 class LookedAt(NamedTuple):
-    """What was looked at in a frame: ids (P,) that came with the detections, and ids of the tracks that were looked at;
-    None: all were.
+    """What was looked at in a frame: ids (P,) that came with the detections, ids of the tracks that were looked at,
+    None: all were; and bodies of the detections (P, 18, 3), see `lift.monocular`.
     """
 
     given: np.ndarray
     looked: Optional[np.ndarray]
+    worlds: Optional[np.ndarray] = None
 
     def of(self, tracks: Tracks) -> np.ndarray:
         """Return which tracks were looked at, (T,) bool."""
@@ -111,9 +113,13 @@ class PeopleTracker:
         clock.lap('identity')
         all_observed = observed
         if not has_depth:
-            unplaced, known = observed.people_2d.select(np.flatnonzero(row < 0)), np.flatnonzero(row >= 0)
-            row, observed, clothes = row[known], observed.select(known), clothes.select(known)
-        lifted = self._lift(observed, view.points, expect(expected, row, method))
+            unplaced, placed = observed.people_2d.select(np.flatnonzero(row < 0)), np.flatnonzero(row >= 0)
+            row, observed, clothes = row[placed], observed.select(placed), clothes.select(placed)
+        known = expect(expected, row, method)
+        lifted = self._lift(observed, view.points, known)
+        if looks.worlds is not None:
+            worlds = looks.worlds[observed.people_2d.ids]
+            lifted = lift_bodies(lifted, observed, worlds, known, view, method)
         lifted = lifted._replace(measured=lifted.measured & ~observed.unseen)
         clock.lap('lift')
         people = Observations(row, observed, clothes, lifted)

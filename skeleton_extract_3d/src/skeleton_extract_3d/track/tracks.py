@@ -165,10 +165,11 @@ class Observations(NamedTuple):
         others[self.row[self.row >= 0]] = False
         return others[:count]
 
-    def size_error(self, stature_spread: float) -> np.ndarray:
-        """Return the error of depth of people without a measured joint by the stature, (P, 1) [m]; 0 of others."""
+    @property
+    def size_error(self) -> np.ndarray:
+        """Error of the depth of people without a measured joint by the stature, (P, 1) [m]; 0 of others."""
         lifted = self.lifted
-        return np.where(lifted.measured.any(axis=1), 0.0, stature_spread * lifted.root)[:, None]
+        return np.where(lifted.measured.any(axis=1), 0.0, lifted.distance_error)[:, None]
 
 
 def _selected(value: Any, rows: np.ndarray) -> Any:

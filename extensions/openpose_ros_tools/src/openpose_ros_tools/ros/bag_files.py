@@ -14,8 +14,9 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.ros.topics import TopicFinder
-from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_ros2
+from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_ros2, is_video
 from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, header_of
+from openpose_ros_tools.ros.video_recording import VideoRecording
 
 COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
 """Compressions of bags, as the command line names them."""
@@ -47,13 +48,16 @@ class StampedMessage(NamedTuple):
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[rosbag.Bag]:
-    """Open a bag to read it, or a recording of ROS 2, which is then like a bag.
+    """Open a bag to read it, or a recording of ROS 2 or a video, which is then like a bag.
 
     Raises:
         BadInputError: it is not there, is no bag, or has no index.
     """
     if is_ros2(path):
         yield Ros2Recording(path)
+        return
+    if is_video(path):
+        yield VideoRecording(path)
         return
     try:
         bag = rosbag.Bag(str(path))

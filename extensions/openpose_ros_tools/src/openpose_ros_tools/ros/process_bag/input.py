@@ -50,6 +50,12 @@ class OpenCamera(NamedTuple):
     is_rectified: bool  # by the preset of the camera
     copied: List[str]  # topics
     earlier: Sequence[rosbag.Bag] = ()  # parts that were recorded before
+    is_monocular: bool = False  # people are placed in space by images and their calibration alone
+
+    @property
+    def in_space(self) -> bool:
+        """Whether people have places in space."""
+        return self.topics.in_space or self.is_monocular
 
     @property
     def images(self) -> int:
@@ -76,13 +82,13 @@ class _Part(NamedTuple):
     info: Optional[CameraInfo] = None
 
 
-def open_camera(camera: Input, stack: ExitStack, copied: Sequence[str] = (), prefer_depth: bool = False) -> OpenCamera:
+def open_camera(camera: Input, stack: ExitStack, copied: Sequence[str] = (), points_source: str = 'auto') -> OpenCamera:
     """Open the bag of a camera and find its topics.
 
     Args:
         stack: closes the bags.
         copied: topics that are wanted beside.
-        prefer_depth: whether to take depth images where there are clouds as well.
+        points_source: of `ExtractorParams`: depth_image prefers depth images to clouds, none takes neither.
 
     Raises:
         BadInputError: the bag can not be read, or has not what is wanted.
@@ -97,12 +103,13 @@ def open_camera(camera: Input, stack: ExitStack, copied: Sequence[str] = (), pre
     if not finder.types and namespace:
         raise BadInputError(f"{camera.bag} has no topics in the namespace /{namespace}; it has "
                             f"{', '.join(sorted(types))}")
-    topics, is_rectified = finder.camera(camera.topics, camera.preset, camera.only_2d, prefer_depth,
-                                         bool(camera.camera))
+    is_monocular = points_source == 'none' and not camera.only_2d
+    topics, is_rectified = finder.camera(camera.topics, camera.preset, camera.only_2d or is_monocular,
+                                         points_source == 'depth_image', bool(camera.camera) or is_monocular)
     for topic in (topics.image, topics.points or topics.depth):
         if topic and topic not in types:
             raise BadInputError(f'{camera.bag} has no topic {topic}, which the part before it has')
-    return OpenCamera(bag, topics, is_rectified, copied_topics(bag, copied), earlier)
+    return OpenCamera(bag, topics, is_rectified, copied_topics(bag, copied), earlier, is_monocular)
 
 
 def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
@@ -154,9 +161,9 @@ class FrameReader:
             self.report.alone = self._matcher.unpaired
         self._info: Optional[CameraInfo] = None
         bags = (self._bag, *camera.earlier)
-        if topics.in_space:
-            self._registration = Registration(bags, topics, rectified)
-        if topics.depth:  # holds for the depth images before it as well
+        self._registration = Registration(bags, topics, rectified) if topics.in_space else None
+        self._is_monocular = camera.is_monocular
+        if topics.depth or camera.is_monocular:  # holds for the images before it as well
             self._info = deserialized(first_message(bags, topics.camera_info), CameraInfo)
 
     def __iter__(self) -> Iterator[Union[RecordedFrame, BadInputError, StampedMessage]]:
@@ -187,7 +194,7 @@ class FrameReader:
         is_image = stored.topic == self._topics.image
         part = _Part(message, stored.time, None if is_image else self._info)
         if self._matcher is None:
-            yield self._frame(part)
+            yield self._frame(part, part._replace(info=self._info) if self._is_monocular else None)
         elif not stored.stamp:
             self.report.unusable += 1
         else:
@@ -204,8 +211,9 @@ class FrameReader:
         try:
             bgr = any_image_to_bgr(image.message, self._most)
             if points is not None:
-                grid, points_header = self._registration(self._make_points(points.message, points.info),
-                                                         points.message.header)
+                grid, points_header = self._make_points(points.message, points.info), points.message.header
+                if self._registration is not None:
+                    grid, points_header = self._registration(grid, points_header)
             time = max(part.time for part in (image, points) if part is not None)
             return RecordedFrame(genpy.Time(0, time), image.message.header, bgr, grid, points_header)
         except BadInputError as error:

@@ -9,6 +9,9 @@ same bag and parameters give the same table to the byte.
     rosrun openpose_ros_tools process_bag walk.bag -o out.bag --image /cam/color/image_raw/compressed \\
         --depth /cam/aligned_depth_to_color/image_raw --config skeleton_extract_3d_node.yaml --json keypoints/
     rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap      # ROS 2, for Foxglove and ROS 2
+    rosrun openpose_ros_tools process_bag walk.mp4 -o walk.bag --set points_source=none   # walk.yaml: calibration
+
+With points_source=none, which needs camera info alone, people are placed in space by the images of one camera.
 
 Several bags, or a folder of them, are spread over processes of this machine, or with --scheduler over the workers of a
 cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. In

@@ -105,9 +105,12 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         BadInputError: cameras have no common time or no transforms; further errors as `process`.
     """
     outputs, settings = job.outputs, build_settings(job.settings.values)
-    prefer_depth = settings.extractor.points_source == 'depth_image'
+    points_source = settings.extractor.points_source
+    if points_source == 'none':
+        raise ParameterError("parameter 'points_source' = 'none' is not allowed here: cameras without depth are fused "
+                             'by their rays, with --only-2d', 'points_source')
     with ExitStack() as stack:
-        views = [open_camera(camera, stack, (), prefer_depth) for camera in rig.cameras]
+        views = [open_camera(camera, stack, (), points_source) for camera in rig.cameras]
         copied = {bag: _copied(rig, bag, outputs.copied) for bag in rig.bags}
         _check_common_time(rig, views)
         parts = stack.enter_context(PartFiles())

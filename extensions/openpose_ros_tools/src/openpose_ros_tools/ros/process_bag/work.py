@@ -11,6 +11,7 @@ import numpy as np
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
+from openpose_ros_pkg.landmarks.body_landmarks import create_body_landmarks
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.ros.convert import turned_header
 from openpose_ros_pkg.throttle import Throttle
@@ -59,9 +60,9 @@ def process(job: BagJob, on_frame: OnFrame = lambda done, total: None, networks:
         OSError: a result can not be written.
     """
     camera = job.cameras[0]
-    prefer_depth = build_settings(job.settings.values).extractor.points_source == 'depth_image'
+    points_source = build_settings(job.settings.values).extractor.points_source
     with ExitStack() as stack:
-        view = open_camera(camera, stack, job.outputs.copied, prefer_depth)
+        view = open_camera(camera, stack, job.outputs.copied, points_source)
         parts = stack.enter_context(PartFiles())
         json = job.outputs.json and parts.folder(job.outputs.json, json_names(camera))
         csv = job.outputs.csv and parts.file(job.outputs.csv)
@@ -88,13 +89,17 @@ class Networks:
                                                    params.detector.model_folder, recipe_of(params.detector).whole_body)
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
+        self._bodies = None
+        if self.settings.extractor.points_source == 'none':
+            self._bodies = create_body_landmarks(params.backend, params.detector.model_folder)
         self._detection = settings.create(params)
         self._chain: Optional[PeopleChain] = None
 
     def chain(self, camera: Input) -> PeopleChain:
         """Return the chain of a camera: without a history, or with that of the parts of its recording before."""
         if self._chain is None or not camera.earlier:
-            self._chain = PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking)
+            self._chain = PeopleChain(self._detection, self.settings.estimator, self._landmarks, self.settings.tracking,
+                                      self._bodies)
         return self._chain
 
 
@@ -103,7 +108,8 @@ def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, networks: 
     """Write the results of a camera, in place; errors as `process`."""
     settings, images, chain = networks.settings, view.images, networks.chain(camera)
     with ExitStack() as stack:
-        params = replace(settings.extractor, points_source='depth_image' if view.topics.depth else 'point_cloud')
+        params = replace(settings.extractor, points_source='none' if view.is_monocular else
+                         'depth_image' if view.topics.depth else 'point_cloud')
         if view.is_rectified and params.rectified == 'auto':
             params = replace(params, rectified='true')
         most = settings.limits.max_image_megapixels
@@ -114,7 +120,7 @@ def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, networks: 
             recorded = RecordedTransforms(*(stack.enter_context(open_bag(path))
                                             for path in (camera.bag, *camera.earlier)))
         transforms = FrameTransforms(params, None if recorded is None else recorded.lookup)
-        results = stack.enter_context(Results(camera, outputs, settings, view.topics.in_space))
+        results = stack.enter_context(Results(camera, outputs, settings, view.in_space))
         frames = _Frames(chain, camera.camera, transforms, recorded, results, recording.report, params.rotate_image)
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
@@ -186,7 +192,8 @@ class _Frames:
             return frame
         if self.recorded is not None:
             self.recorded.read_until(recorded.time, points.stamp)
-        return replace(frame, tracking_from_points=self.transforms.tracking_from_points(points))
+        return replace(frame, tracking_from_points=self.transforms.tracking_from_points(points),
+                       floor=self.transforms.floor(points))
 
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
         self.results.write_estimate(frame, number, result.estimate)

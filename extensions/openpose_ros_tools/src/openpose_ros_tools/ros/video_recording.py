@@ -1,0 +1,89 @@
+"""Videos with the methods of `rosbag.Bag` that read: their images, on the topics of the camera node."""
+from io import BytesIO
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Collection, Iterator, Optional, Tuple
+
+import genpy
+from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.calibration import read_calibration
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros.convert import bgr_to_image, calibration_to_message
+from openpose_ros_pkg.stream.video_source import VideoSource
+from openpose_ros_tools.ros.ros2_bags import header_of
+from skeleton_extract_3d.points.rgbd_folder import DEFAULT_START
+from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME
+from skeleton_extract_3d.points.stamps import SECOND
+
+IMAGE, INFO = '/usb_cam/image_raw', '/usb_cam/camera_info'
+
+
+class VideoRecording:
+    """A video; NAME.yaml beside NAME.mp4 is its calibration, as camera_calibration writes it.
+
+    Attributes:
+        filename: path.
+
+    Raises:
+        BadInputError: the video or the calibration can not be read, or the video names no rate.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.filename, beside = str(path), path.with_suffix('.yaml')
+        video = VideoSource(self.filename)
+        if video.rate is None:
+            raise BadInputError(f'{path} does not say how many images it has per second')
+        self._period, self._count = SECOND / video.rate, video.count
+        self._calibration = read_calibration(beside) if beside.is_file() else None
+
+    def get_type_and_topic_info(self) -> Any:
+        """Return `topics`: type and number of messages."""
+        kinds = {IMAGE: Image, **({} if self._calibration is None else {INFO: CameraInfo})}
+        return SimpleNamespace(topics={
+            topic: SimpleNamespace(msg_type=kind._type, message_count=self.get_message_count(topic))
+            for topic, kind in kinds.items()})
+
+    def get_message_count(self, topic: str) -> int:
+        """Return the number of messages of a topic; a video that does not state its images has one."""
+        return max(self._count, 1) if topic == IMAGE else 1
+
+    def get_start_time(self) -> float:
+        """Return the time of the first message [s]."""
+        return DEFAULT_START / SECOND
+
+    def get_end_time(self) -> float:
+        """Return the time of the last message [s]."""
+        return (DEFAULT_START + (self.get_message_count(IMAGE) - 1) * self._period) / SECOND
+
+    def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
+                      end_time: Optional[genpy.Time] = None, raw: bool = False,
+                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
+        """Yield messages as `rosbag.Bag.read_messages` does."""
+        for topic, message in self._messages(topics):
+            time = message.header.stamp
+            if end_time is not None and time > end_time:
+                return
+            if start_time is not None and time < start_time:
+                continue
+            found = BagMessage(topic, _raw(message) if raw else message, time)
+            yield (BagMessageWithConnectionHeader(*found, header_of(topic, type(message)))
+                   if return_connection_header else found)
+
+    def _messages(self, topics: Optional[Collection[str]]) -> Iterator[Tuple[str, Any]]:
+        if self._calibration is not None and (topics is None or INFO in topics):
+            yield INFO, calibration_to_message(self._calibration, self._header(0))
+        if topics is None or IMAGE in topics:
+            for number, bgr in enumerate(VideoSource(self.filename).frames()):
+                yield IMAGE, bgr_to_image(bgr, self._header(number))
+
+    def _header(self, number: int) -> Header:
+        return Header(number, genpy.Time(0, DEFAULT_START + round(number * self._period)), DEFAULT_FRAME)
+
+
+def _raw(message: genpy.Message) -> Tuple[Any, ...]:
+    buffer = BytesIO()
+    message.serialize(buffer)
+    return message._type, buffer.getvalue(), message._md5sum, None, type(message)
