@@ -184,7 +184,9 @@ class Together:
     def load(self, recipe):
         return recipe, {model.name: self.networks[model.name] for model in recipe.models}
 
-    load_any = load
+    def load_any(self, recipe):
+        there = all(model.name in self.networks for model in recipe.needed)
+        return self.load(recipe) if there else None
 
     def feet(self):
         return None

@@ -183,15 +183,15 @@ def test_no_box_no_person():
 
 @pytest.mark.parametrize('crop_model', ['', 'mine', 'feet'])
 def test_people_in_boxes_are_found_by_the_crop_network(crop_model):
-    """Seen twice: in the box, and upright with the others covered."""
+    """Seen once: no other person is near."""
     unit, networks = box_detector([LEFT, RIGHT], crop_model=crop_model)
     found = people_in(chart(*SIZE), unit)
     skeleton = BODY_25 if crop_model == 'feet' else COCO_18
     assert found.skeleton == unit.skeleton == skeleton and len(found) == 2 and found.present.all()
     truth = [keypoints_in(scored(one)[None], BODY_25, skeleton)[0, :, :2] for one in (LEFT, RIGHT)]
     np.testing.assert_allclose(in_order(found), truth, atol=1.5)
-    assert len(networks[crop_model or 'movenet_thunder'].inputs) == 4 and len(networks['boxes'].inputs) == 1
-    assert (found.scores > 0.9).all()
+    assert len(networks[crop_model or 'movenet_thunder'].inputs) == 2 and len(networks['boxes'].inputs) == 1
+    assert (found.scores > 0.85).all()
 
 
 def test_without_refinement_people_are_seen_once():
@@ -217,11 +217,10 @@ def test_boxes_of_followed_people_take_no_crop_and_confirm_them():
         before = len(networks['feet'].inputs)
         found = stream.frame(10.0 + 0.1 * i, chart(*SIZE))
         crops = len(networks['feet'].inputs) - before
-        # in the first image, and of a new person: in the box, and a refinement that confirms it
-        assert crops == {0: 2, 3: 3}.get(i, 2 if i > 3 else 1)
+        assert crops == (2 if i >= 3 else 1)  # of a new person in its box
         if i != 3:  # the new person is expected in the next image
             np.testing.assert_allclose(in_order(found), people, atol=2.0)
-            assert (found.scores > 0.9).all()
+            assert (found.scores > 0.85).all()
     assert sorted(found.ids) == [1, 2]
 
 

@@ -3,11 +3,11 @@ from dataclasses import replace
 
 import pytest
 
-from openpose_ros_pkg.detect.recipe_choice import recipe_of
-from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, DetectorParams
+from openpose_ros_pkg.detect.recipe_choice import recipe_of, recipes_of
+from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, SMALL_MODES, DetectorParams
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder
+from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS
 
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
@@ -39,7 +39,8 @@ BOX = MODES['balanced'].passes[0].box
     ({'mode': 'accurate', 'mirror': 'never'}, 'mirror', False),
     ({'mode': 'fast', 'mirror': 'always'}, 'mirror', False)])  # it gives people at once: nothing to average
 def test_parameters_change_the_first_pass_alone(params, attribute, expected):
-    recipe = recipe_of(DetectorParams(**params))
+    *small, recipe = recipes_of(DetectorParams(**params))
+    assert bool(small) == (set(params) <= {'mode'})  # PicoDet has one size
     assert getattr(recipe.passes[0], attribute) == expected
     mode = MODES[params.get('mode', 'balanced')]
     assert (recipe.passes[1:], recipe.refinements) == (mode.passes[1:], mode.refinements)
@@ -47,15 +48,16 @@ def test_parameters_change_the_first_pass_alone(params, attribute, expected):
 
 @ALL_MODES
 def test_crop_refinement(mode):
-    assert recipe_of(DetectorParams(mode=mode, look_closer=-1)) == MODES[mode]
-    unrefined, bounded = (recipe_of(DetectorParams(mode=mode, look_closer=people)) for people in (0, 3))
-    assert (unrefined.refinements, unrefined.passes) == ((), MODES[mode].passes)
-    assert (bounded.max_refined, bounded.refinements) == (3, MODES[mode].refinements)
+    both = SMALL_MODES[mode], MODES[mode]
+    assert recipes_of(DetectorParams(mode=mode, look_closer=-1)) == both
+    for recipe, *others in zip(both, *(recipes_of(DetectorParams(mode=mode, look_closer=people)) for people in (0, 3))):
+        assert [(one.refinements, one.passes, one.max_refined) for one in others] == [
+            ((), recipe.passes, recipe.max_refined), (recipe.refinements, recipe.passes, 3)]
 
 
 # --- one network alone ----------------------------------------------------------------------------------------------
 
-WHOLE_IMAGE = [name for name, model in MODELS.items() if model.decoder not in (*CROP_DECODERS, Decoder.BOXES)]
+WHOLE_IMAGE = [name for name, model in MODELS.items() if model.decoder not in (*CROP_DECODERS, *BOX_DECODERS)]
 
 
 @pytest.mark.parametrize('name, model', [

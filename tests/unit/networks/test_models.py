@@ -8,7 +8,7 @@ import pytest
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WebArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WebSource, WeightsFile
 from openpose_ros_pkg.networks.models import find_model, weights_path
 
 CONTENT = b'weights'
@@ -54,9 +54,9 @@ def test_no_model_lacks_licence_source_or_skeleton():
         if isinstance(model.source, Archive):
             assert model.licence == 'Apache-2.0'
             assert len(model.source.sha256) == len(model.files[0].sha256) == 64 and model.files[0].size
-        elif isinstance(model.source, WebArchive):
+        elif isinstance(model.source, WebSource):
             assert model.source.address.startswith('https://') and model.source.stated
-            assert len(model.files[0].sha256) == 64
+            assert all(len(file.sha256) == 64 for file in model.files)
         else:
             assert isinstance(model.source, UserFiles) and model.source.where
 

@@ -71,7 +71,7 @@ def maker():
 def model_at(address):
     return dataclasses.replace(
         MODELS['rtmo_s'], files=(WeightsFile('end2end.onnx', len(CONTENT), hashlib.sha256(CONTENT).hexdigest()),),
-        source=WebArchive(address, 'end2end.onnx', 'A. Author', 'As they say.'))
+        source=WebArchive(address, 'A. Author', 'As they say.'))
 
 
 def model_of(maker, answer):

@@ -19,7 +19,7 @@ class BoxConstants:
         0.45, 'Of two boxes of YOLOX that share more of their union the less sure one goes; its file with NMS did so '
               'itself.', source='rtmlib 0.0.16, yolox.py, nms_thr')
     picodet_person: float = constant(
-        0.2, 'Score that a box of PicoDet needs: what sees the person in it decides.', source='trials.md, PP-TinyPose')
+        0.15, 'Score that a box of PicoDet needs: what sees the person in it decides.', source='trials.md, PP-TinyPose')
     picodet_overlap: float = constant(
         0.6, 'The same as yolox_overlap, of PicoDet.', source='PaddleDetection, configs/picodet, nms_threshold')
 

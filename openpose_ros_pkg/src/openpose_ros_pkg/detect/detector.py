@@ -51,7 +51,7 @@ class Networks:
             is_fault = failed not in OPTIONAL or not isinstance(error, MissingWeightsError)
             told = self.faults if is_fault else self.not_installed
             told[failed.name] = f'{failed.name} is not used: {error}'
-            _log.warning('%s', told[failed.name])
+            _log.log(logging.WARNING if is_fault else logging.INFO, '%s', told[failed.name])
             return None
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
@@ -179,12 +179,12 @@ class Detector:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
-        if rate > 0 and len(recipes) > 1:
+        if rate > 0 and params.mode == BEST and len(recipes) > 1:
             chosen = chosen_for_rate(recipes, self._networks.load_any, rate, follows, self.threads)
         else:
             chosen = next(filter(None, map(self._networks.load_any, recipes[:-1])), None)
         recipe, loaded = chosen or self._networks.load(recipes[-1])
-        if params.mode == BEST and recipes[0].models == MODES['balanced'].models:
+        if params.mode == BEST and recipes[-1].models == MODES['balanced'].models:
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
                       'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published '
                       'AP: %s', published())

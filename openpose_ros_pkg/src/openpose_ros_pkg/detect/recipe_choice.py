@@ -76,7 +76,8 @@ def recipes_of(params: DetectorParams) -> Tuple[Recipe, ...]:
     All have its joint set: what is published does not depend on the processor.
     """
     first, *others = [_adjusted(recipe, params) for recipe in _networks_of(params)]
-    return (first, *(replace(other, joint_set=first.skeleton) for other in others))
+    return (first, *(other if other.skeleton == first.skeleton else replace(other, joint_set=first.skeleton)
+                     for other in others))
 
 
 def _adjusted(recipe: Recipe, params: DetectorParams) -> Recipe:
@@ -151,13 +152,13 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
     searchers = [one for one in installed if one.decoder not in CROP_DECODERS]
     crops = [crop_of(one) for one in installed if one.decoder in CROP_DECODERS] if named is None else [named]
     if not installed and named is None:
-        return [MODES['balanced']]
+        return [SMALL_MODES['balanced'], MODES['balanced']]
     recipes = [recipe for crop in crops for recipe in (
         *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]
     if named is None:  # Thunder brings nothing to boxes and to people of better networks; there it only follows
         recipes += [replace(_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params), named=())
                     for one in searchers if one.decoder not in BOX_DECODERS]
-        recipes.append(MODES['balanced'])
+        recipes += [SMALL_MODES['balanced'], MODES['balanced']]
     recipes += [_refined_by(crop, faster) for faster in FASTER[1:] for crop in crops]
     return [*recipes, *FASTER[1:]] if named is None else recipes
 
