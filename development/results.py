@@ -17,8 +17,8 @@ network mobilenet_thin at 656 x 368 in f32 on two threads: divide times by it to
 processor were measured on {processor}.
 '''
 # Sections in the order of the page; others follow.
-ORDER = ('accuracy', 'errors', 'sigma', 'speed', 'modes', 'latency', 'live', 'images', 'signals', 'separation', 'hands',
-         'cameras', 'monocular', 'mvor', 'real_cameras', 'real_recordings')
+ORDER = ('accuracy', 'errors', 'sigma', 'held', 'speed', 'modes', 'latency', 'live', 'images', 'signals', 'separation',
+         'hands', 'cameras', 'monocular', 'mvor', 'real_cameras', 'real_recordings')
 # A figure in a page: <!-- figure: SECTION.NAME FORM -->0.96<!-- end -->, FORM one of FORMS or nothing.
 FIGURE = re.compile(r'<!-- figure: (?P<name>[a-z0-9_]+\.[a-z0-9_]+)(?: (?P<form>[a-z]+))? -->'
                     r'(?P<shown>[^<]*)<!-- end -->')

@@ -12,14 +12,15 @@ from typing import List, NamedTuple, Optional
 import cv2
 
 from .render import PEOPLE_SCENES, parse_arguments
-from .scenarios import by_hand, long
+from .scenarios import by_hand, held, long
 from .scenarios.plan import SETS, plan_scene
 from .scenarios.random_scenes import build_scene
 from .sequence import write_scene
 
 SIGNAL_SCENES, STAGE_SCENES = 6, 2  # of a set
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
-SCENARIOS = {**by_hand.SCENARIOS, **long.SCENARIOS}
+GROUPS = {'long': long.SCENARIOS, 'held': held.SCENARIOS, 'by_hand': by_hand.SCENARIOS}
+SCENARIOS = {name: build for group in GROUPS.values() for name, build in group.items()}
 HERE = Path(__file__).resolve().parent
 SCENES, RENDERED = HERE / 'scenes', HERE / 'rendered'  # where scenes go without --out
 
@@ -43,12 +44,12 @@ def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
         There is no such set or scenario.
     """
     folder = out or RENDERED
-    if name == 'long':
-        return [Job(each, folder / name) for each in long.SCENARIOS]
+    if name in GROUPS:
+        return [Job(each, folder / name) for each in GROUPS[name]]
     if name in SCENARIOS:
-        return [Job(name, folder / ('long' if name in long.SCENARIOS else 'by_hand'))]
+        return [Job(name, folder / next(group for group, scenes in GROUPS.items() if name in scenes))]
     if name not in SETS:
-        raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join(SETS)}, long; "
+        raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join([*SETS, *GROUPS])}; "
                          f"scenarios: {', '.join(SCENARIOS)}")
     if name == 'committed':
         return [Job('', out or SCENES, name, index) for index in COMMITTED[:count]]

@@ -4,6 +4,7 @@
     ./run bench render tune            48 scenes for choosing constants: 40 of people, 6 of gestures, 2 by three cameras
     ./run bench render report          as many, of other people in other clothes: for reports only
     ./run bench render committed       the three small scenes of development/benchmark_data/scenes
+    ./run bench render held            eight scenes of people who hold something before them
     ./run bench render cross hands     scenarios by hand; `list` names them
 
 Scenes that are there already are left alone. It needs an environment of its own, .venv_render (about 6 GB, most of it

@@ -10,6 +10,7 @@ import numpy as np
 from . import truth
 from .people.body import COCO18, FEET
 from .people.hand_poses import FACE_POINTS, HAND21
+from .people.held import Holder
 from .people.rig import Posed, Rig
 from .rendering.camera import Camera
 from .rendering.color_camera import ColorCamera, Exposure
@@ -22,7 +23,7 @@ JPEG_QUALITY, PNG_COMPRESSION = 86, 4
 
 
 class Scene(NamedTuple):
-    """Everything that a sequence is rendered from. movers: a Motion or Actor for each rig."""
+    """Everything that a sequence is rendered from. movers: a Motion, Actor or Holder for each rig."""
 
     name: str
     seed: int
@@ -81,7 +82,9 @@ def _write_view(scene: Scene, k: int, poses: Dict[int, List[Posed]], folder: Pat
         if scene.moving:
             camera = view(i)
             renderer.aim(camera)
-        image = renderer.frame([(rig.body, rig.vertices(person)) for rig, person in zip(scene.rigs, posed)])
+        image = renderer.frame([(rig.body, rig.vertices(person)) for rig, person in zip(scene.rigs, posed)],
+                               [(mover.mesh, mover.vertices(person, i / scene.fps))
+                                for mover, person in zip(scene.movers, posed) if isinstance(mover, Holder)])
         camera_poses.append(np.round(camera.pose(), 6).tolist())
         frames.append({'i': int(i), 't': round(i / scene.fps, 6),
                        'people': _people_truth(scene, camera, i, posed, image)})

@@ -174,7 +174,7 @@ class Budget:
     """
 
     def __init__(self, work: float, rate: float, done: Callable[[], float]) -> None:
-        self._work, self._done, self._allowed = work, done, 0.0
+        self._work, self._done, self._allowed = work, done, done()
         # one pass, on a machine that does this work in that share of the time [s]
         self._unit = SCHEDULE.followed_share / rate / work
 

@@ -3,12 +3,13 @@
 The room is cast once per camera pose. Each frame casts one ray per pixel in the people's boxes, which gives depth and
 colour at once, and more rays only where the surface changes (silhouettes, borders of cloth), against jagged edges.
 """
-from typing import Any, List, NamedTuple, Sequence, Tuple
+from typing import Any, List, NamedTuple, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
 
 from ..people.body import Body, Material
+from ..people.held import Mesh
 from . import materials
 from .camera import Camera
 from .room import Room
@@ -31,7 +32,7 @@ class Light(NamedTuple):
 class Frame(NamedTuple):
     """What a camera sees without noise; all (H, W), colour (H, W, 3) float RGB 0..1.
 
-    depth [m], 0: nothing; ids: 0 room, -1 furniture, k the k-th person; cosine of the angle of incidence;
+    depth [m], 0: nothing; ids: 0 room, -1 furniture or held, k the k-th person; cosine of the angle of incidence;
     dark: reflects little infrared.
     """
 
@@ -47,7 +48,7 @@ class _People(NamedTuple):
     rest: np.ndarray
     faces: np.ndarray
     normals: np.ndarray
-    person: np.ndarray  # (F,) 1, 2 ...
+    person: np.ndarray  # (F,) 1, 2 ...; -1: held
     material: np.ndarray  # (F,)
     materials: List[Material]
 
@@ -150,15 +151,16 @@ class Renderer:
 
     # ---- people -------------------------------------------------------------------------------------------------
 
-    def frame(self, people: Sequence[Tuple[Body, np.ndarray]]) -> Frame:
-        """Return the view with people: bodies and their (V, 3) vertices in the world."""
+    def frame(self, people: Sequence[Tuple[Body, np.ndarray]], things: Sequence[Tuple[Mesh, np.ndarray]] = ()) -> Frame:
+        """Return the view with people and what they hold: bodies, meshes and their (V, 3) vertices in the world."""
         depth, ids, cosine = self.room_depth.copy(), self.room_ids.copy(), self.room_cosine.copy()
         dark, color = np.zeros(len(depth), bool), self.ambient + self.sun
         if people:
-            scene = self._people(people)
+            shown = [*people, *things]
+            scene = self._people(shown, len(people))
             color = self.ambient + self.sun * self._shadow(scene.scene)[..., None]
             flat = color.reshape(-1, 3)
-            pixels = np.flatnonzero(self._boxes([vertices for _, vertices in people]))
+            pixels = np.flatnonzero(self._boxes([vertices for _, vertices in shown]))
             hits = self._hit(scene, self.rays[pixels], self.room_depth[pixels])
             here = pixels[hits.rays]
             depth[here], ids[here] = hits.depth, scene.person[hits.faces]
@@ -174,7 +176,8 @@ class Renderer:
         color = color * np.array(self.light.tint, np.float32)
         return Frame(color, *(values.reshape(self.size) for values in (depth, ids, cosine, dark)))
 
-    def _people(self, people: Sequence[Tuple[Body, np.ndarray]]) -> _People:
+    def _people(self, people: Sequence[Tuple[Union[Body, Mesh], np.ndarray]], count: int) -> _People:
+        """Return people, of whom the first `count` have numbers; the others are things."""
         starts = np.cumsum([0, *(len(vertices) for _, vertices in people)])
         first_material = np.cumsum([0, *(len(body.materials) for body, _ in people)])
         vertices = np.concatenate([vertices for _, vertices in people]).astype(np.float32)
@@ -186,7 +189,8 @@ class Renderer:
         normals /= np.sqrt(_dot(normals, normals))[:, None] + 1e-12
         return _People(
             embree_scene(corners), np.concatenate([body.rest for body, _ in people]), faces, normals,
-            np.repeat(np.arange(len(people)) + 1, [len(body.faces) for body, _ in people]),
+            np.repeat([k + 1 if k < count else -1 for k in range(len(people))],
+                      [len(body.faces) for body, _ in people]),
             np.concatenate([body.face_materials + first for (body, _), first in zip(people, first_material)]),
             [material for body, _ in people for material in body.materials])
 

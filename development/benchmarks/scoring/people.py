@@ -23,6 +23,7 @@ from .figures import Quantile, Ratio, mean_of, of_rows, of_sums, values_of
 
 # Maximum median distance of the joints of a person from the true ones [m].
 GATE = 0.6
+_SIDES = np.array([[COCO_18.index[f'{side}_{joint}'] for side in ('right', 'left')] for joint in ('shoulder', 'hip')])
 OUTSIDE, OWN_BODY, VISIBLE, OTHER_PERSON, FURNITURE = range(5)
 # A visible joint is right within the first, a hidden one within the second [m].
 NEAR, NEAR_HIDDEN = 0.1, 0.15
@@ -108,7 +109,7 @@ def _joints(people: Sequence[Dict[str, Any]], order: Sequence[int]) -> np.ndarra
 
 def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames: Frames) -> Counts:
     found, stray = nearest(times, frames)
-    sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right'), 0)
+    sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right', 'exchanged', 'sides'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]
     feet: List[np.ndarray] = [np.zeros(0, JOINT)]
     history = History()
@@ -123,6 +124,9 @@ def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames
         for row, (xyz, labels, cameras) in enumerate(zip(*there[1:4])):
             rows.append(joint_rows(xyz, labels, people, pairs.get(row)))
             rows[-1]['cameras'] = cameras
+        for row, other in pairs.items():
+            sides = exchanged_sides(there.xyz[row], people.xyz[other])
+            sums['exchanged'], sums['sides'] = sums['exchanged'] + int(sides.sum()), sums['sides'] + len(sides)
         history.add(number, {there.ids[row]: (there.xyz[row], there.labels[row] == VISIBLE, people, other)
                              for row, other in pairs.items()})
     sums.update(frames=len(true), stray=stray, **history.sums())
@@ -178,6 +182,18 @@ def joint_rows(xyz: np.ndarray, labels: np.ndarray, people: Found, found: Any) -
         rows['status'], rows['sigma'] = people.status[found], people.sigma[found]
         rows['error'][there] = np.linalg.norm(people.xyz[found] - xyz, axis=1)[there]
     return rows
+
+
+def exchanged_sides(true: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Return whether left and right of shoulders and hips are exchanged, (N,) bool, of those pairs with a position.
+
+    Args:
+        true, found: (K, 3) joints of a person [m].
+    """
+    wanted, given, other = true[_SIDES], found[_SIDES], found[_SIDES[:, ::-1]]
+    known = np.isfinite(given).all(axis=(1, 2))
+    off, off_exchanged = (np.linalg.norm(each - wanted, axis=2).sum(axis=1) for each in (given, other))
+    return (off_exchanged < off)[known]
 
 
 class History:
@@ -280,6 +296,7 @@ _OVER_TIME = {'switches': of_sums('switches of ids', 'switches', digits=0),
                             lambda counts: counts.sums['true'] + counts.sums['found'])}
 STATISTICS = {
     **_PERSONS, **JOINT_STATISTICS, **_OVER_TIME,
+    'exchanged': of_sums('shoulders and hips with left and right exchanged', 'exchanged', 'sides'),
     'jitter': mean_of('mean error of the acceleration', values_of('accelerations', 'error'), 'm/s^2', 2)}
 # Those of fused people.
 WORLD_STATISTICS = {

@@ -6,6 +6,7 @@ from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.body.constants import FootConstants, SizeConstants
 from skeleton_extract_3d.lift.constants import (
     CostConstants,
+    DetachedConstants,
     HeadConstants,
     InferenceConstants,
     LandmarkConstants,
@@ -37,6 +38,7 @@ class MethodConstants:
     trunk: TrunkConstants = field(default_factory=TrunkConstants)
     costs: CostConstants = field(default_factory=CostConstants)
     occluders: OccluderConstants = field(default_factory=OccluderConstants)
+    detached: DetachedConstants = field(default_factory=DetachedConstants)
     head: HeadConstants = field(default_factory=HeadConstants)
     inference: InferenceConstants = field(default_factory=InferenceConstants)
     registration: RegistrationConstants = field(default_factory=RegistrationConstants)

@@ -195,3 +195,12 @@ def test_fused_people(stage, change, expected):
     result = figures([counts], people.WORLD_STATISTICS, 0)
     assert {name: result[name].value for name in expected} == pytest.approx(expected, abs=0.01)
     assert sorted(np.unique(counts.rows['joints']['cameras'])) == [0, 1]
+
+
+def test_exchanged_sides_are_counted_where_both_have_a_position():
+    true = np.random.default_rng(1).normal(size=(18, 3))
+    swapped, half = true[list(COCO_18.swap)], true.copy()
+    half[COCO_18.index['left_hip']] = np.nan
+    assert people.exchanged_sides(true, true + 0.01).tolist() == [False, False]
+    assert people.exchanged_sides(true, swapped).tolist() == [True, True]
+    assert people.exchanged_sides(true, half).tolist() == [False]

@@ -46,3 +46,10 @@ def test_the_budget_is_kept_and_two_frames_are_saved(of_part):
 def test_crops_and_owed_parts_are_computed_in_any_case():
     np.testing.assert_allclose(work_of(Chain(1.0, 0.1), 10), 1.0)
     np.testing.assert_allclose(work_of(Chain(1.0, 0.1, owed=2), 10), 1.2)
+
+
+def test_the_work_before_a_sequence_is_not_of_its_budget():
+    """Networks are shared by sequences, and count all their work."""
+    used = Chain(0.1, 0.25)
+    used.done = 1000.0
+    assert work_of(used, 200).sum() == pytest.approx(200 * WORK, rel=0.02)

@@ -126,6 +126,19 @@ class OccluderConstants:
 
 
 @dataclass(frozen=True)
+class DetachedConstants:
+    """Surfaces that are detached from the body, see `lift.detached`."""
+
+    steep: float = constant(0.05, 'A surface that changes its depth by more within a 24th of the way from joint to '
+                                  'joint has a step.', unit='m')
+    step: float = constant(0.15, 'Steps of more than this from the body to the surface at a joint: it is before the '
+                                 'body. Nearer ones do not put the joint far off.', unit='m')
+    face: float = constant(0.6, 'Median score of the joints of the head from which on it is seen.')
+    flat: float = constant(0.8, 'A bone that looks shorter than this share of its length may point at the camera.',
+                           unit='share')
+
+
+@dataclass(frozen=True)
 class HeadConstants:
     """The head: its turn, and the depth of its middle."""
 

@@ -8,6 +8,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ENDS, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.detached import JointViews, detached_samples
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -36,9 +37,11 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     least, most = windows.limits
     radius = np.minimum(np.maximum(windows.half_side * focal / adult_depth, least), most)
     samples = surfaces.window_depths(points, uv, radius, windows)
-    evidence = method.compiled.root_evidence(samples, scores, None)
-    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence,
-                          np.zeros(known.shape), np.zeros(known.shape, bool), focal)
+    view = JointViews(uv, rays, scores, samples, adult_depth)
+    detached = detached_samples(points, view, method)
+    evidence = method.compiled.root_evidence(samples, scores, detached)
+    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, detached, adult_depth,
+                          evidence, np.zeros(known.shape), np.zeros(known.shape, bool), focal)
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

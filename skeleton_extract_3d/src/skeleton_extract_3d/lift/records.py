@@ -6,6 +6,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18, WHOLE_BODY_133, SkeletonModel
 from skeleton_extract_3d.body.body import BODY, BONES, JOINTS, BodyConstants
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 
@@ -23,6 +24,7 @@ class ObservedPeople:
         known: (P, 18) bool, joints with a keypoint.
         rays: (P, 18, 3) float64 with z = 1; of joints without a keypoint, a guess near the rest of the person.
         samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
+        detached: (P, 18, 25) bool, samples on surfaces before the body, see `lift.detached`.
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
         trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone.
         error: (P, 18) float64 standard deviation of the keypoints across the view, beyond that of a network's [m].
@@ -38,6 +40,7 @@ class ObservedPeople:
     known: np.ndarray
     rays: np.ndarray
     samples: np.ndarray
+    detached: np.ndarray
     adult_depth: np.ndarray
     trunk_evidence: np.ndarray
     error: np.ndarray
@@ -56,6 +59,22 @@ class ObservedPeople:
         """Return some of the people, in the order of their indices (N,)."""
         arrays = {name: value[indices] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
         return dataclasses.replace(self, people_2d=self.people_2d.select(indices), **arrays)
+
+    def exchanged(self, people: np.ndarray) -> 'ObservedPeople':
+        """Return the people with left and right of some of them, (P,) bool, exchanged."""
+        row, of_people = np.arange(len(self))[:, None], _partners(self.people_2d.skeleton, people)
+        people_2d = dataclasses.replace(self.people_2d, keypoints=self.people_2d.keypoints[row, of_people])
+        if people_2d.points is not None:
+            people_2d = dataclasses.replace(people_2d, points=people_2d.points[row, _partners(WHOLE_BODY_133, people)])
+        own = _partners(COCO_18, people)
+        by_joint = {name: getattr(self, name)[row, own]
+                    for name in ('uv', 'scores', 'known', 'rays', 'samples', 'detached', 'error', 'unseen')}
+        return dataclasses.replace(self, people_2d=people_2d, grid_xy=self.grid_xy[row, of_people], **by_joint)
+
+
+def _partners(skeleton: SkeletonModel, people: np.ndarray) -> np.ndarray:
+    """Return the joint that takes the place of each joint where left and right of people (P,) are exchanged, (P, K)."""
+    return np.where(people[:, None], skeleton.swap, np.arange(len(skeleton.joints)))
 
 
 class Expectation(NamedTuple):

@@ -91,12 +91,15 @@ def _of_all_joints(depth: np.ndarray, deviation: np.ndarray, middle: np.ndarray,
 
 def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConstants
            ) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
-    """Return the depth of the trunk, (P,) [m], whether it is sure, (P,) bool, and the samples on other people."""
+    """Return the depth of the trunk, (P,) [m], whether it is sure, (P,) bool, and the samples that are not on the body.
+    """
     trunk = method.trunk
     size = observed.adult_depth * expected.stature / method.body.adult_stature
     sized = surfaces.size_evidence(size, expected.stature_spread, method)
     evidence = observed.trunk_evidence + sized
     foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
+    if observed.detached.any():
+        foreign = observed.detached if foreign is None else foreign | observed.detached
     if foreign is not None:
         beside = foreign.any(axis=(1, 2))
         evidence[beside] = sized[beside] + method.compiled.root_evidence(

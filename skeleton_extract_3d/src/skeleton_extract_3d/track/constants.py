@@ -1,5 +1,6 @@
 """Constants of tracking, step by step."""
 from dataclasses import dataclass
+from typing import Tuple
 
 import numpy as np
 
@@ -169,6 +170,24 @@ class StandingConstants:
 
 
 @dataclass(frozen=True)
+class SidesConstants:
+    """Left and right of people, see `track.sides`."""
+
+    ahead: Tuple[float, float] = constant(
+        (0.25, 0.75), 'People whose hands are both nearer to the camera than the trunk by this face it: arms reach '
+                      '0.2 m backwards, and no further than this.', unit='m')
+    back: float = constant(0.7, 'A back that is seen has this share of its breadth and length in the image.',
+                           unit='share')
+    apart: float = constant(0.1, 'Left and right are exchanged if joints are further from where they are expected '
+                                 '(mean) ...', unit='m')
+    nearer: float = constant(0.5, '... and nearer, by this factor, to where those of the other side are.', unit='share')
+    gap: float = constant(0.25, 'People turn round within a longer time without a detection.', unit='s')
+    hold: float = constant(0.5, 'Most trust in the sides of a track: opposite ones for longer are believed.', unit='s')
+    face: float = constant(0.7, 'So are they at once with a nose of a higher score.')
+    fading: float = constant(0.1, 'Time in which trust falls to 1/e while neither sides are clear.', unit='s')
+
+
+@dataclass(frozen=True)
 class TrackConstants:
     """All of them."""
 
@@ -187,3 +206,4 @@ class TrackConstants:
     one_body: OneBodyConstants = OneBodyConstants()
     returning: ReturningConstants = ReturningConstants()
     standing: StandingConstants = StandingConstants()
+    sides: SidesConstants = SidesConstants()

@@ -57,7 +57,7 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
     tracks = replace(
         tracks, joints=joints, root=root, errors=errors, innovations=shares, has=has,
         seen=np.where(trusted, stamp, tracks.seen), last_seen=np.full(len(tracks), stamp),
-        left=lifted.left,
+        left=lifted.left, trust=people.trust,
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), constants),
         sizes=measures.with_stature(measures.learn(tracks.sizes, lifted.xyz, lifted.measured, observed.scores, method),
                                     lifted.stature, lifted.sized, method),

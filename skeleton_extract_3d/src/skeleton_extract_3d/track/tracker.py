@@ -15,7 +15,7 @@ from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.lifting import make_lifting
 from skeleton_extract_3d.lift.monocular import lift_bodies
 from skeleton_extract_3d.lift.observation import observe
-from skeleton_extract_3d.lift.records import ObservedPeople
+from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -37,6 +37,7 @@ from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.one_body import apart, sharing
 from skeleton_extract_3d.track.registered import registered, seen_bodies
 from skeleton_extract_3d.track.reidentification import STRANGER, UNCLEAR, NewPeople, new_people, recognize
+from skeleton_extract_3d.track.sides import sides_of
 from skeleton_extract_3d.track.tracks import Observations, Tracks, expect, without
 
 
@@ -115,14 +116,10 @@ class PeopleTracker:
         if not has_depth:
             unplaced, placed = observed.people_2d.select(np.flatnonzero(row < 0)), np.flatnonzero(row >= 0)
             row, observed, clothes = row[placed], observed.select(placed), clothes.select(placed)
-        known = expect(expected, row, method)
-        lifted = self._lift(observed, view.points, known)
-        if looks.worlds is not None:
-            worlds = looks.worlds[observed.people_2d.ids]
-            lifted = lift_bodies(lifted, observed, worlds, known, view, method)
-        lifted = lifted._replace(measured=lifted.measured & ~observed.unseen)
+        worlds = None if looks.worlds is None else looks.worlds[observed.people_2d.ids]
+        observed, lifted, trust = self._lifted(observed, expected, row, view, worlds)
+        people = Observations(row, observed, clothes, lifted, trust)
         clock.lap('lift')
-        people = Observations(row, observed, clothes, lifted)
         memory, tracks, people = self._born(memory, expected, people, view.stamp, looks.given)
         seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion, method)
         clock.lap('filter')
@@ -191,6 +188,19 @@ class PeopleTracker:
             observed, clothes = self._observed(found.people, frame, view)
             observed = replace(observed, error=found.error, unseen=found.unseen)
         return found.memory, np.append(row, found.row), observed, clothes
+
+    def _lifted(self, observed: ObservedPeople, tracks: Tracks, row: np.ndarray, view: FrameView,
+                worlds: Optional[np.ndarray]) -> Tuple[ObservedPeople, Lifted, np.ndarray]:
+        """Return the people with their own left and right, in space, and `Tracks.trust`; worlds: see `Looks`."""
+        expected = expect(tracks, row, self._method)
+        lifted = self._lift(observed, view.points, expected)
+        exchanged, trust = sides_of(observed, lifted, tracks, row, view, self._method)
+        if worlds is not None:
+            lifted = lift_bodies(lifted, observed, worlds, expected, view, self._method)
+        elif exchanged.any():
+            observed = observed.exchanged(exchanged)
+            lifted = self._lift(observed, view.points, expected)
+        return observed, lifted._replace(measured=lifted.measured & ~observed.unseen), trust
 
     def _born(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float, given: np.ndarray
               ) -> Tuple[Memory, Tracks, Observations]:

@@ -63,6 +63,7 @@ class Tracks(Rows):
         errors: (T, 18) mean square error of each joint at its last correction, all axes together [m^2].
         innovations: (T,) mean square of the innovations, as a share of that of independent errors.
         left, down: (T, 3) unit vectors of the trunk.
+        trust: (T,) time for which left and right were the same [s], see `track.sides`.
         sizes: stature and bones.
         clothes: mean colours.
         places: (T, 5) probabilities that the person is at each of `PLACES`.
@@ -81,6 +82,7 @@ class Tracks(Rows):
     innovations: np.ndarray
     left: np.ndarray
     down: np.ndarray
+    trust: np.ndarray
     sizes: Sizes
     clothes: Clothes
     places: np.ndarray
@@ -109,7 +111,7 @@ class Tracks(Rows):
             ids, born=stamps, last_seen=stamps, existence=np.full(count, 0.5), looked=stamps,
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
             errors=np.full(known.shape, 3 * constants.birth_sigma ** 2), innovations=np.zeros(count), left=left,
-            down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
+            down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), trust=np.zeros(count), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count), places=np.broadcast_to(PLACE_WEIGHTS, (count, len(PLACES))))
 
     @classmethod
@@ -147,17 +149,18 @@ class Tracks(Rows):
 
 
 class Observations(NamedTuple):
-    """P people of one frame, and the row (P,) of each person's track, -1 where there is none."""
+    """P people of one frame, the row (P,) of each person's track, -1 where there is none, and `Tracks.trust`, (P,)."""
 
     row: np.ndarray
     observed: ObservedPeople
     clothes: Clothes
     lifted: Lifted
+    trust: np.ndarray
 
     def select(self, people: np.ndarray) -> 'Observations':
         """Return some of the people, by indices, in the order of these."""
         return Observations(self.row[people], self.observed.select(people), self.clothes.select(people),
-                            self.lifted.select(people))
+                            self.lifted.select(people), self.trust[people])
 
     def others(self, count: int) -> np.ndarray:
         """Return which of the first tracks are of none of these people, (count,) bool."""
