@@ -32,7 +32,7 @@ from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.frame_loop import FrameQueue, Taken
-from scoring.people import Found, pair
+from scoring.people import found_of, pair
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
@@ -216,7 +216,7 @@ class Tally:
         pairs, self.events = {}, []
         if answer is not None:
             found = answer.result.people_3d
-            pairs = pair(moment.xyz, moment.visible, Found(found.ids, found.xyz, found.status, found.sigma))
+            pairs = pair(moment.xyz, moment.visible, found_of(found))
             ghosts = [f'ghost {found.ids[k]}' for k in range(len(found)) if k not in pairs.values()]
             lost = [f'lost {moment.ids[row]}' for row in np.flatnonzero(plain) if row not in pairs]
             sums.update(answered=1, found=len(found), ghosts=len(ghosts), plain=int(plain.sum()), lost=len(lost))

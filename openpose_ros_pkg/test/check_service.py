@@ -56,7 +56,7 @@ class ServiceTest(unittest.TestCase):
         self.assertEqual(len(persons), 2)
         self.assertTrue(same_people(array.persons, detections))
         self.assertTrue(same_people(persons, detections))
-        self.assertEqual(array.pose_model, 'COCO_18')
+        self.assertEqual(array.pose_model, 'BODY_25')
         for received in (*detections, *persons, array, *array.persons):
             self.assertEqual(received.header.stamp, message.header.stamp)
             self.assertEqual(received.header.frame_id, 'camera/odd frame')

@@ -14,6 +14,7 @@ import numpy as np
 import chain_runs
 from common import ROOT
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
 from scoring.counts import SAME_TIME, Counts, load
@@ -98,7 +99,8 @@ def _run(job: Job, path: Path) -> None:
         rows.append(np.zeros(len(people), PERSON))
         rows[-1]['time'] = seconds
         for name in PERSON.names[1:]:
-            rows[-1][name] = getattr(people, name)
+            values = np.asarray(getattr(people, name))
+            rows[-1][name] = values if values.ndim < 2 else values_in(values, people.skeleton, COCO_18, 0)
     replace(counts, rows={**counts.rows, 'people': np.concatenate(rows)}).save(path)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from openpose_ros_pkg.people import values_in
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.track.feet import FEET
 
@@ -149,13 +149,14 @@ def nearest(times: Sequence[float], frames: Frames) -> Tuple[List[Found], int]:
         else:
             stray += len(people)
     none = People3D.empty(BODY_25)
-    return [Found(*(np.concatenate([_in_body_25(people, name, missing) for people in (none, *part)])
-                    for name, missing in zip(Found._fields, (None, np.nan, MISSING, np.nan)))) for part in parts], stray
+    return [Found(*map(np.concatenate, zip(*(found_of(people, BODY_25) for people in (none, *part)))))
+            for part in parts], stray
 
 
-def _in_body_25(people: People3D, name: str, missing: Any) -> np.ndarray:
-    values = np.asarray(getattr(people, name))
-    return values if missing is None else values_in(values, people.skeleton, BODY_25, missing)
+def found_of(people: People3D, joints: SkeletonModel = COCO_18) -> Found:
+    """Return people with the joints of a set."""
+    return Found(people.ids, *(values_in(np.asarray(getattr(people, name)), people.skeleton, joints, missing)
+                               for name, missing in (('xyz', np.nan), ('status', MISSING), ('sigma', np.nan))))
 
 
 def pair(true: np.ndarray, visible: np.ndarray, people: Found, gate: float = GATE) -> Dict[int, int]:
@@ -322,6 +323,8 @@ FEET_STATISTICS = {
             is_visible(counts.rows['feet']) & _with_sigma(counts.rows['feet'])] ** 2, '', 2),
     'feet_lies': of_rows('hidden toes and heels called MEASURED and wrong by more than 150 mm', 'feet',
                          lambda rows: (rows['status'] != INFERRED) & (rows['error'] > NEAR_HIDDEN), is_hidden)}
+FEET_TABLE = {'feet_60': 'within 60 mm', 'feet_median': 'median [mm]', 'feet_measured': 'called MEASURED',
+              'feet_surprise': 'mean of (error / sigma)^2', 'feet_lies': 'lies'}
 # Those of a table of one row per scene, with short titles.
 TABLE = {'persons_recall': 'people found', 'persons_precision': 'real', 'visible_100': 'visible within 100 mm',
          'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'hidden_150': 'hidden within 150 mm',

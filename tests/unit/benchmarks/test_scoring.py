@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from scoring import people
 from scoring.counts import Counts, blocks_of, by_bin, by_tag, by_value, load
 from scoring.figures import Quantile, Ratio, differences, few_scenes, figures
 from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
+from skeleton_extract_3d.track.feet import FEET
 
 JOINTS = len(COCO_18.joints)
 FRAMES, RATE = 10, 10.0
@@ -86,6 +87,30 @@ def test_the_truth_changed_in_one_way(scene, change, status, expected):
     result = figures([counts], people.STATISTICS, resamples=10)
     for name, value in expected.items():  # positions are float32
         assert result[name].value == (value if value is None else pytest.approx(value, abs=3e-3)), name
+
+
+def test_toes_and_heels(scene):
+    truth, offset, frames = json.loads((scene / 'gt.json').read_text()), np.array((0.05, 0.0, 0.0)), []
+    for frame in truth['frames']:
+        xyz = []
+        for person in frame['people']:
+            feet = np.array(person['xyz'][:6])
+            person['feet'] = {'xyz': feet.tolist(), 'vis': [2, 2, 2, 2, 2, 3]}
+            xyz.append(np.full((25, 3), np.nan))
+            xyz[-1][[BODY_25.index[name] for name in COCO_18.joints]] = joints_of(person['id'], frame['i'])
+            xyz[-1][[BODY_25.index[name] for name in FEET]] = feet + np.outer((1, 2, 1, 1, 1, 4), offset)
+        status = np.where(np.isfinite(np.array(xyz)[..., 0]), MEASURED, 0)
+        frames.append((frame['t'], People3D(BODY_25, np.array(xyz), np.ones((2, 25)), status, np.full((2, 25), 0.05),
+                                            [1, 2])))
+    (scene / 'gt.json').write_text(json.dumps(truth))
+    counts = [people.score_people(scene, frames)]
+    result = figures(counts, {**people.STATISTICS, **people.FEET_STATISTICS}, resamples=10)
+    expected = {'visible_100': 1, 'visible_median': 0, 'feet_60': 0.8, 'feet_median': 50, 'feet_measured': 1,
+                'feet_lies': 1, 'feet_surprise': (4 + 2 ** 2) / 5}
+    for name, value in expected.items():
+        assert result[name].value == pytest.approx(value, abs=3e-3), name
+    none = figures([people.score_people(scene, found())], people.FEET_STATISTICS, resamples=10)  # people of COCO_18
+    assert (none['feet_60'].value, none['feet_median'].value, none['feet_60'].n) == (0, None, 10 * FRAMES)
 
 
 def test_frames_at_no_true_time_are_stray(scene):

@@ -53,7 +53,7 @@ def chosen(**values):
 
 def test_where_no_network_by_name_is_there_best_is_balanced_and_one_line_says_what_would_be_gained(installed, caplog):
     caplog.set_level(logging.INFO)
-    assert recipes_of(DetectorParams(mode='best')) == (MODES['balanced'],)
+    assert recipes_of(DetectorParams(mode='best')) == (SMALL_MODES['balanced'], MODES['balanced'])
     networks = Together(mobilenet_thin=PafNetwork(), movenet_multipose=MovenetNetwork(),
                         movenet_thunder=ThunderNetwork())
     assert Detector(build(DetectorSettings, {'mode': 'best'}), networks).recipe == MODES['balanced']
@@ -63,10 +63,10 @@ def test_where_no_network_by_name_is_there_best_is_balanced_and_one_line_says_wh
 
 def test_the_network_for_crops_counts_first_then_what_searches(installed):
     installed(LARGE, SMALL, WHOLE, BOXES)
-    assert chosen()[:8] == [
+    assert chosen()[:9] == [
         ('rtmo_s', 'large'), ('boxes', 'large'), ('mobilenet_thin', 'large'),
         ('rtmo_s', 'small'), ('boxes', 'small'), ('mobilenet_thin', 'small'), ('rtmo_s', ''),
-        ('mobilenet_thin', 'movenet_thunder')]
+        ('picodet', 'tinypose'), ('mobilenet_thin', 'movenet_thunder')]
     assert ('rtmo_s', 'movenet_thunder') in chosen(target_rate=30.0)
     assert recipe_of(DetectorParams(mode='best')).refinements[0] == replace(
         crop_of(LARGE), place_weight=crop_of(LARGE).place_weight / 4)
@@ -75,7 +75,7 @@ def test_the_network_for_crops_counts_first_then_what_searches(installed):
 
 @pytest.mark.parametrize('models, first', [
     ((SMALL,), ('mobilenet_thin', 'small')), ((WHOLE,), ('rtmo_s', '')), ((SMALL, BOXES), ('boxes', 'small')),
-    ((BOXES,), ('mobilenet_thin', 'movenet_thunder'))], ids=['crops', 'whole image', 'boxes', 'boxes alone'])
+    ((BOXES,), ('picodet', 'tinypose'))], ids=['crops', 'whole image', 'boxes', 'boxes alone'])
 def test_what_is_there_is_used(installed, models, first):
     installed(*models)
     assert chosen()[0] == first

@@ -44,7 +44,7 @@ def test_the_default_networks_find_its_people_together_and_would_prove_themselve
     """MultiPose in the whole picture, Thunder on crops of the true boxes."""
     for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
         need_weights(model)
-    detector = create_detector(settings(mirror='never'))  # which PicoDet does not have
+    detector = create_detector(settings(pose_model='COCO', mirror='never'))  # which PicoDet does not have
     alike = proof._similarities(people_in(TRUTH.bgr, detector).keypoints, COCO_18, TRUTH)
     assert alike.shape == (2, 2) and alike.max(axis=0).min() > 0.95
     for model in (MOVENET_MULTIPOSE, MOVENET_THUNDER):

@@ -3,9 +3,9 @@ from typing import Any, Dict
 
 from results import Options, Section, Table
 from results.counting import count
-from scoring.counts import by_tag
+from scoring.counts import by_tag, by_value
 from scoring.figures import figures
-from scoring.people import SHORT_TABLE, STATISTICS
+from scoring.people import FEET_STATISTICS, FEET_TABLE, SHORT_TABLE, STATISTICS, UPRIGHT
 from scoring.tables import rows_of
 
 # What each row runs: parameters of the chain, true pixels, one of so many scenes.
@@ -29,6 +29,12 @@ def measure(options: Options) -> Section:
     tables = [Table('All scenes', rows_of(counts, STATISTICS, SHORT_TABLE, 'method')),
               *([Table('By kind of scene, balanced', rows_of(kinds, STATISTICS, KINDS, 'kind'))]
                 if len(kinds) > 1 else [])]
+    upright = [each for each in whole if each.tags['kind'] in UPRIGHT and len(each.rows['feet'])]
+    if upright:
+        found.update(figures(upright, FEET_STATISTICS))
+        feet = by_value(upright, 'feet', 'joint', {'big toes': [0, 3], 'small toes': [1, 4], 'heels': [2, 5]})
+        tables.append(Table('Visible toes and heels of people who stand and walk, balanced',
+                            rows_of({'all': upright, **feet}, FEET_STATISTICS, FEET_TABLE, '')))
     frames = int(sum(each.sums['frames'] for each in whole))
     return Section(f'{len(whole)} scenes with {frames} frames. Errors are distances from the true joint in the body. '
                    'Shares count all joints of their kind, those that are not given as wrong. Lies: hidden joints that '
