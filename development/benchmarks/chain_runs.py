@@ -34,6 +34,7 @@ from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 VISIBLE = 2
 # Work per pixel of the input, in units of one pass of mobilenet_thin over 656 x 368, as measured with OpenVINO.
 WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2,
+        'picodet': 0.08 / 320 ** 2, 'tinypose': 0.17 / (192 * 256),
         'pose_landmark': 0.06 / 256 ** 2}
 # Stamp of the first frame of a sequence [s]; one of 0 means that there is none.
 BEGIN = 1.0

@@ -217,7 +217,8 @@ def test_boxes_of_followed_people_take_no_crop_and_confirm_them():
         before = len(networks['feet'].inputs)
         found = stream.frame(10.0 + 0.1 * i, chart(*SIZE))
         crops = len(networks['feet'].inputs) - before
-        assert crops == (2 if i >= 3 else 1)  # of a new person in its box
+        # of a new person in its box, and beside another one upright with that covered
+        assert crops == {3: 3}.get(i, 2 if i > 3 else 1)
         if i != 3:  # the new person is expected in the next image
             np.testing.assert_allclose(in_order(found), people, atol=2.0)
             assert (found.scores > 0.85).all()

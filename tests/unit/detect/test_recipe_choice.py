@@ -15,7 +15,7 @@ from openpose_ros_pkg.detect.recipe_choice import (
     recipe_of,
     recipes_of,
 )
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, DetectorSettings, crop_of
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, SMALL_MODES, DetectorParams, DetectorSettings, crop_of
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MODELS
@@ -98,7 +98,8 @@ class Failing(Networks):
 @pytest.mark.parametrize('fail, names', [
     ((), ('rtmo_s', 'large')), (('rtmo_s',), ('boxes', 'large')), (('rtmo_s', 'large'), ('boxes', 'small')),
     (('rtmo_s', 'large', 'boxes'), ('mobilenet_thin', 'small')),
-    (('rtmo_s', 'large', 'boxes', 'small'), ('mobilenet_thin', 'movenet_thunder'))], ids=str)
+    (('rtmo_s', 'large', 'boxes', 'small'), ('picodet', 'tinypose')),
+    (('rtmo_s', 'large', 'boxes', 'small', 'picodet'), ('mobilenet_thin', 'movenet_thunder'))], ids=str)
 def test_where_a_network_by_name_fails_the_next_best_takes_its_place(installed, monkeypatch, fail, names, rate):
     monkeypatch.setattr(recipe_choice, 'seconds_per_pixel', lambda recipe, networks, threads: (
         dict.fromkeys(networks, 1e-9)))
