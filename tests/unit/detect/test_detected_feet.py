@@ -122,6 +122,8 @@ def test_a_third_of_the_followed_people_are_looked_at_in_an_image_those_who_wait
     seen = [SeenFeet(feet_of(landmarks(), person(), SIZE), stamp) for stamp in (1.1, 1.0, 1.2)]
     look = look_at_feet(network, IMAGE, people(*3 * [person()]), seen, 1.39)
     assert network.looked == [[1, 0]] and look.looked == 2
+    hurried = look_at_feet(network, IMAGE, people(*3 * [person()]), [*seen[:2], None], 1.39, hurried=True)
+    assert network.looked.pop() == [2] and hurried.looked == 1
     late = look_at_feet(network, IMAGE, people(*3 * [person()]), look.feet, 1.39 + 1.1 * FEET.oldest)
     assert network.looked[1] == [2, 0]
     assert not feet_in(late, 1)[:, 2].any() and feet_in(late, 2)[:, 2].all()  # too old, and seen now
