@@ -112,10 +112,21 @@ def test_between_two_looks_feet_move_with_their_ankles_and_are_less_sure():
     soon = look_at_feet(network, IMAGE, people(moved, person()), first.feet, 1.0 + 0.5 * FEET.interval)
     np.testing.assert_allclose(feet_in(soon)[:2, :2], np.add((100, 300), [TIP, HEEL]), atol=1e-4)
     np.testing.assert_allclose(feet_in(soon)[:, 2], 0.8 * FEET.carried)
-    look_at_feet(network, IMAGE, people(moved, person()), [soon.feet[0], None], 1.0 + 0.6 * FEET.interval)
-    look_at_feet(network, IMAGE, people(moved, person()), soon.feet, 1.0 + 1.01 * FEET.interval)
+    later = look_at_feet(network, IMAGE, people(moved, person()), [soon.feet[0], None], 1.0 + 0.6 * FEET.interval)
     look_at_feet(network, IMAGE, people(moved, person()), soon.feet, 0.9)  # the clock was reset
-    assert network.looked == [[0, 1], [], [1], [0, 1], [0, 1]]
+    assert network.looked == [[0, 1], [], [1], [0, 1]] and later.feet[0] is first.feet[0]
+
+
+def test_a_third_of_the_followed_people_are_looked_at_in_an_image_those_who_wait_longest():
+    network = Told(*3 * [landmarks()])
+    seen = [SeenFeet(feet_of(landmarks(), person(), SIZE), stamp) for stamp in (1.1, 1.0, 1.2)]
+    look = look_at_feet(network, IMAGE, people(*3 * [person()]), seen, 1.39)
+    assert network.looked == [[1, 0]] and look.looked == 2
+    hurried = look_at_feet(network, IMAGE, people(*3 * [person()]), [*seen[:2], None], 1.39, hurried=True)
+    assert network.looked.pop() == [2] and hurried.looked == 1
+    late = look_at_feet(network, IMAGE, people(*3 * [person()]), look.feet, 1.39 + 1.1 * FEET.oldest)
+    assert network.looked[1] == [2, 0]
+    assert not feet_in(late, 1)[:, 2].any() and feet_in(late, 2)[:, 2].all()  # too old, and seen now
 
 
 def test_a_foot_that_was_not_seen_is_not_carried():

@@ -1,6 +1,7 @@
 """Toes and heels of the people in an image, by a network for landmarks of bodies."""
+import math
 from dataclasses import dataclass, replace
-from typing import List, NamedTuple, Optional, Sequence
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -29,10 +30,10 @@ class FeetConstants:
     tip: float = constant(0.1, "The tip of the big toe is farther from the heel than the network's toe, by this share.",
                           source=_RENDERED)
     interval: float = constant(
-        0.1, 'Time for which the feet of a followed person are where they were seen on their ankles; then the network '
-             'looks again.', unit='s')
-    carried: float = constant(0.5, 'Factor on the scores of such feet.')
-    share: float = constant(0.5, 'Share of the images in which the network looks at the feet of a followed person.')
+        0.1, 'Time in which the network does not look at the feet of a followed person again.', unit='s')
+    share: float = constant(0.34, 'Share of the followed people whose feet it looks at in an image, at most.')
+    oldest: float = constant(0.2, 'Feet that it does not look at move with their ankles for this long.', unit='s')
+    carried: float = constant(0.5, 'Factor on their scores.')
 
 
 FEET = FeetConstants()
@@ -60,7 +61,7 @@ class FeetLook(NamedTuple):
 
 
 def look_at_feet(network: BodyLandmarkNetwork, bgr: np.ndarray, people: People2D, known: Sequence[Optional[SeenFeet]],
-                 stamp: float, constants: FeetConstants = FEET) -> FeetLook:
+                 stamp: float, hurried: bool = False) -> FeetLook:
     """Return people with toes and heels.
 
     Args:
@@ -68,20 +69,33 @@ def look_at_feet(network: BodyLandmarkNetwork, bgr: np.ndarray, people: People2D
         people: in it, with the joints of BODY_25.
         known: of each of the P people, what was seen before; None: nothing.
         stamp: of the image [s]; 0 or less: unknown.
+        hurried: there is time for new people alone.
     """
-    due = [i for i, seen in enumerate(known) if seen is None or not 0 < stamp - seen.stamp < constants.interval]
+    new, followed = _due(known, stamp)
+    due = new if hurried else [*new, *followed]
     found = dict(zip(due, network.observe(bgr, people.keypoints, BODY_25, due)))
     keypoints, sizes = people.keypoints.copy(), person_sizes(people.xy)
     feet: List[Optional[SeenFeet]] = []
     for i, pose in enumerate(keypoints):
         one = known[i]
         if i in found or one is None:
-            one = SeenFeet(feet_of(found[i], pose, sizes[i], constants), stamp)
-        places = one.on(pose, 1.0 if i in found else constants.carried)
+            one = SeenFeet(feet_of(found[i], pose, sizes[i]), stamp)
+        feet.append(one)
+        if stamp - one.stamp > FEET.oldest:
+            continue
+        places = one.on(pose, 1.0 if i in found else FEET.carried)
         inside = ((places[..., :2] >= 0) & (places[..., :2] <= np.subtract(bgr.shape[1::-1], 1))).all(axis=2)
         pose[[BODY_25.index[name] for name in np.array(_PARTS)[inside]]] = places[inside]
-        feet.append(one)
     return FeetLook(replace(people, keypoints=keypoints), feet, len(due))
+
+
+def _due(known: Sequence[Optional[SeenFeet]], stamp: float, constants: FeetConstants = FEET
+         ) -> Tuple[List[int], List[int]]:
+    """Return the people whose feet are looked at: all new ones, and of followed ones those that wait longest."""
+    ages = [np.inf if seen is None or stamp <= seen.stamp else stamp - seen.stamp for seen in known]
+    most = math.ceil(constants.share * len(known))
+    followed = sorted((i for i, age in enumerate(ages) if constants.interval <= age < np.inf), key=lambda i: -ages[i])
+    return [i for i, age in enumerate(ages) if np.isinf(age)], followed[:most]
 
 
 def feet_of(seen: Optional[BodyLandmarks], pose: np.ndarray, size: float, constants: FeetConstants = FEET

@@ -159,7 +159,7 @@ class Networks(NamedTuple):
                 runs.append(Run(one.model.name, len(views) * one.size[0] * one.size[1], self.clock() - begin))
         return Look(without_shared_crops(result, setup.recipe), tuple(runs))
 
-    def feet(self, people: People2D, known: Sequence[Optional[SeenFeet]], stamp: float
+    def feet(self, people: People2D, known: Sequence[Optional[SeenFeet]], stamp: float, hurried: bool = False
              ) -> Tuple[FeetLook, Tuple[Run, ...]]:
         """Return people with the joints of the setup, with toes and heels where it finds them, and the runs.
 
@@ -167,15 +167,16 @@ class Networks(NamedTuple):
             people: of the image, with the joints of the recipe.
             known: the feet of each as they were seen before; None: not at all.
             stamp: of the image [s].
+            hurried: there is time for new people alone.
         """
         setup, begin = self.image.setup, self.clock()
         people = replace(people, skeleton=setup.skeleton,
                          keypoints=keypoints_in(people.keypoints, people.skeleton, setup.skeleton))
         if setup.feet is None or not len(people):
             return FeetLook(people, list(known), 0), ()
-        look = look_at_feet(setup.feet, self.image.bgr, people, known, stamp)
-        return look, (Run(POSE_LANDMARK.name, max(look.looked, 1) * BODY_CROP[0] * BODY_CROP[1],
-                          self.clock() - begin),)
+        look = look_at_feet(setup.feet, self.image.bgr, people, known, stamp, hurried)
+        pixels = look.looked * BODY_CROP[0] * BODY_CROP[1]
+        return look, (Run(POSE_LANDMARK.name, pixels, self.clock() - begin),) if pixels else ()
 
     def search(self, people: Sequence[Person], part: Part) -> Look:
         """Return the people of the image with the opinions of a search of a part, the new ones on crops."""

@@ -234,7 +234,9 @@ class NetworkDetection:
             memory = memory.after_crops(look.people, interval, len(chosen) * plan.of_person, self._cameras(frame.stamp))
             look, memory = _searched_at_once(look, networks, memory)
         looks, memory = _decided(look.people, memory)
-        looks, memory, runs = _with_feet(looks, networks, memory)
+        time = plan.schedule.followed_share * min(interval, plan.schedule.search_time) / self._cameras(frame.stamp)
+        hurried = not in_full and len(chosen) * plan.of_person > time
+        looks, memory, runs = _with_feet(looks, networks, memory, hurried)
         self._keep(frame, memory)
         self._learn((*look.runs, *runs), begin)
         return looks
@@ -393,11 +395,11 @@ def _decided(people: Sequence[Person], memory: CameraMemory) -> Tuple[Looks, Cam
     return Looks(detections, np.array(missed, np.int64)), memory
 
 
-def _with_feet(looks: Looks, networks: Networks, memory: CameraMemory
+def _with_feet(looks: Looks, networks: Networks, memory: CameraMemory, hurried: bool
                ) -> Tuple[Looks, CameraMemory, Tuple[Run, ...]]:
-    """Return what was looked at with toes and heels, the memory with them, and the runs."""
+    """Return what was looked at with toes and heels, the memory with them, and the runs; see `Networks.feet`."""
     named = memory.persons[:len(looks.people)]
     known = [one.memory.feet if one.memory and memory.plan.follows else None for one in named]
-    (people, feet, _), runs = networks.feet(looks.people, known, memory.stamp)
+    (people, feet, _), runs = networks.feet(looks.people, known, memory.stamp, hurried)
     persons = [*(replace(one, feet=seen) for one, seen in zip(named, feet)), *memory.persons[len(named):]]
     return looks._replace(people=people), replace(memory, persons=persons), runs
