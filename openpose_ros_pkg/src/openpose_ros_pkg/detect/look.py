@@ -180,16 +180,19 @@ class Networks(NamedTuple):
 
     def search(self, people: Sequence[Person], part: Part) -> Look:
         """Return the people of the image with the opinions of a search of a part, the new ones on crops."""
-        searched, found = self.passed(people, part)
+        known = [person.pose for person in people if person.crop is not None or (
+            person.number >= 0 and not person.looked and person.existence >= EXISTENCE.reported)]
+        searched, found = self.passed(people, part, known)
         elsewhere = [i for i, person in enumerate(searched.people[:len(people)])
                      if person.crop is None and self.image.setup.recipe.pass_opinions in person.opinions
                      and any(person.opinions.get(number) is not None for number in found)]
         looked = self.look(searched.people, [*elsewhere, *self.likely(searched.people, len(people))])
         return Look(looked.people, (*searched.runs, *looked.runs))
 
-    def passed(self, people: Sequence[Person], part: Part) -> Tuple[Look, List[int]]:
+    def passed(self, people: Sequence[Person], part: Part, known: Sequence[np.ndarray] = ()
+               ) -> Tuple[Look, List[int]]:
         """Return the people of the image with the opinions of a search of a part, and the numbers of its sources."""
-        found, runs = self.search_part(part, people)
+        found, runs = self.search_part(part, known)
         persons, new = assigned(found, people, self.image.setup)
         return Look([*persons, *new], runs), [one.number for one in found]
 
@@ -202,20 +205,20 @@ class Networks(NamedTuple):
         order = [first + i for i in np.argsort(-scores, kind='stable') if scores[i] >= setup.acceptance.person_score]
         return order[:setup.recipe.max_refined]
 
-    def search_part(self, part: Part, people: Sequence[Person] = ()) -> Tuple[List['PartPeople'], Tuple[Run, ...]]:
+    def search_part(self, part: Part, known: Sequence[np.ndarray] = ()) -> Tuple[List['PartPeople'], Tuple[Run, ...]]:
         """Return the people that a source finds in a part, and the runs.
 
         Args:
-            people: that were found in the image; where crops show them, boxes of them need no crop.
+            known: (K, 3) each, people who are in the image: boxes of them need no crop.
         """
         setup, begin = self.image.setup, self.clock()
         one = setup.recipe.passes[part.number]
         views = [view.compute(setup.networks[one.model.name])
                  for view in prepare_views(self.image.bgr, one, (part.left, part.right))]
-        seconds = self.clock() - begin
         first = sum(before.opinions for before in setup.recipe.passes[:part.number])
-        known = np.array([person.crop for person in people if person.crop is not None], np.float32)
-        by_pass = found_by(one, views, self.image.bgr, setup, known.reshape(-1, len(setup.recipe.skeleton.joints), 3))
+        poses_known = np.array(known, np.float32).reshape(-1, len(setup.recipe.skeleton.joints), 3)
+        by_pass = found_by(one, views, self.image.bgr, setup, poses_known)
+        seconds = self.clock() - begin
         pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
         return ([PartPeople(number, part, poses) for number, poses in enumerate(by_pass, start=first)],
                 (Run(one.model.name, pixels, seconds),))
