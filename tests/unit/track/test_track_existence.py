@@ -10,11 +10,21 @@ from openpose_ros_pkg.detect.tracking import TRACKING
 from skeleton_extract_3d.body.body import JOINTS
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import FrameView
+from skeleton_extract_3d.lift.lifting import lift_robustly
+from skeleton_extract_3d.lift.observation import observe
+from skeleton_extract_3d.lift.records import Expectation
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.track.existence import after_time, views_at, views_of, with_detection, without_detection
+from skeleton_extract_3d.track.existence import (
+    after_time,
+    evidence_of,
+    views_at,
+    views_of,
+    with_detection,
+    without_detection,
+)
 from skeleton_extract_3d.track.joint_filter import isotropic
 from skeleton_extract_3d.track.tracks import PLACE_WEIGHTS
-from synthetic_scene import Person, joints_of, pinhole, standing
+from synthetic_scene import Person, Room, joints_of, pinhole, render, standing
 
 CAMERA, TIMEOUT = pinhole(320, 180), 2.0
 
@@ -100,3 +110,18 @@ def test_people_fade_faster_outside_the_image(x, lasting):
     one = track(x)
     existence = after_time(one, views_of(one, view(points())), 0.5, TIMEOUT)
     assert existence == pytest.approx(0.99 * np.exp(-0.5 / lasting))
+
+
+@pytest.mark.parametrize('measured, has_depth', [(0, True), (4, True), (5, True), (0, False)],
+                         ids=['none', 'few', 'body', 'no depth'])
+@pytest.mark.parametrize('told', [1.0, 5.0])
+def test_a_detection_without_a_body_in_the_points_tells_less(measured, has_depth, told):
+    frame = render(CAMERA, [Person(1, 0.0, 2.6, standing())], Room(wall=6.0))
+    those = DepthImage(frame.depth * np.uint16(has_depth), CAMERA)
+    score = EXISTENCE.even_score + told * EXISTENCE.score_scale
+    observed = observe(replace(frame.people, scores=np.array([score])), frame.size, those, CAMERA)
+    lifted = lift_robustly(observed, those, Expectation.of_strangers(1))
+    evidence = evidence_of(observed, lifted._replace(measured=np.arange(len(JOINTS))[None] < measured),
+                           np.array([np.inf]), view(those))
+    less = METHOD.track.existence.against_few if has_depth and measured < 5 else 0.0
+    assert evidence == pytest.approx([max(told + less, EXISTENCE.least_evidence)])

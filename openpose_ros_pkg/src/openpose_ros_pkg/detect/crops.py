@@ -98,7 +98,7 @@ def _cut_out(bgr: np.ndarray, regions: np.ndarray, sizes: np.ndarray, refinement
         # the sides of a region are rounded to whole pixels
         plan = (ImageToNet(part, (width, height), (width, height)) if refinement.centred else
                 fit_image(part, width, height, recipe.multiple_of, whole_box=True))
-        crops.append(View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding))
+        crops.append(View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe))
     return crops
 
 

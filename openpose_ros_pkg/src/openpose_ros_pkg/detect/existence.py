@@ -25,7 +25,10 @@ class ExistenceConstants:
         0.25, 'Looks this far apart err independently; of closer ones each counts for its share of this time.',
         unit='s')
     independent_depth: float = constant(0.08, 'The same of the points, which show that a place is empty.', unit='s')
-    even_score: float = constant(0.2, 'Score of a detection that tells nothing: as frequent without a person.')
+    even_score: float = constant(
+        0.3, 'Score of a detection that tells nothing: as frequent without a person.',
+        source='scores below 0.35: 43 people and 31 others in 80 photographs and five dark rendered rooms; above 0.45: '
+               'all but 4 of 556 are people')
     score_scale: float = constant(0.08, 'A score higher by this multiplies the odds by e.')
     least_evidence: float = constant(0.1, 'Least logarithm of the likelihood ratio of an accepted detection.')
     born: float = constant(0.8, 'Greatest probability after one detection.')

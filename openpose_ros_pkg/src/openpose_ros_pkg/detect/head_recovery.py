@@ -186,7 +186,7 @@ def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, 
     left, top = int(np.floor(x - width / 2)), int(np.floor(y - height / 6))
     size = (bgr.shape[1], bgr.shape[0])
     plan = ImageToNet((int(np.ceil(width)), int(np.ceil(height))), one.size, one.size)
-    crop = View(plan, False, (left, top), size).prepare(bgr, one.model.input.padding)
+    crop = View(plan, False, (left, top), size).prepare(bgr, one.model.input)
     with np.errstate(invalid='ignore'):
         nearer = (view.depth < head.depth - LAYERS.reach).astype(np.uint8)
     pixels = cv2.dilate(nearer, np.ones((3, 3), np.uint8)) > 0

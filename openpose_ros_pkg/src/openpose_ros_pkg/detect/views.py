@@ -9,10 +9,11 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.light import lit
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, Model
+from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, InputRecipe, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, WHOLE_BODY_133, SkeletonModel
@@ -79,13 +80,14 @@ class View:
         return self.plan if self.turns % 2 == 0 else ImageToNet(
             *(size[::-1] for size in (self.plan.image_size, self.plan.scaled_size, self.plan.net_size)))
 
-    def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
-        """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
-        part = cut(bgr, (*self.origin, *self.plan.image_size), padding)
+    def prepare(self, bgr: np.ndarray, recipe: InputRecipe) -> 'PreparedView':
+        """Bring the part of an image, (H, W, 3) uint8 BGR, to a network's input; see `ImageToNet.apply` and `lit`."""
+        part = cut(bgr, (*self.origin, *self.plan.image_size), recipe.padding)
         if self.mirror:
             # the padding stays at the right, where the plan has it
             part = np.ascontiguousarray(part[:, ::-1])
-        return PreparedView(self, self.plan.apply(part, padding))
+        scaled = self.plan.apply(part, recipe.padding)
+        return PreparedView(self, lit(scaled) if recipe.lit else scaled)
 
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
         """Turn people in pixels of the network's input into people in pixels of the image."""
@@ -185,7 +187,7 @@ def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional
 def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
                   ) -> List[PreparedView]:
     """Bring an image, (H, W, 3) uint8 BGR, to what a pass sees; see `views_of`."""
-    return [view.prepare(bgr, network_pass.model.input.padding)
+    return [view.prepare(bgr, network_pass.model.input)
             for view in views_of((bgr.shape[1], bgr.shape[0]), network_pass, columns)]
 
 

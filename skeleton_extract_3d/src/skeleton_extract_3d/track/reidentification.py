@@ -41,9 +41,7 @@ def new_people(people: Observations, birth_joints: int, method: MethodConstants 
     tracked = people.row >= 0
     if tracked.all():
         return np.zeros(0, np.int64)
-    # joints without a surface do not count against a person
-    measurable = (observed.known & np.isfinite(observed.samples).any(axis=2)).sum(axis=1)
-    new = ~tracked & (lifted.measured.sum(axis=1) >= np.minimum(birth_joints, measurable))
+    new = ~tracked & observed.has_measured(lifted.measured, birth_joints)
     same = in_one_place(lifted.xyz, observed.known, method.track.one_body.least_joints, constants.same_place)
     return np.flatnonzero(new & ~(same & tracked[None]).any(axis=1))
 
