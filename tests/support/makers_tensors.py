@@ -39,3 +39,14 @@ def yolox_end_to_end():
     corner, sides = random.random_sample((50, 2)) * 300, random.random_sample((50, 2)) * 100
     boxes = np.concatenate([corner, corner + sides, random.random_sample((50, 1))], axis=1)[None].astype(np.float32)
     return boxes, np.zeros((1, 50), np.int64)
+
+
+def heat_maps():
+    """(1, 17, 64, 48): Gaussians at chance places in noise, some at the border and some with another person's."""
+    random = np.random.RandomState(6)
+    y, x = np.mgrid[:64, :48]
+    maps = np.abs(random.normal(0, 0.01, (1, 17, 64, 48)))
+    for one, (column, row, height) in zip(maps[0], random.random_sample((17, 3)) * (48, 64, 1)):
+        one += height * np.exp(-((x - column) ** 2 + (y - row) ** 2) / 2 / 1.7 ** 2)
+        one += 0.7 * height * np.exp(-((x - column - 9) ** 2 + (y - row + 4) ** 2) / 2 / 2.2 ** 2)
+    return maps.astype(np.float32)

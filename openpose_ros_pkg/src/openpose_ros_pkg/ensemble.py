@@ -227,8 +227,13 @@ def person_scores(keypoints: np.ndarray, observable: np.ndarray) -> np.ndarray:
 
 
 def mean_scores(poses: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return the mean scores, (...,), of the joints of poses, (..., K, 3), that their source can know, (K,) bool."""
-    return (poses[..., 2] * known).sum(axis=-1) / poses.dtype.type(known.sum())
+    """Return the mean scores, (...,), of the joints of poses, (..., K, 3), that their source can know, (K,) bool.
+
+    Joints that are missing count for a half of the others: a person whom the border of the image cuts is there, too.
+    """
+    there = np.isfinite(poses[..., 0]) & known
+    count = np.maximum(there.sum(axis=-1), known.sum() / 4)
+    return ((poses[..., 2] * there).sum(axis=-1) / count).astype(poses.dtype)
 
 
 def accepted_people(poses: Poses, acceptance: Acceptance, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:

@@ -1,8 +1,9 @@
-"""Boxes of people: both forms of YOLOX's files, other classes, scores and what is not finite."""
+"""Boxes of people: both forms of YOLOX's files, PicoDet, other classes, scores and what is not finite."""
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.boxes import decode_boxes
+from openpose_ros_pkg.networks.model_types import Decoder
 
 SIZE, CELLS = (128, 96), 16 * 12 + 8 * 6 + 4 * 3
 
@@ -53,3 +54,12 @@ def test_what_is_not_finite_is_no_box(form, value, place):
     at_zero = form is raw and place in (2, 3) and value == -np.inf  # its width or height is 0
     np.testing.assert_allclose(scores, [0.9, 0.5] if at_zero else [0.5], atol=1e-6)
     assert np.isfinite(boxes).all()
+
+
+def test_of_boxes_of_picodet_that_overlap_the_surest_stays():
+    boxes = np.array([(10, 20, 34, 76), (70, 5, 100, 90), (70, 9, 100, 90), (70, 5, 100, 50), (40, 5, 60, 90)],
+                     np.float32)
+    found = decode_boxes((boxes, np.array([(0.3, 0.8, 0.9, 0.2, 0.1)], np.float32)), 0.0, SIZE, Decoder.PICODET)
+    np.testing.assert_allclose(found.boxes, boxes[[2, 0, 3]] - 0.5)
+    np.testing.assert_allclose(found.scores, [0.9, 0.3, 0.2])
+    assert len(decode_boxes((boxes[:0], np.zeros((1, 0), np.float32)), 0.0, SIZE, Decoder.PICODET).boxes) == 0

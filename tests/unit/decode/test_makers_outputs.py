@@ -1,6 +1,7 @@
 """Our decoders against the makers' own code on the same tensors.
 
-mmpose 1.3.2 and rtmlib 0.0.16 wrote makers_outputs.npz, in an environment of their own.
+mmpose 1.3.2, rtmlib 0.0.16 and PaddleDetection (deploy/python/keypoint_postprocess.py, HRNetPostProcess) wrote
+makers_outputs.npz, in environments of their own.
 """
 from dataclasses import replace
 from pathlib import Path
@@ -11,12 +12,13 @@ import pytest
 import makers_tensors
 from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.heat_maps import heat_map_points
 from openpose_ros_pkg.detect.views import View
 from openpose_ros_pkg.networks.backends.arrays import network_input
 from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, skeleton_of
 from openpose_ros_pkg.networks.preprocess import ImageToNet
-from openpose_ros_pkg.skeletons import POINT_SETS
+from openpose_ros_pkg.skeletons import COCO_17, POINT_SETS
 
 MAKERS = dict(np.load(str(Path(__file__).parent / 'makers_outputs.npz')))
 # All that has a score, in float32 of both.
@@ -56,6 +58,18 @@ def test_simcc_as_mmpose(name):
 def test_input_of_simcc_as_mmpose():
     ours = network_input(MAKERS['image'][np.newaxis], SIMCC_INPUT)
     np.testing.assert_allclose(ours, MAKERS['simcc_input'], atol=2e-6)
+
+
+def test_heat_maps_as_paddle_detection():
+    """Four pixels of the input for each cell; scores of people are squares."""
+    expected = MAKERS['heat_maps']
+    found = heat_map_points(makers_tensors.heat_maps()[0])
+    np.testing.assert_allclose(found, expected, **TOLERANCE)
+    assert (expected[:, :2] % 1 != 0).all(axis=1).sum() > 10, 'places between cells'
+    poses, skeleton = people('heat_maps', (makers_tensors.heat_maps(),), (192, 256))
+    left_knee = COCO_17.index['left_knee']
+    np.testing.assert_allclose(poses.keypoints[0, skeleton.index['left_knee']],
+                               [*(4 * expected[left_knee, :2]), expected[left_knee, 2] ** 2], **TOLERANCE)
 
 
 def test_large_boxes_of_yolox_as_rtmlib():
