@@ -229,7 +229,7 @@ def person_scores(keypoints: np.ndarray, observable: np.ndarray) -> np.ndarray:
 def mean_scores(poses: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the mean scores, (...,), of the joints of poses, (..., K, 3), that their source can know, (K,) bool.
 
-    Joints that are missing count for a half of the others: a person whom the border of the image cuts is there, too.
+    Missing joints do not count, up to three quarters: half of a person may lie beyond the border of the image.
     """
     there = np.isfinite(poses[..., 0]) & known
     count = np.maximum(there.sum(axis=-1), known.sum() / 4)

@@ -26,6 +26,7 @@ from stand_in_networks import (
     SimccNetwork,
     ThunderNetwork,
     Together,
+    _turns,
     chart,
     person_at,
 )
@@ -192,6 +193,33 @@ def test_people_in_boxes_are_found_by_the_crop_network(crop_model):
     np.testing.assert_allclose(in_order(found), truth, atol=1.5)
     assert len(networks[crop_model or 'movenet_thunder'].inputs) == 2 and len(networks['boxes'].inputs) == 1
     assert (found.scores > 0.85).all()
+
+
+def test_a_person_beside_another_one_is_seen_again_with_that_one_covered():
+    people = [LEFT, right_of(LEFT, 90.0)]
+    unit, networks = box_detector(people, crop_model='mine')
+    np.testing.assert_allclose(in_order(people_in(chart(*SIZE), unit)),
+                               [keypoints_in(scored(one)[None], BODY_25, COCO_18)[0, :, :2] for one in people], atol=2.0)
+    assert len(networks['mine'].inputs) == 4
+
+
+class UpsideDown(SimccNetwork):
+    """Sure of a person whose image is turned by half, alone."""
+
+    def infer(self, images):
+        self.confidence = 0.9 if _turns(images[0]) == 2 else 0.2
+        return super().infer(images)
+
+
+def test_a_box_without_a_sure_person_is_seen_turned():
+    unit, networks = box_detector([LEFT], crop_model='mine', look_closer=0)
+    networks['mine'] = unit.setup.networks['mine'] = UpsideDown([LEFT], SIZE, skeleton=BODY_25)
+    found = people_in(chart(*SIZE), unit)
+    np.testing.assert_allclose(found.xy[0], keypoints_in(scored(LEFT)[None], BODY_25, COCO_18)[0, :, :2], atol=1.5)
+    assert len(networks['mine'].inputs) == 4
+    networks['boxes'].confidence = 0.2  # hardly a person: not worth three more looks
+    people_in(chart(*SIZE), box_detector([LEFT], crop_model='mine')[0])
+    assert len(networks['mine'].inputs) == 4
 
 
 def test_without_refinement_people_are_seen_once():

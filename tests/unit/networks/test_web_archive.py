@@ -10,7 +10,7 @@ from test_weights import names_in, zip_with
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights_install
 from openpose_ros_pkg.networks.model_registry import MODELS
-from openpose_ros_pkg.networks.model_types import WebArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import WebArchive, WebFiles, WeightsFile
 from openpose_ros_pkg.networks.models import weights_path
 
 CONTENT = b'weights of a network' * 1000
@@ -25,7 +25,8 @@ ANSWERS = {
     'moved to a file': (302, b'', False, 'file:///etc/hostname'), 'too large': (200, bytes(2 * MOST), False, ''),
     'stalls': (200, ARCHIVE[:100], True, ''),
     'other weights': (200, zip_with({'end2end.onnx': CONTENT[::-1]}), False, ''),
-    'other member': (200, zip_with({'model.onnx': CONTENT}), False, '')}
+    'other member': (200, zip_with({'model.onnx': CONTENT}), False, ''),
+    'files': (200, CONTENT, False, '')}
 FAULTS = {
     'cut': 'net.zip is damaged or no zip file', 'missing': '404', 'page': 'is damaged or no zip file',
     'moved to a file': '302', 'too large': 'has more than 100000 bytes', 'stalls': 'can not be fetched: .*timed out',
@@ -123,6 +124,38 @@ def test_what_is_not_whole_and_right_leaves_nothing_behind(tmp_path, maker, answ
     for advice in ('weights of rtmo_s could not be fetched', f'download {model.source.address} in a browser',
                    '--from FILE', './run model get rtmo_s'):
         assert advice in str(caught.value)
+
+
+def files_at(address, *contents):
+    """Return a model of two files; the server calls them by other names."""
+    files = [WeightsFile(f'net.{suffix}', len(content), hashlib.sha256(content).hexdigest())
+             for suffix, content in zip(('xml', 'bin'), contents)]
+    return dataclasses.replace(MODELS['tinypose'], files=tuple(files), source=WebFiles(
+        address, 'A. Author', 'As they say.', names=('model.xml', 'model.bin')))
+
+
+def test_files_at_an_address_come_under_their_own_names_all_or_none(tmp_path, maker):
+    address = f'http://127.0.0.1:{maker.server_address[1]}/files'
+    path = weights_install.get(files_at(address, CONTENT, CONTENT), str(tmp_path / 'models'), 'the licence')
+    assert path == tmp_path / 'models/tinypose/net.xml' and names_in(tmp_path) == [
+        'LICENSE', 'NOTICE', 'net.bin', 'net.xml']
+    with pytest.raises(ModelError, match=r'net\.bin has .*, expected 20000 bytes and sha256'):
+        weights_install.get(files_at(address, CONTENT, CONTENT[::-1]), str(tmp_path / 'others'))
+    assert not (tmp_path / 'others').exists()
+
+
+def test_files_in_a_folder_are_known_by_their_checksums(tmp_path):
+    """And one of another precision is as good."""
+    folder, other = tmp_path / 'there', b'of other precision'
+    folder.mkdir()
+    for name, content in (('a.xml', CONTENT), ('b.xml', CONTENT[::-1]), ('c.bin', other)):
+        (folder / name).write_bytes(content)
+    model = files_at('http://127.0.0.1:9', CONTENT, CONTENT)
+    model = dataclasses.replace(model, files=(model.files[0], dataclasses.replace(
+        model.files[1], also=hashlib.sha256(other).hexdigest())))
+    path = weights_install.get(model, str(tmp_path / 'models'), brought=[folder])
+    assert path.read_bytes() == CONTENT and path.with_name('net.bin').read_bytes() == other
+    assert weights_path(model, str(tmp_path / 'models')) == path
 
 
 def test_the_zip_file_and_the_file_in_it_can_be_brought(tmp_path):

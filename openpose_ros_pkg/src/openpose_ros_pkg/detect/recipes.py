@@ -43,10 +43,10 @@ class DetectorParams(Parameters):
     """
 
     mode: str = parameter(
-        'balanced', 'How much is computed for an image: fast, for weak machines, finds six people at most; balanced; '
-                    'accurate, for image files and recordings, takes about ten times as long as balanced; best, the '
-                    'best networks that are installed by name (`./run model get`) and, with target_rate, fast enough, '
-                    'or balanced where there are none.', choices=('fast', 'balanced', 'accurate', BEST))
+        'balanced', 'How much is computed for an image: fast, for weak machines; balanced; accurate, for image files '
+                    'and recordings, takes up to ten times as long as balanced; best, the best networks that are '
+                    'installed by name (`./run model get`) and, with target_rate, fast enough, or balanced where there '
+                    'are none.', choices=('fast', 'balanced', 'accurate', BEST))
     pose_model: str = parameter(
         AUTO, 'Network: auto, the networks that the mode puts together, with toes and heels (BODY_25); COCO, the joint '
               'set that OpenPose calls so, the same without; or one network alone: mobilenet_thin, movenet_multipose, '
@@ -206,8 +206,9 @@ def crop_of(model: Model) -> CropRefinement:
         ParameterError: it is none for crops.
     """
     if model.decoder in CROP_DECODERS:
+        weight = _SIMCC_PLACE_WEIGHT if model.decoder == Decoder.SIMCC else THUNDER_CROP.place_weight
         return CropRefinement(model, _SIMCC_MARGIN, size=model.input.fixed_size or _SIMCC_SIZE, centred=True,
-                              place_weight=_SIMCC_PLACE_WEIGHT)
+                              place_weight=weight)
     if model.decoder == Decoder.MOVENET_SINGLEPOSE:
         return replace(THUNDER_CROP, model=model, size=model.input.fixed_size or THUNDER_CROP.size)
     if model.decoder == Decoder.MOVENET_MULTIPOSE:
@@ -346,13 +347,16 @@ MODES: Dict[str, Recipe] = {
 
 
 # The same modes where the networks of `people-small` are: PicoDet finds boxes of people, PP-TinyPose their joints.
+# mobilenet_thin, from joints to people, finds those who touch; Thunder is the second opinion on each. MoveNet MultiPose
+# brings nothing beside them.
 _TINY_CROP = crop_of(TINYPOSE)
 _IN_BOXES = NetworkPass(PICODET, (320, 320), crop=_TINY_CROP)
 SMALL_MODES: Dict[str, Recipe] = {
-    'fast': Recipe((_IN_BOXES,), (_TINY_CROP,), acceptance=0.6),
-    'balanced': Recipe((_IN_BOXES,), (_TINY_CROP, THUNDER_CROP), acceptance=0.6),
-    'accurate': Recipe((_IN_BOXES,), (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
-                                      replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.6),
+    'fast': Recipe((_IN_BOXES,), (_TINY_CROP,), acceptance=0.6, spare=()),
+    'balanced': Recipe((_IN_BOXES, mobilenet(1.0)), (_TINY_CROP, THUNDER_CROP), acceptance=0.6, spare=()),
+    'accurate': Recipe(
+        (_IN_BOXES, mobilenet(1.0)), (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
+                                      replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.6, spare=()),
 }
 
 
