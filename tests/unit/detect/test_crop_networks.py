@@ -198,8 +198,8 @@ def test_people_in_boxes_are_found_by_the_crop_network(crop_model):
 def test_a_person_beside_another_one_is_seen_again_with_that_one_covered():
     people = [LEFT, right_of(LEFT, 90.0)]
     unit, networks = box_detector(people, crop_model='mine')
-    np.testing.assert_allclose(in_order(people_in(chart(*SIZE), unit)),
-                               [keypoints_in(scored(one)[None], BODY_25, COCO_18)[0, :, :2] for one in people], atol=2.0)
+    truth = [keypoints_in(scored(one)[None], BODY_25, COCO_18)[0, :, :2] for one in people]
+    np.testing.assert_allclose(in_order(people_in(chart(*SIZE), unit)), truth, atol=2.0)
     assert len(networks['mine'].inputs) == 4
 
 

@@ -54,5 +54,5 @@ def test_no_mode_is_less_accurate_than_a_faster_one(sizes):
             each = similarity(truth[:, None], found, sigmas(COCO_18))
             alike += each.max(axis=1).tolist() if len(found) else len(truth) * [0.0]
         mean.append(np.mean(alike))
-    assert len(alike) > 10 and mean[0] > 0.8
+    assert len(alike) > 10 and mean[0] > 0.75
     assert (np.diff(mean) > -EQUAL).all(), mean

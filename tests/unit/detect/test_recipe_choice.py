@@ -140,8 +140,10 @@ def test_the_joint_set_is_that_of_the_best_whatever_the_processor_reaches(instal
 # --- at a rate --------------------------------------------------------------------------------------------------------
 
 # Seconds for an input of each network.
-INPUTS = {'large': 192 * 256, 'small': 192 * 256, 'rtmo_s': 640 * 640, 'boxes': 416 * 416, 'movenet_thunder': 256 * 256}
-SECONDS = {'large': 0.02, 'small': 0.008, 'rtmo_s': 0.1, 'boxes': 0.02, 'movenet_thunder': 0.01}
+INPUTS = {'large': 192 * 256, 'small': 192 * 256, 'rtmo_s': 640 * 640, 'boxes': 416 * 416, 'movenet_thunder': 256 * 256,
+          'picodet': 320 * 320, 'tinypose': 192 * 256}
+SECONDS = {'large': 0.02, 'small': 0.008, 'rtmo_s': 0.1, 'boxes': 0.02, 'movenet_thunder': 0.01, 'picodet': 0.01,
+           'tinypose': 0.012}
 PACE = {**{name: seconds / INPUTS[name] for name, seconds in SECONDS.items()},
         'mobilenet_thin': 3e-7, 'movenet_multipose': 3e-7}
 
