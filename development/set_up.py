@@ -55,7 +55,7 @@ OPTIONAL_MODELS = {
     'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)',
     'pose_landmark': 'Heels and toes are not found'}
 # Small ones at a public address, which set-up takes where it reaches them in this time [s].
-SMALL_MODELS, SMALL_TIME = 'people-small', 20
+SMALL_MODELS, SMALL_TIME = ('picodet', 'tinypose'), 20
 BETTER_MODEL = 'rtmpose-m'
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
@@ -247,12 +247,12 @@ def _set_up_weights() -> None:
         say('[3/4] Weights of the networks: there and right')
     else:
         _fetch_weights()
-    if not weights('check', SMALL_MODELS, quiet=True):
-        get = ('timeout', str(SMALL_TIME), *_command(MODELS_PROGRAM, 'get', SMALL_MODELS))
-        step(f'[3/4] Weights of {SMALL_MODELS}: fetching', f'weights_{SMALL_MODELS}', '', succeeds, *get)
-        if not weights('check', SMALL_MODELS, quiet=True):
-            say(f'      {SMALL_MODELS} could not be fetched; all modes work without them, less accurately. To try '
-                f'again: ./run model get {SMALL_MODELS}')
+    if not weights('check', *SMALL_MODELS, quiet=True):
+        get = ('timeout', str(SMALL_TIME), *_command(MODELS_PROGRAM, 'get', *SMALL_MODELS))
+        step('[3/4] Weights of people-small: fetching', 'weights_people_small', '', succeeds, *get)
+        if not weights('check', *SMALL_MODELS, quiet=True):
+            say('      people-small could not be fetched; all modes work without them, less accurately. To try '
+                'again: ./run model get people-small')
     if not weights('check', BETTER_MODEL, quiet=True):
         say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (docs/networks.md)')
 

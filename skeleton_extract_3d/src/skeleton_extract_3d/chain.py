@@ -136,7 +136,7 @@ class PeopleChain:
             depth = None if frame.is_monocular else depth_view(frame.points)
         image = ImageFrame(frame.camera, frame.image_time, frame.image, depth, frame.source)
         self._newest = image
-        in_space = frame.points is not None and (self._settings.identity.tracking or frame.is_monocular)
+        in_space = frame.points is not None and self._settings.identity.tracking
         result = (self._in_space if in_space else self._in_image)(frame, image, in_full, locate)
         return replace(result, mounting=self._mountings.of(frame.camera).fault(result.people_2d))
 
@@ -148,10 +148,7 @@ class PeopleChain:
         if self.detection.gives_ids:  # of another tracker
             people = replace(people, ids=np.full(len(people), -1))
         frame = locate(frame)
-        worlds = None
-        if frame.is_monocular and self._bodies is not None:
-            worlds = worlds_of(self._bodies.observe(frame.image, people.keypoints, people.skeleton))
-        estimate = estimator.update(people, frame, looks.missed, worlds)
+        estimate = estimator.update(people, frame, looks.missed, self._worlds(people, frame))
         self.detection.remember(image, estimate.ids)
         return Result(frame, estimate.in_image, estimate)
 
@@ -166,8 +163,14 @@ class PeopleChain:
         frame = locate(frame)
         if frame.points is None:
             return Result(frame, people)
-        estimate = self._estimators.of(frame.camera).update(people, frame)
+        estimate = self._estimators.of(frame.camera).update(people, frame, None, self._worlds(people, frame))
         return Result(frame, estimate.in_image, estimate)
+
+    def _worlds(self, people: People2D, frame: Frame) -> Optional[np.ndarray]:
+        """Return the bodies of people by themselves, see `worlds_of`; None: with depth, or without the network."""
+        if self._bodies is None or not frame.is_monocular:
+            return None
+        return worlds_of(self._bodies.observe(frame.image, people.keypoints, people.skeleton))
 
     def search(self) -> Iterator[NextPart]:
         """Search the rest of the newest frame; see `Detection.search`."""

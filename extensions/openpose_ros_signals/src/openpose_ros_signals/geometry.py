@@ -94,27 +94,33 @@ def middle(joints: np.ndarray, pair: np.ndarray) -> np.ndarray:
     return np.asarray(first if math.isnan(second[0]) else (first + second) / 2)
 
 
-def joints_of(people: People3D, constants: PersonConstants = SIGNALS.person
-              ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return joints (P, 18, 3) [m], status (P, 18) and sigma (P, 18) [m] in the order of COCO_18."""
+    joints, status, sigma = (values_in(values, people.skeleton, COCO_18, missing) for values, missing in (
+        (people.xyz, np.nan), (people.status, MISSING), (people.sigma, np.nan)))
+    return joints.astype(np.float64), status, np.where(status == MISSING, np.nan, sigma.astype(np.float64))
+
+
+def told_joints(people: People3D, constants: PersonConstants = SIGNALS.person
+                ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return joints (P, 18, 3) [m], which of them the image tells (P, 18), and sigma (P, 18) [m], as of COCO_18.
 
     The image tells measured joints; of a person without one, those with a keypoint. All joints of such a person share
     the error of the distance, which moves none against another: it is left out. See also
     `PersonConstants.inferred_share`.
     """
-    joints, status, sigma, score = (values_in(values, people.skeleton, COCO_18, missing) for values, missing in (
-        (people.xyz, np.nan), (people.status, MISSING), (people.sigma, np.nan), (people.confidence, 0.0)))
-    told, sigma = status == MEASURED, np.where(status == MISSING, np.nan, sigma.astype(np.float64))
+    joints, status, sigma = joints_of(people)
+    told, score = status == MEASURED, values_in(people.confidence, people.skeleton, COCO_18, 0.0)
     inferred = ~told.any(axis=1, keepdims=True) & (status != MISSING) & (score > 0)
     shared = np.where(inferred, sigma, np.inf).min(axis=1, keepdims=True)
     against = np.sqrt(np.maximum(sigma ** 2 - np.where(inferred, shared, 0.0) ** 2, 0.0))
     sigma = np.where(inferred, constants.inferred_share * against, sigma)
-    return joints.astype(np.float64), told | inferred, sigma
+    return joints, told | inferred, sigma
 
 
 def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float,
             constants: PersonConstants = SIGNALS.person) -> Body:
-    """Return a person of joints, see `joints_of`, without those that are not known well."""
+    """Return a person of joints, see `told_joints`, without those that are not known well."""
     xyz, told, sigma = joints
     with np.errstate(invalid='ignore'):
         known, sure = ((sigma <= most * stature) | (np.isnan(sigma) & told)
@@ -124,7 +130,7 @@ def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up:
 
 def stature_of(joints: np.ndarray, told: np.ndarray, constants: PersonConstants = SIGNALS.person,
                body: BodyConstants = BODY) -> float:
-    """Return the stature [m] by the median bone between told joints, see `joints_of`; NaN: too few, or too small."""
+    """Return the stature [m] by the median bone between told joints, see `told_joints`; NaN: too few, or too small."""
     seen = np.where(told[:, np.newaxis], joints, np.nan)
     bones = seen[MEASURED_BONES]
     trunk = seen[NECK] - seen[HIPS].mean(axis=0)

@@ -39,7 +39,7 @@ class Surroundings(NamedTuple):
 class BodyObservation(NamedTuple):
     """A person of a frame."""
 
-    joints: Tuple[np.ndarray, np.ndarray, np.ndarray]  # of one person, see `geometry.joints_of`
+    joints: Tuple[np.ndarray, np.ndarray, np.ndarray]  # of one person, see `geometry.told_joints`
     trunk: np.ndarray  # (3, 3) axes of the neck, see `joint_frames`
     head: np.ndarray  # (3, 3) axes of the nose
     palms: Tuple[Optional[Palm], Optional[Palm]] = (None, None)  # of the left and the right hand

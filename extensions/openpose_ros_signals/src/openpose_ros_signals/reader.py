@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
-from openpose_ros_signals.geometry import joints_of
+from openpose_ros_signals.geometry import told_joints
 from openpose_ros_signals.gestures import palm_of
 from openpose_ros_signals.person import BodyObservation, Person, Surroundings
 from openpose_ros_signals.records import Facing, PersonSignals
@@ -56,7 +56,7 @@ class SignalReader:
                         if stamp - person.stamp <= self._constants.person.gap}
         people = replace(people, ids=distinct_ids(people.ids))
         present = []
-        joints = joints_of(people, self._constants.person)
+        joints = told_joints(people, self._constants.person)
         for name, seen in zip(people.ids.tolist(), _observations(people, joints, landmarks or Landmarks3D.empty())):
             if name not in self._people:
                 self._people[name] = Person(stamp, self._constants)

@@ -30,7 +30,7 @@ class DirectDecodeParams(Parameters):
               'to keep only joints that are clearly visible.', minimum=0.0, maximum=1.0)
     direct_person_score: float = parameter(
         0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet, 0.7 for RTMO, 0.25 for '
-             'YOLO-pose, 0.3 for SimCC (RTMPose) and YOLOX.',
+             'YOLO-pose, 0.3 for SimCC (RTMPose) and YOLOX, 0.15 for PicoDet, 0.06 for PP-TinyPose.',
         minimum=0.0, maximum=1.0)
 
 

@@ -180,8 +180,7 @@ class Networks(NamedTuple):
 
     def search(self, people: Sequence[Person], part: Part) -> Look:
         """Return the people of the image with the opinions of a search of a part, the new ones on crops."""
-        known = [person.pose for person in people if person.crop is not None or (
-            person.number >= 0 and not person.looked and person.existence >= EXISTENCE.reported)]
+        known = [person.crop for person in people if person.crop is not None]
         searched, found = self.passed(people, part, known)
         elsewhere = [i for i, person in enumerate(searched.people[:len(people)])
                      if person.crop is None and self.image.setup.recipe.pass_opinions in person.opinions

@@ -207,6 +207,7 @@ class NetworkDetection:
         for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
             networks.look(people * [Person(pose)], range(people))
             blank = People2D(joints, np.stack(people * [pose]), np.ones(people), np.full(people, -1))
+            networks.feet(blank, people * [None], 0.0)
             self._learn(networks.feet(blank, people * [None], 0.0)[1], self._clock())
         by_size = {(part.number, part.right - part.left): part for part in plan.parts(RATE.image_size)}
         for part in by_size.values():

@@ -152,13 +152,13 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
     searchers = [one for one in installed if one.decoder not in CROP_DECODERS]
     crops = [crop_of(one) for one in installed if one.decoder in CROP_DECODERS] if named is None else [named]
     if not installed and named is None:
-        return [SMALL_MODES['balanced'], MODES['balanced']]
+        return _of_mode(replace(params, mode='balanced'), None)
     recipes = [recipe for crop in crops for recipe in (
         *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]
     if named is None:  # Thunder brings nothing to boxes and to people of better networks; there it only follows
         recipes += [replace(_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params), named=())
                     for one in searchers if one.decoder not in BOX_DECODERS]
-        recipes += [SMALL_MODES['balanced'], MODES['balanced']]
+        recipes += _of_mode(replace(params, mode='balanced'), None)
     recipes += [_refined_by(crop, faster) for faster in FASTER[1:] for crop in crops]
     return [*recipes, *FASTER[1:]] if named is None else recipes
 

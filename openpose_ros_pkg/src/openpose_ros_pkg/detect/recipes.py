@@ -214,8 +214,8 @@ def crop_of(model: Model) -> CropRefinement:
     if model.decoder == Decoder.MOVENET_MULTIPOSE:
         return replace(MULTIPOSE_CROP, model=model)
     raise ParameterError(f"parameter 'crop_model' = {model.name!r} is not allowed: its decoder is {model.decoder}, "
-                         f'expected a network for crops: {Decoder.SIMCC} (RTMPose), {Decoder.MOVENET_SINGLEPOSE} or '
-                         f'{Decoder.MOVENET_MULTIPOSE}', 'crop_model')
+                         f'expected a network for crops: {", ".join(CROP_DECODERS)}, {Decoder.MOVENET_SINGLEPOSE} '
+                         f'or {Decoder.MOVENET_MULTIPOSE}', 'crop_model')
 
 
 @dataclass(frozen=True)
@@ -289,7 +289,8 @@ class Recipe:
 
     def box_pass(self, refinement: CropRefinement) -> int:
         """Return the number of the opinion of what a refinement sees in boxes; -1: there is none."""
-        boxes = [number for number, one in enumerate(self.passes) if one.crop == refinement]
+        boxes = [number for number, one in enumerate(self.passes) if one.crop == refinement
+                 and refinement.model.points != WHOLE_BODY_POINTS]  # opinions of boxes have no hands and faces
         return sum(one.opinions for one in self.passes[:boxes[0]]) if boxes else -1
 
     @property

@@ -102,8 +102,7 @@ _GITHUB = 'https://raw.githubusercontent.com'
 # Networks of PaddleDetection, which others converted for OpenVINO. Inputs and sizes: its configs/keypoint/tiny_pose and
 # configs/picodet, deploy/python/keypoint_preprocess.py and preprocess.py.
 _PADDLE = f'{_GITHUB}/guojin-yan/Csharp_and_OpenVINO_deploy_PP-TinyPose/0f6a4845d37b5b16edacbb76f1b1debb39e28a11/model'
-_PADDLE_STATED = ("PaddleDetection's licence, for its configs/keypoint/tiny_pose; the repository with the converted "
-                  'files names none of its own.')
+_PADDLE_STATED = "PaddleDetection's licence; the repository with the converted files names none of its own."
 TINYPOSE = Model(
     name='tinypose', skeleton=COCO_18,
     files=(WeightsFile('tinypose_256_192.xml', 1470698,
@@ -220,9 +219,9 @@ BY_NAME = (
         'rtmposev1/onnx_sdk/yolox_tiny_8xb8-300e_humanart-6f3252f9.zip', _YOLOX))
 
 # Small networks that the modes use where they are; set-up fetches them where it can.
-PEOPLE_SMALL = (TINYPOSE, PICODET, HUMAN_POSE_ESTIMATION_0001)
+PEOPLE_SMALL = (TINYPOSE, PICODET)
 # Names of several networks.
-GROUPS: Dict[str, Tuple[Model, ...]] = {'people-small': PEOPLE_SMALL}
+GROUPS: Dict[str, Tuple[Model, ...]] = {'people-small': (*PEOPLE_SMALL, HUMAN_POSE_ESTIMATION_0001)}
 
 _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')
 
@@ -242,6 +241,7 @@ MODELS: Dict[str, Model] = {model.name: model for model in (
         WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'), _MPI_WEIGHTS), peak_threshold=0.3),
     LIGHTWEIGHT_OPENPOSE,
     *PEOPLE_SMALL,
+    HUMAN_POSE_ESTIMATION_0001,
     *BY_NAME,
     _rtmo_of_user('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),
     _rtmo_of_user('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip'))}

@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterEr
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, AUTO, BY_NAME, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebArchive, WebSource, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebFiles, WebSource, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
 from openpose_ros_pkg.skeletons import BODY_25, SkeletonModel
 
@@ -84,9 +84,11 @@ def how_to_get(model: Model, folder: Path) -> str:
                 f'{model.name}`), which fetches it; without network, run it elsewhere and copy {names} from there to '
                 f"{target}; for another place, set the parameter 'model_folder'")
     if isinstance(model.source, WebSource):
-        files = f'the zip file, or {names} of it' if isinstance(model.source, WebArchive) else names
+        source, files = model.source.address, 'the zip file, or ' + names + ' of it'
+        if isinstance(model.source, WebFiles):
+            source, files = ' and '.join(f'{source}/{name}' for name in model.source.names), 'both'
         return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
-                f'{model.name}`), which fetches it; without network, download {model.source.address} in a browser and '
+                f'{model.name}`), which fetches it; without network, download {source} in a browser and '
                 f'add `--from FILE`: {files}')
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'

@@ -160,6 +160,9 @@ def notice(model: Model, folder: Path) -> str:
     how = 'converted, with unchanged numbers, from' if isinstance(source, NpmArchive) else 'the unchanged file'
     text = '' if isinstance(source, NpmArchive) else '; its text is in the file LICENSE'
     archive = f'sha256 of the archive: {source.sha256}.\n' if isinstance(source, Archive) else ''
+    if isinstance(source, WebFiles):
+        return (f'{files}are the unchanged files {", ".join(source.names)} of {origin(model)}.\n'
+                f'Licence: {model.licence}{text}. {source.stated}\n')
     member = source.member if isinstance(source, Archive) else model.files[0].name
     return (f'{files}is {how} {member}\nof the archive {origin(model)}.\n{archive}'
             f'Licence: {model.licence}{text}. {source.stated}'.rstrip() + '\n')
@@ -235,9 +238,9 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
 def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     """Return the path of each of a model's files among files and folders that a user names.
 
-    A named file with a known checksum, or the only one of its model, may have another name with the right suffix. In
-    folders and those below them, the files must lie together under their own names: OpenPose has prototxts of one name
-    in several folders.
+    A file with a known checksum, or a named one that is the only one of its model, may have another name with the right
+    suffix. Others must lie together under their own names, in a folder or one below it: OpenPose has prototxts of one
+    name in several folders.
 
     Raises:
         ModelError: a path or file is missing.
@@ -254,7 +257,7 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
         if named:
             found[file.name] = named[0]
     folders = [Path(folder) for path in brought if path.is_dir() for folder, _, _ in sorted(os.walk(str(path)))]
-    for file in model.files:
+    for file in (one for one in model.files if one.name not in found):
         alike = (path for folder in folders for path in sorted(folder.glob(f'*{Path(file.name).suffix}')))
         right = next((path for path in alike if file.sha256 and not file_fault(path, file)), None)
         if right:

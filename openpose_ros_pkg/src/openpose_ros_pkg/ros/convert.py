@@ -252,7 +252,8 @@ def people_from_messages(messages: Sequence[PersonDetection], skeleton: Skeleton
     """Return the people of one frame; confidence 0 or NaN: missing; parts outside the skeleton are not read."""
     values = _points([[getattr(message, joint) for joint in skeleton.joints] for message in messages],
                      len(skeleton.joints))
-    return People2D(skeleton, values, values[..., 2].mean(axis=1),
+    body = [i for i, joint in enumerate(skeleton.joints) if joint.split('_')[-1] not in ('toe', 'heel')]
+    return People2D(skeleton, values, values[:, body, 2].mean(axis=1),
                     np.array([message.person_ID for message in messages], np.int64))
 
 

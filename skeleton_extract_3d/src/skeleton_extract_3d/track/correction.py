@@ -63,7 +63,8 @@ def correct(tracks: Tracks, people: Observations, stamp: float, params: Occlusio
                                     lifted.stature, lifted.sized, method),
         clothes=tracks.clothes.learnt(people.clothes, sure | np.isnan(observed.samples).all(axis=(1, 2)), method.sizes))
     sigma = np.sqrt(errors + method.inference.keypoint_error ** 2)  # no filter takes the errors of the model away
-    sigma = np.hypot(sigma, people.size_error)
+    wide = lifted.sigma >= people.size_error  # the error by size is in it, as the lift knew no other
+    sigma = np.where(wide, np.maximum(sigma, people.size_error), np.hypot(sigma, people.size_error))
     return Completion(tracks, trusted, trusted, sigma)
 
 

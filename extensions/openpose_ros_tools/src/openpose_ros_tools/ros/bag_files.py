@@ -89,6 +89,8 @@ def _follows(before: Path, path: Path) -> bool:
     if not (names[0] and names[1] and before.parent == path.parent and names[0][1] == names[1][1]
             and int(names[0][2]) + 1 == int(names[1][2])):
         return False
+    if is_video(before) or is_video(path):  # without a time of their own
+        return False
     with suppress(BadInputError, rosbag.ROSBagException), open_bag(before) as first, open_bag(path) as second:
         return bool(abs(second.get_start_time() - first.get_end_time()) < _PART_PAUSE)
     return False  # damaged, or empty

@@ -31,7 +31,7 @@ from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, choose_topic
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.recording_paths import is_bag
+from openpose_ros_tools.recording_paths import is_bag, is_video
 from openpose_ros_tools.report.recording import Landmarks, Recording, facts_of, frames_of
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
@@ -72,7 +72,7 @@ def _run(options: argparse.Namespace) -> int:
     for path in filter(None, (recording, options.images)):
         if not path.exists():
             raise BadInputError(f'{path}: there is no such file')
-        if not is_bag(path):
+        if not is_bag(path) and not (path == options.images and is_video(path)):
             raise BadInputError(f'{path} is neither a bag nor a recording of ROS 2')
     www, three = Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www', three_folder()
     output = options.output or recording.with_name(f'{recording.name if recording.is_dir() else recording.stem}.html')

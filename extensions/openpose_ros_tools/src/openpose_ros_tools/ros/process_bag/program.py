@@ -57,7 +57,7 @@ from openpose_ros_pkg.ros.topics import CameraTopics
 from openpose_ros_pkg.structured_text import file_values
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.parallel import run_tasks
-from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
+from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2, is_video
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, parts_of_recordings
 from openpose_ros_tools.ros.process_bag.job import (
     BagJob,
@@ -274,9 +274,9 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     for path in (path.expanduser().absolute() for path in inputs):
         if path.is_dir() and not is_ros2(path):
             held = sorted((bag for bag in path.iterdir() if not bag.name.startswith('.')
-                           and (is_ros2(bag) or (is_bag(bag) and bag.is_file()))), key=natural_key)
+                           and (is_ros2(bag) or is_video(bag) or (is_bag(bag) and bag.is_file()))), key=natural_key)
             if not held:
-                raise ParameterError(f'{path} holds no bags')
+                raise ParameterError(f'{path} holds no bags or videos')
             bags.update(dict.fromkeys(held))
         elif path.exists():
             bags[path] = None

@@ -106,7 +106,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
     """
     outputs, settings = job.outputs, build_settings(job.settings.values)
     points_source = settings.extractor.points_source
-    if points_source == 'none':
+    if points_source == 'none' and not all(camera.only_2d for camera in rig.cameras):
         raise ParameterError("parameter 'points_source' = 'none' is not allowed here: cameras without depth are fused "
                              'by their rays, with --only-2d', 'points_source')
     with ExitStack() as stack:
