@@ -342,7 +342,8 @@ def test_people_in_space_by_images_and_their_calibration(run, tmp_path, out, no_
         for person, truth in zip(array.persons, frame(number).xyz):
             assert {person.neck.status, person.left_hip.status} == {INFERRED}
             neck = np.array([person.neck.x, person.neck.y, person.neck.z])
-            assert np.linalg.norm(neck - truth[COCO_18.index['neck']]) < min(2 * person.neck.sigma, 1.0)
+            # by their size alone; they are two deviations of the stature larger than an adult
+            assert np.linalg.norm(neck - truth[COCO_18.index['neck']]) < min(2.5 * person.neck.sigma, 1.0)
     assert len((tmp_path / 'a.csv').read_text().splitlines()) == 1 + sum(len(array.persons) for array in found)
 
 
