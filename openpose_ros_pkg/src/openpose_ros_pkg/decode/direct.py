@@ -49,6 +49,7 @@ class _Kind(NamedTuple):
 
 # Thresholds of the makers. RTMO: rtmlib, rtmo.py, score_thr and nms_thr. YOLO-pose: docs.ultralytics.com, Predict, conf
 # and iou. SimCC, the mean score of COCO's joints: mmpose 1.3.2, demo/topdown_demo_with_mmdet.py, kpt-thr.
+# PP-TinyPose, the mean square of the maps: 86 % of PicoDet's boxes without a person are below, 19 % of those with one.
 # MoveNet: on 160 photographs with 166 annotated people, 77 % of the people above 0.15 were real, 86 % above 0.2 and all
 # above 0.3, 55, 53 and 44 % of the annotated ones; AP falls by 0.02 from 0.15 to 0.2.
 _KINDS: Dict[str, _Kind] = {

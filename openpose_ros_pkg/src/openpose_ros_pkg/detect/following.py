@@ -5,7 +5,6 @@ from typing import List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.detect.feet import SeenFeet
 from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, doubted, without_twins
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import person_sizes
@@ -21,6 +20,7 @@ from openpose_ros_pkg.ensemble import (
     stacked,
     vote_with_crops,
 )
+from openpose_ros_pkg.landmarks.feet import SeenFeet
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses, no_points

@@ -9,7 +9,6 @@ import numpy as np
 from openpose_ros_pkg.detect.crops import CrowdImage, alone, compute_crops, decode_crop, found_by, prepare_crops
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.existence import EXISTENCE
-from openpose_ros_pkg.detect.feet import FEET, FeetLook, SeenFeet, look_at_feet
 from openpose_ros_pkg.detect.following import FollowingParams, Person, voted, with_crop, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds
@@ -19,6 +18,7 @@ from openpose_ros_pkg.detect.tracking import person_sizes
 from openpose_ros_pkg.detect.views import SearchedImage, Setup, prepare_views, views_of
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, extent, group, person_scores, stacked, vote
 from openpose_ros_pkg.landmarks.body_landmarks import BODY_CROP
+from openpose_ros_pkg.landmarks.feet import FEET, FeetLook, SeenFeet, look_at_feet
 from openpose_ros_pkg.networks.model_registry import POSE_LANDMARK
 from openpose_ros_pkg.people import People2D, Poses, keypoints_in
 
@@ -94,9 +94,9 @@ class SearchPlan:
 
     @property
     def of_person(self) -> float:
-        """What the crops of a person take [s]."""
-        return (sum(self.pace.of(one.model.name, one.size) for one in self.setup.recipe.refinements)
-                + FEET.share * self.pace.of(POSE_LANDMARK.name, BODY_CROP))
+        """What the crops of a person take, with those of the feet in the mean [s]."""
+        crops = sum(self.pace.of(one.model.name, one.size) for one in self.setup.recipe.refinements)
+        return crops + FEET.share * self.pace.of(POSE_LANDMARK.name, BODY_CROP)
 
     def of_part(self, part: Part, height: int, first: bool = False) -> float:
         """Return what a part of an image of a height [px] takes [s]; `first`: when the plan was made."""
@@ -142,21 +142,19 @@ class Networks(NamedTuple):
         poses = np.array([people[i].pose for i in present], np.float32).reshape(-1, len(skeleton.joints), 3)
         for i, front in zip(present, foregrounds(poses, skeleton, image.depth, image.size)):
             result[i] = replace(result[i], front=front)
-        crowd = CrowdImage(image.bgr, poses, skeleton)
-        are_alone = alone(np.stack([people[i].expected for i in chosen]), crowd)
+        crowd, expected = CrowdImage(image.bgr, poses, skeleton), np.stack([person.expected for person in people])
         for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
-            begin, known, in_boxes = self.clock(), setup.recipe.sources.known[number], setup.recipe.box_pass(one)
-            boxed = {i: result[i].opinions.get(in_boxes) for i, is_alone in zip(chosen, are_alone) if is_alone}
-            found = {i: Poses(pose[np.newaxis], np.ones(1)) for i, pose in boxed.items() if pose is not None}
-            seen = [i for i in chosen if i not in found]
-            prepared = prepare_crops(crowd, np.stack([people[i].expected for i in seen]), one,
-                                     [result[i].front for i in seen]) if seen else []
-            views = compute_crops(prepared, setup.networks[one.model.name])
-            found.update((i, decode_crop(view, one.model, setup)) for i, view in zip(seen, views))
-            for i in chosen:
-                result[i] = with_crop(result[i], number, found[i], known, poses, setup.recipe)
+            begin = self.clock()
+            found = _in_boxes([result[i] for i in chosen], setup.recipe.box_pass(one), crowd)
+            seen = [i for i, poses_in_box in zip(chosen, found) if poses_in_box is None]
+            crops = prepare_crops(crowd, expected[seen], one, [result[i].front for i in seen]) if seen else []
+            views = iter(compute_crops(crops, setup.networks[one.model.name]))
+            for i, in_box in zip(chosen, found):
+                on_crop = decode_crop(next(views), one.model, setup) if in_box is None else in_box
+                result[i] = with_crop(result[i], number, on_crop, setup.recipe.sources.known[number], poses,
+                                      setup.recipe)
             if seen:
-                runs.append(Run(one.model.name, len(views) * one.size[0] * one.size[1], self.clock() - begin))
+                runs.append(Run(one.model.name, len(seen) * one.size[0] * one.size[1], self.clock() - begin))
         return Look(without_shared_crops(result, setup.recipe), tuple(runs))
 
     def feet(self, people: People2D, known: Sequence[Optional[SeenFeet]], stamp: float, hurried: bool = False
@@ -180,18 +178,16 @@ class Networks(NamedTuple):
 
     def search(self, people: Sequence[Person], part: Part) -> Look:
         """Return the people of the image with the opinions of a search of a part, the new ones on crops."""
-        known = [person.crop for person in people if person.crop is not None]
-        searched, found = self.passed(people, part, known)
+        searched, found = self.passed(people, part)
         elsewhere = [i for i, person in enumerate(searched.people[:len(people)])
                      if person.crop is None and self.image.setup.recipe.pass_opinions in person.opinions
                      and any(person.opinions.get(number) is not None for number in found)]
         looked = self.look(searched.people, [*elsewhere, *self.likely(searched.people, len(people))])
         return Look(looked.people, (*searched.runs, *looked.runs))
 
-    def passed(self, people: Sequence[Person], part: Part, known: Sequence[np.ndarray] = ()
-               ) -> Tuple[Look, List[int]]:
+    def passed(self, people: Sequence[Person], part: Part) -> Tuple[Look, List[int]]:
         """Return the people of the image with the opinions of a search of a part, and the numbers of its sources."""
-        found, runs = self.search_part(part, known)
+        found, runs = self.search_part(part, people)
         persons, new = assigned(found, people, self.image.setup)
         return Look([*persons, *new], runs), [one.number for one in found]
 
@@ -204,19 +200,19 @@ class Networks(NamedTuple):
         order = [first + i for i in np.argsort(-scores, kind='stable') if scores[i] >= setup.acceptance.person_score]
         return order[:setup.recipe.max_refined]
 
-    def search_part(self, part: Part, known: Sequence[np.ndarray] = ()) -> Tuple[List['PartPeople'], Tuple[Run, ...]]:
+    def search_part(self, part: Part, people: Sequence[Person] = ()) -> Tuple[List['PartPeople'], Tuple[Run, ...]]:
         """Return the people that a source finds in a part, and the runs.
 
         Args:
-            known: (K, 3) each, people who are in the image: boxes of them need no crop.
+            people: that were found in the image; where crops show them, boxes of them need no crop.
         """
         setup, begin = self.image.setup, self.clock()
         one = setup.recipe.passes[part.number]
         views = [view.compute(setup.networks[one.model.name])
                  for view in prepare_views(self.image.bgr, one, (part.left, part.right))]
         first = sum(before.opinions for before in setup.recipe.passes[:part.number])
-        poses_known = np.array(known, np.float32).reshape(-1, len(setup.recipe.skeleton.joints), 3)
-        by_pass = found_by(one, views, self.image.bgr, setup, poses_known)
+        known = np.array([person.crop for person in people if person.crop is not None], np.float32)
+        by_pass = found_by(one, views, self.image.bgr, setup, known.reshape(-1, len(setup.recipe.skeleton.joints), 3))
         seconds = self.clock() - begin
         pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
         return ([PartPeople(number, part, poses) for number, poses in enumerate(by_pass, start=first)],
@@ -234,6 +230,19 @@ class Networks(NamedTuple):
         pixels = recovered.crops * one.size[0] * one.size[1]
         runs = (Run(one.model.name, pixels, self.clock() - begin),) if pixels else ()
         return Look([*people, *new], runs)
+
+
+def _in_boxes(people: Sequence[Person], number: int, crowd: CrowdImage) -> List[Optional[Poses]]:
+    """Return what a network saw of people in boxes of this image, the opinion of a number; -1: there are no boxes.
+
+    None for a person who has to be seen on a crop: without such an opinion, or not `alone`.
+    """
+    poses = [person.opinions.get(number) for person in people]
+    if all(pose is None for pose in poses):
+        return [None] * len(people)
+    are_alone = alone(np.stack([person.expected for person in people]), crowd)
+    return [Poses(pose[np.newaxis], np.ones(1)) if is_alone and pose is not None else None
+            for pose, is_alone in zip(poses, are_alone)]
 
 
 class PartPeople(NamedTuple):

@@ -235,8 +235,8 @@ class NetworkDetection:
             memory = memory.after_crops(look.people, interval, len(chosen) * plan.of_person, self._cameras(frame.stamp))
             look, memory = _searched_at_once(look, networks, memory)
         looks, memory = _decided(look.people, memory)
-        time = plan.schedule.followed_share * min(interval, plan.schedule.search_time) / self._cameras(frame.stamp)
-        hurried = not in_full and len(chosen) * plan.of_person > time
+        allowed = plan.schedule.followed_share * min(interval, plan.schedule.search_time) / self._cameras(frame.stamp)
+        hurried = not in_full and len(chosen) * plan.of_person > allowed
         looks, memory, runs = _with_feet(looks, networks, memory, hurried)
         self._keep(frame, memory)
         self._learn((*look.runs, *runs), begin)

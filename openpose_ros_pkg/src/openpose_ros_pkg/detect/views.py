@@ -9,10 +9,10 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.light import lit
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.networks.light import lit
 from openpose_ros_pkg.networks.model_types import CROP_DECODERS, Decoder, InputRecipe, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_image, fit_recipe
 from openpose_ros_pkg.people import Poses

@@ -111,7 +111,7 @@ class InputRecipe:
     fixed_size: Optional[Tuple[int, int]] = None  # (width, height) [px] of networks that take no other
     centred: bool = False  # whether the padding is on all sides, not only at the right and the bottom
     stretched: bool = False  # whether the image fills the whole `fixed_size`, so that its aspect changes
-    lit: bool = False  # whether dark inputs are brightened and smoothed (`detect.light`), which helps some networks
+    lit: bool = False  # whether dark inputs are brightened and smoothed (`networks.light`), which helps some networks
 
 
 # RTMO: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py. YOLO-pose: docs.ultralytics.com, "Model export" and

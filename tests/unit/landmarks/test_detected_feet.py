@@ -6,11 +6,11 @@ import pytest
 
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, create_detector
-from openpose_ros_pkg.detect.feet import FEET, SeenFeet, feet_of, look_at_feet
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection, people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarks
+from openpose_ros_pkg.landmarks.feet import FEET, SeenFeet, feet_of, look_at_feet
 from openpose_ros_pkg.networks.model_registry import MOVENET_MULTIPOSE, MOVENET_THUNDER, POSE_LANDMARK
 from openpose_ros_pkg.networks.models import joint_set, weights_path
 from openpose_ros_pkg.networks.proof import _truth

@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.light import LIGHT, lit, noise_of
 from openpose_ros_pkg.detect.views import View
+from openpose_ros_pkg.networks.light import LIGHT, lit, noise_of
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 
