@@ -55,6 +55,13 @@ def test_crop_refinement(mode):
             ((), recipe.passes, recipe.max_refined), (recipe.refinements, recipe.passes, 3)]
 
 
+def test_at_a_rate_balanced_may_become_fast_where_small_networks_are():
+    assert recipes_of(DetectorParams(target_rate=30.0)) == (
+        SMALL_MODES['balanced'], SMALL_MODES['fast'], MODES['balanced'])
+    assert recipes_of(DetectorParams(mode='fast', target_rate=30.0)) == (SMALL_MODES['fast'], MODES['fast'])
+    assert recipes_of(DetectorParams(mode='accurate', target_rate=30.0)) == (SMALL_MODES['accurate'], MODES['accurate'])
+
+
 # --- one network alone ----------------------------------------------------------------------------------------------
 
 WHOLE_IMAGE = [name for name, model in MODELS.items() if model.decoder not in (*CROP_DECODERS, *BOX_DECODERS)]

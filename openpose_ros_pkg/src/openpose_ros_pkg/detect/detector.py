@@ -179,7 +179,7 @@ class Detector:
         """Return the recipe of the parameters, or a faster one for `target_rate`, and its networks."""
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
-        if rate > 0 and len(recipes) > 1 and (params.mode == BEST or not follows):
+        if rate > 0 and len(recipes) > 1:
             chosen = chosen_for_rate(recipes, self._networks.load_any, rate, follows, self.threads)
         else:
             chosen = next(filter(None, map(self._networks.load_any, recipes[:-1])), None)

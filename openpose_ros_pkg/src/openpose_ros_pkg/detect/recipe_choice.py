@@ -128,7 +128,10 @@ def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence
         return _best(params, crop)
     if crop is not None:
         return [_refined_by(crop, MODES[params.mode])]
-    return [MODES[params.mode]] if _sized(params) else [SMALL_MODES[params.mode], MODES[params.mode]]
+    if _sized(params):
+        return [MODES[params.mode]]
+    fast = [SMALL_MODES['fast']] if params.mode == 'balanced' and params.target_rate > 0 else []
+    return [SMALL_MODES[params.mode], *fast, MODES[params.mode]]
 
 
 def _sized(params: DetectorParams) -> bool:

@@ -57,8 +57,8 @@ class DetectorParams(Parameters):
     crop_model: str = parameter(
         '', "Network that sees each person on a crop, when people are refined and followed: empty, the mode's; or "
             'movenet_thunder, movenet_multipose, tinypose, one of your own as for pose_model, of the kinds SimCC '
-            '(RTMPose), heat maps (PP-TinyPose) or MoveNet for one person. One that knows feet makes them joints of all '
-            'people (BODY_25).')
+            '(RTMPose), heat maps (PP-TinyPose) or MoveNet for one person. One that knows feet makes them joints of '
+            'all people (BODY_25).')
     model_folder: str = parameter(
         '', 'Folder with the weights (<folder>/<network>/<file> or <folder>/<file>); empty: where setup puts them.')
     net_input_width: int = parameter(
