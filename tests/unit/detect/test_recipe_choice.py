@@ -197,7 +197,7 @@ def test_where_people_are_followed_the_search_is_spread(installed, measured, rat
     installed(LARGE, SMALL, WHOLE, BOXES)
     assert names_of(chosen_at(rate, follows=True)) == names
     share = followed_share(recipe_of(DetectorParams(mode='best')), PACE, rate)
-    assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, RATE.search_time)) / 0.7)
+    assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, RATE.search_time)) / 0.5)
 
 
 def test_a_detector_takes_the_set_that_its_networks_reach(installed, measured):

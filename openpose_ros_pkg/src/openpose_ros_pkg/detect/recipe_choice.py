@@ -22,7 +22,6 @@ from openpose_ros_pkg.detect.recipes import (
     mode_of,
     wanted_zooms,
 )
-from openpose_ros_pkg.detect.schedule import SCHEDULE, ScheduleConstants
 from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import Backend
@@ -43,7 +42,7 @@ _SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
 class TargetRateConstants:
     """How the time of the networks is foreseen, and how much of it they may take."""
 
-    full_search_share: float = constant(
+    networks_share: float = constant(
         0.5, "Share of a frame's time that the networks may take on all cores; the rest is for messages (a cloud of "
              '960 x 540 points takes 17 MB through the loopback), decoding, lifting and other programs.')
     least_scale: float = constant(
@@ -251,18 +250,18 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
 def full_search_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
                       ) -> float:
     """Return the share of the allowed time that a recipe takes where each image is searched in full."""
-    return foreseen_seconds(recipe, pace, constants) * rate / constants.full_search_share
+    return foreseen_seconds(recipe, pace, constants) * rate / constants.networks_share
 
 
-def followed_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE,
-                   schedule: ScheduleConstants = SCHEDULE) -> float:
+def followed_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
+                   ) -> float:
     """Return the share of the allowed time that a recipe takes where people are followed.
 
     The expected people get a crop in each image, and the image is searched as often as beside other cameras.
     """
     of_passes, _ = _parts(recipe, pace, constants.image_size)
     of_person, people = _of_person(recipe.refinements, pace), min(constants.expected_people, recipe.max_refined)
-    return (people * of_person * rate + of_passes / max(1 / rate, constants.search_time)) / schedule.followed_share
+    return (people * of_person * rate + of_passes / max(1 / rate, constants.search_time)) / constants.networks_share
 
 
 def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: float, threads: int,
@@ -277,7 +276,7 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
         target_rate: [Hz].
         threads: that compute a network; 0 for as many as there are cores.
     """
-    allowed = constants.full_search_share / target_rate
+    allowed = constants.networks_share / target_rate
     pace = seconds_per_pixel(recipe, networks, threads, constants=constants)
     needed = foreseen_seconds(recipe, pace, constants)
     less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace, constants) < needed]

@@ -117,7 +117,7 @@ class LandmarkPublisher:
                  target_rate: float, health: Health, demand: Demand) -> None:
         self.detector, self._params, self._asked, self._demand = detector, params, params, demand
         self._rate, self._last = target_rate, time.monotonic()
-        self.seconds = (1 - RATE.full_search_share) / target_rate if target_rate > 0 else None
+        self.seconds = (1 - RATE.networks_share) / target_rate if target_rate > 0 else None
         self._newest: Optional[Landmarks2D] = None
         self._publishers = None if namespace is None else (
             demand.advertise(f'{namespace}/detected_hands', HandDetectionArray, queue_size=RESULTS_QUEUE),
@@ -139,7 +139,7 @@ class LandmarkPublisher:
         if self._rate > 0:
             now, last = time.monotonic(), self._last
             self._last = now
-            self.seconds = (1 - RATE.full_search_share) * min(max(1 / self._rate, now - last), _LONGEST_INTERVAL)
+            self.seconds = (1 - RATE.networks_share) * min(max(1 / self._rate, now - last), _LONGEST_INTERVAL)
         params = self._params
         asked = replace(params, hands=params.hands and hands, face=params.face and faces)
         if asked != self._asked:
