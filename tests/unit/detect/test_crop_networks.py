@@ -12,7 +12,7 @@ from openpose_ros_pkg.detect.following import Person, PersonMemory, with_crop
 from openpose_ros_pkg.detect.network_detection import people_in
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import MODES, DetectorParams, DetectorSettings, crop_of
-from openpose_ros_pkg.ensemble import person_scores
+from openpose_ros_pkg.ensemble import mean_scores, person_scores
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, YOLOX_INPUT, Decoder, Model, UserFiles
@@ -157,6 +157,15 @@ def test_a_crop_is_as_sure_as_the_mean_of_the_joints_that_its_network_can_know()
     assert recipe.refinements[0].model.name == 'movenet_multipose'
     looked = with_crop(person, number, Poses(crop[None], np.ones(1)), recipe.sources.known[number], pose[None], recipe)
     assert looked.crop is not None
+
+
+def test_half_a_person_at_the_border_of_the_image_is_as_sure_as_a_whole_one():
+    whole = np.insert(LEFT, 2, 0.4, axis=1)
+    half, rest = whole.copy(), whole.copy()
+    half[::2] = rest[3:] = np.nan, np.nan, 0
+    known = np.ones(25, bool)
+    assert mean_scores(np.stack([whole, half]), known) == pytest.approx(0.4)
+    assert mean_scores(rest, known) == pytest.approx(3 * 0.4 / (25 / 4))  # three joints are no person
 
 
 def test_a_person_who_leaves_is_lost_where_the_crop_network_is_not_sure():
