@@ -26,7 +26,7 @@ def worlds_of(found: Sequence[Optional[BodyLandmarks]]) -> np.ndarray:
     """Return the bodies of P people, (P, 18, 3) float64 [m]; NaN of people whose body was not seen."""
     points = np.full((len(found), len(BLAZEPOSE_33.joints), 3), np.nan)
     for row, one in enumerate(found):
-        if one is not None and one.world is not None:
+        if one is not None:
             points[row] = one.world
     bodies = values_in(points, BLAZEPOSE_33, COCO_18, np.nan)
     bodies[:, NECK] = bodies[:, SHOULDERS].mean(axis=1)

@@ -191,7 +191,7 @@ class PeopleTracker:
 
     def _lifted(self, observed: ObservedPeople, tracks: Tracks, row: np.ndarray, view: FrameView,
                 worlds: Optional[np.ndarray]) -> Tuple[ObservedPeople, Lifted, np.ndarray]:
-        """Return the people with their own left and right, in space, and `Tracks.trust`; worlds: see `Looks`."""
+        """Return the people with their own left and right, in space, and `Tracks.trust`; worlds: see `LookedAt`."""
         expected = expect(tracks, row, self._method)
         lifted = self._lift(observed, view.points, expected)
         exchanged, trust = sides_of(observed, lifted, tracks, row, view, self._method)
@@ -295,7 +295,7 @@ class PeopleTracker:
 
 
 def _report(people: Observations, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,
-           constants: CorrectionConstants = METHOD.track.correction) -> People3D:
+            constants: CorrectionConstants = METHOD.track.correction) -> People3D:
     """Return the people of a frame with the joints of COCO_18, in the frame of the points, and then hidden tracks."""
     tracks, lifted, trusted = completion.tracks, people.lifted, completion.trusted
     read = lifted.measured & trusted
@@ -307,7 +307,7 @@ def _report(people: Observations, completion: Completion, hidden: Tracks, stamp:
         position = np.where(trusted[..., None], lifted.xyz, position)
     recent = stamp - hidden.seen <= settings.occlusion.inference_timeout
     status = _with_hidden(np.where(completion.placed, np.where(read, MEASURED, INFERRED), MISSING),
-                     np.where(hidden.has & recent, INFERRED, MISSING))
+                          np.where(hidden.has & recent, INFERRED, MISSING))
     known = status != MISSING
     scores, velocity = people.observed.scores, _with_hidden(tracks.joints.velocity, hidden.joints.velocity)
     return People3D(
