@@ -52,6 +52,8 @@ TARGETS = Path(__file__).with_name('targets.yaml')
 PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
 # The same networks in each, and nothing that depends on how long they take.
 _DETECTION = {'mode': 'fast', 'precision': 'f32', 'target_rate': 0.0, 'publish_results': False}
+# A hidden joint whose keypoints score too low stays as long as its track: a fault may take longer than the default.
+_LIFTING = {'inference_timeout': 600.0}
 
 
 class Program(NamedTuple):
@@ -63,12 +65,14 @@ class Program(NamedTuple):
 
 # Each chain has a namespace, and a camera in it: image, points (or depth), camera_info.
 CHAINS: Dict[str, Dict[str, Program]] = {
-    'cloud': {'people': Program(PEOPLE, _DETECTION)},
-    'depth': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image', 'target_frame': ROOM})},
-    'compressed': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image',
+    'cloud': {'people': Program(PEOPLE, {**_DETECTION, **_LIFTING})},
+    'depth': {'people': Program(PEOPLE, {**_DETECTION, **_LIFTING, 'points_source': 'depth_image',
+                                         'target_frame': ROOM})},
+    'compressed': {'people': Program(PEOPLE, {**_DETECTION, **_LIFTING, 'points_source': 'depth_image',
                                               'image_transport': 'compressed', 'depth_transport': 'compressedDepth'})},
     'two': {'service': Program('openpose_ros_pkg/scripts/openpose_ros_node_3d', _DETECTION),
-            'extractor': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_node', {'service_timeout': 1.0}),
+            'extractor': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_node',
+                                 {**_LIFTING, 'service_timeout': 1.0}),
             'markers': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_visualization_node', {'lazy': False})},
     'fusion': {'people': Program('extensions/openpose_ros_fusion/scripts/people_fusion_node', {
         'cameras': ' '.join(fusion_cameras.WITH_DEPTH), 'rgb_cameras': fusion_cameras.WITHOUT_DEPTH,
