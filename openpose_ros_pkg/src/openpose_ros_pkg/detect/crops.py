@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.assignment import match
-from openpose_ros_pkg.decode.boxes import Boxes, decode_boxes, overlaps
+from openpose_ros_pkg.decode.boxes import BOXES, Boxes, decode_boxes, overlaps, without_overlap
 from openpose_ros_pkg.decode.direct import decode_direct
 from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import PERSON_BOX, CropRefinement, NetworkPass
@@ -117,14 +117,11 @@ def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, s
         return [in_joints(poses, one.skeleton, joints) for poses in decode_views(one, views, setup)]
     people = np.zeros((0, len(joints.joints), 3), np.float32) if known is None else known
     least = setup.settings.direct.direct_person_score
-    return [_in_boxes(boxes_in(view, one.model, least), one.crop, bgr, setup, people) for view in views]
-
-
-def boxes_in(view: ComputedView, model: Model, least: float) -> Boxes:
-    """Return the boxes of people that a network found in a view [px of the image]; least: score, 0: the network's."""
-    found = decode_boxes(view.outputs, least, view.view.net_size, model.decoder)
-    corners = view.view.plan.to_image(found.boxes.reshape(-1, 2, 2)) + view.view.origin
-    return found._replace(boxes=corners.reshape(-1, 4))
+    found = [decode_boxes(view.outputs, least, view.view.net_size, one.model.decoder) for view in views]
+    boxes = np.concatenate([view.view.boxes_in_image(each.boxes) for view, each in zip(views, found)])
+    scores = np.concatenate([each.scores for each in found])
+    kept = without_overlap(boxes, scores, BOXES.picodet_overlap) if len(views) > 1 else np.arange(len(boxes))
+    return [_in_boxes(Boxes(boxes[kept], scores[kept]), one.crop, bgr, setup, people)]
 
 
 def _in_boxes(found: Boxes, one: CropRefinement, bgr: np.ndarray, setup: Setup, known: np.ndarray,

@@ -142,7 +142,8 @@ class NetworkPass:
     box: Tuple[int, int]  # (width, height) that the image is fitted into [px]; one of them -1: as the other makes it
     # factors on the box: part affinity fields are averaged over them, any other network gives an opinion for each
     zooms: Tuple[float, ...] = (1.0,)
-    mirror: bool = False  # also average over the mirror image; only of networks with part affinity fields
+    # also over the mirror image: part affinity fields are averaged, boxes put together; no other network has it
+    mirror: bool = False
     weight: float = 1.0  # of this opinion where several are put together
     # Of a network that gives boxes: what finds the person in a box, so that this is a pass like any other. Refinement
     # sees the people again, now upright, with the others covered and, where people are followed, without any box.
@@ -156,7 +157,7 @@ class NetworkPass:
     @property
     def opinions(self) -> int:
         """Number of opinions on a person that it gives."""
-        return 1 if self.model.decoder == Decoder.PAF else len(self.zooms)
+        return 1 if self.model.decoder == Decoder.PAF or self.crop else len(self.zooms)
 
     @property
     def description(self) -> str:

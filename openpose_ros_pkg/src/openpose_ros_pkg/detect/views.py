@@ -89,6 +89,13 @@ class View:
         scaled = self.plan.apply(part, recipe.padding)
         return PreparedView(self, lit(scaled) if recipe.lit else scaled)
 
+    def boxes_in_image(self, boxes: np.ndarray) -> np.ndarray:
+        """Turn boxes, (N, 4) x1, y1, x2, y2, in pixels of the network's input into boxes in pixels of the image."""
+        corners = self.plan.to_image(boxes.reshape(-1, 2, 2))
+        if self.mirror:
+            corners[..., 0] = self.plan.image_size[0] - 1 - corners[::, ::-1, 0]
+        return (corners + self.origin).reshape(-1, 4)
+
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
         """Turn people in pixels of the network's input into people in pixels of the image."""
         return Poses(self._in_image(poses.keypoints, skeleton), poses.scores,
