@@ -18,7 +18,7 @@ from .scenarios.random_scenes import ArrangementError, build_scene
 from .sequence import Scene, write_scene
 
 SIGNAL_SCENES, STAGE_SCENES = 6, 2  # of a set
-DRAWS = 10  # most sub-seeds of a scene; of about 100 scenes, one needs its second
+DRAWS = 10  # most sub-seeds of a scene; 3 of 200 scenes needed a second
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
 GROUPS = {'long': long.SCENARIOS, 'held': held.SCENARIOS, 'by_hand': by_hand.SCENARIOS}
 SCENARIOS = {name: build for group in GROUPS.values() for name, build in group.items()}

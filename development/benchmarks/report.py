@@ -80,6 +80,7 @@ def main() -> int:
         parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')
     if options.quick:
         results.IMAGES = LOGS / 'report'
+        results.IMAGES.mkdir(parents=True, exist_ok=True)
     unit = machine.Unit()
     done = [measure(name, options, unit) for name in SECTIONS if name in wanted]
     if not options.quick:

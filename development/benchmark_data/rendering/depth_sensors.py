@@ -153,11 +153,11 @@ class Stereo(DepthSensor):
     model = SensorModel(focal=424.0, baseline=0.050, step=1 / 32, nearest=0.3, farthest=8.0)
     SUBPIXEL = 0.08  # [px] standard deviation of disparity
     WAVES = ((0.7, 5.0, 0.5), (0.5, 16.0, 0.7))  # share, width [px], share of it that stays from frame to frame
-    HOLES, DARK_HOLES = 0.005, 0.10  # share of the area where nothing is matched
-    FAR_HOLES, FAR_FROM, FAR_TO = 0.65, 2.0, 3.5  # of a raw camera: share that is lost more beyond these distances [m]
+    HOLES, DARK_HOLES = 0.02, 0.10  # share of the area where nothing is matched: of a raw camera, of hair and black
+    FAR_HOLES, FAR_FROM, FAR_TO = 0.65, 2.0, 3.5  # what a raw camera loses more from and beyond these distances [m]
     # Width [px of the sensor] of the border that is lost on a far surface beside a near one, filtered and raw; step of
     # disparity [px] that has one.
-    BORDERS, STEP = (3.0, 6.0), 1.0
+    BORDERS, STEP = (2.0, 6.0), 1.0
     FATTENING = 5  # [px] width of the window that spreads near surfaces over their edges
 
     def __init__(self, fx: float, seed: int) -> None:
@@ -194,8 +194,8 @@ class Stereo(DepthSensor):
         nearest = cv2.erode(exact, np.ones((2 * width + 1,) * 2, np.uint8))
         invalid = product / nearest - product / exact > self.STEP
         holes = self.smooth_noise(size, 6.0)
-        share = self.raw * self.FAR_HOLES * ((exact - self.FAR_FROM) / (self.FAR_TO - self.FAR_FROM)).clip(0, 1)
-        invalid |= holes > _quantile(share + np.where(frame.dark, self.DARK_HOLES, self.HOLES))
+        far = self.FAR_HOLES * ((exact - self.FAR_FROM) / (self.FAR_TO - self.FAR_FROM)).clip(0, 1)
+        invalid |= holes > _quantile(self.raw * (far + self.HOLES) + np.where(frame.dark, self.DARK_HOLES, 0))
         invalid |= (frame.cosine < 0.15) & (holes > 0)
         invalid |= _shadow(exact, self.fx * model.baseline, (0, 40))
         return _store(measured * 1000, invalid, model.nearest, model.farthest)

@@ -14,10 +14,12 @@ def frame_of(depth, dark=False, cosine=1.0):
                  np.full(depth.shape, dark))
 
 
-def measure(sensor, depth, **frame):
+def measure(sensor, depth, raw=0.5, **frame):
     """Return the measured depth [m] of a plane, or of an image, NaN where it is invalid."""
     image = np.full(SIZE, depth) if np.isscalar(depth) else depth
-    measured = SENSORS[sensor](540.0, seed=3).measure(frame_of(image, **frame))
+    camera = SENSORS[sensor](540.0, seed=3)
+    camera.raw = raw  # of stereo cameras
+    measured = camera.measure(frame_of(image, **frame))
     assert measured.dtype == np.uint16 and measured.shape == image.shape
     return np.where(measured > 0, measured / 1000.0, np.nan)
 
@@ -75,7 +77,9 @@ def test_stereo_planes_are_wavy_and_the_waves_stay():
 
 
 def test_holes_of_the_stereo_camera():
-    assert 0.25 * Stereo.HOLES < np.isnan(measure('realsense', 2.0)).mean() < 4 * Stereo.HOLES
+    assert 0.25 * Stereo.HOLES < np.isnan(measure('realsense', 2.0, raw=1)).mean() < 4 * Stereo.HOLES
+    assert not np.isnan(measure('realsense', 4.0, raw=0)).any()
+    assert np.isnan(measure('realsense', 4.0, raw=1)).mean() > 0.4
     assert np.isnan(measure('realsense', 2.0, dark=True)).mean() > 2 * np.isnan(measure('realsense', 2.0)).mean()
 
 
