@@ -11,6 +11,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
 from sections import real_cameras
 from sections.real import LIMBS, SIZE, WORK, Recording, _right, counted, frames_of_folder, measure, picture
+from sections.sensors import filled, gaps
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 
 MATRIX = np.array([[600.0, 0, 310], [0, 610, 250], [0, 0, 1]])
@@ -89,3 +90,12 @@ def test_joints_are_right_within_a_fifth_of_the_torso(off, right):
     for number, expected in ((2, right), (1, 0), (0, 0)):
         people = People2D(COCO_18, keypoints[:number], np.ones(number), np.arange(number))
         assert _right(people, truth) == (expected, 10)
+
+
+def test_gaps_are_lost_between_a_near_surface_and_one_behind_it():
+    """To the right of 2 m before 4 m three pixels, to the left one; 2 m before 2.1 m is no step, nor a line's end."""
+    depth = np.array([[2, 2, 0, 0, 0, 4, 4, 0, 2], [0, 2, 0, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1]])
+    assert gaps(depth, 26.0).tolist() == [3]
+    assert gaps(np.fliplr(depth), 26.0).tolist() == [1]
+    assert filled(depth[:1])[0, [0, 2, 4, 8]].tolist() == [2, 2, 4, 2]
+    assert not gaps(np.zeros((3, 4)), 26.0).size
