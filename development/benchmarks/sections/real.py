@@ -51,14 +51,13 @@ LIMBS = ('right_ankle', 'right_knee', 'right_hip', 'left_hip', 'left_knee', 'lef
          'right_shoulder', 'left_shoulder', 'left_elbow', 'left_wrist')
 # PCK: share of the torso, and the least torso [px].
 NEAR_ENOUGH, LEAST_TORSO = 0.2, 10.0
-TEXT = '''Data of others, `--data real=FOLDER` with a folder each; a row whose data are not there says so. COCO: AP of
-80 photographs, on which modes were tuned. Leeds Sports Poses: share of the visible joints of the limbs within 0.2 of
-the torso (PCK), best person of each of 200 photographs of athletes, many upside down. MVOR and Pose2Sim: see above.
-Recordings have no truth: each person of whom a third of head or trunk is seen was marked by hand, and is found where
-head and shoulders of one are at the mark. Image and depth of the Xtion are 0.1 to 0.3 s apart.
+TEXT = '''`--data real=FOLDER`, with a folder of each. COCO: AP in 80 photographs, on which modes were tuned. Leeds
+Sports Poses: share of visible limb joints within 0.2 of the torso (PCK), best person in each of 200 photographs of
+athletes. In recordings, people of whom a third of head or trunk is seen were marked by hand, and are found where head
+and shoulders of one are at the mark.
 
-Limbs are drawn in full, those with an INFERRED end dashed, INFERRED joints as circles; on the right the same people
-over the depth: red near, blue far, black missing. [Licences of the pictures](results/real_licences.txt).'''
+Limbs are drawn in full, those with an INFERRED end dashed, INFERRED joints as circles; right: over the depth, red
+near, black missing. [Licences of the pictures](results/real_licences.txt).'''
 # A person who is seen: place between chin and shoulders, and how far the skeleton's may be from it [px].
 Mark = Tuple[float, float, float]
 
@@ -116,8 +115,7 @@ RECORDINGS = {
     'hsr_1': Recording('hsr_bags/2019-05-03-12-41-38.bag', frames_of_bag, [[
         (302, 131, 50), (12, 235, 30), (30, 235, 15), (54, 245, 10), (72, 240, 25), (100, 245, 15), (145, 252, 18),
         (166, 255, 14), (568, 227, 22)]], (0,), (
-            "A robot's Xtion. Wrong: the hand with the phone is seen and its wrist is INFERRED; three of those who sit "
-            'are found, with the legs of standing people.')),
+            "A robot's Xtion. Wrong: the wrist with the phone is INFERRED; people who sit have legs that stand.")),
     'hsr_2': Recording('hsr_bags/2019-05-03-12-42-18.bag', frames_of_bag, [[
         (348, 116, 55), (10, 240, 30), (33, 240, 18), (48, 215, 12), (70, 240, 25), (104, 242, 20), (146, 255, 18),
         (168, 255, 14), (282, 238, 14), (570, 227, 22)]], (0,), 'Of those who sit two are found.'),
@@ -234,8 +232,8 @@ def recordings(options: Options, names: Sequence[str]) -> Part:
             pictures.append(Picture(f'results_real_{name}.jpg', recording.text))
             cv2.imwrite(str(IMAGES / pictures[-1].file), np.vstack(drawn), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     key, (found, seen, others, on_body, hips) = names[0].partition('_')[0], sums.tolist()
-    part = {f'{key}_found': Figure(found / seen, n=seen, digits=2, text=f'people found, of {seen} seen'),
-            f'{key}_others': Figure(others, n=seen, digits=0, text='found where none is marked')}
+    part = {f'{key}_found': Figure(found / seen, n=seen, digits=2,
+                                   text=f'{found} of {seen} people; {others} elsewhere')}
     if hips:
         part[f'{key}_hips'] = Figure(on_body / hips, n=hips, digits=2, text=f'hips not on the cloth, of {hips}')
     return part, pictures

@@ -18,11 +18,10 @@ from sections.real import place
 
 # Near surfaces are up to here, what is far begins there [m]; largest hole [px]; step of disparity that counts [px].
 NEAR, HOLE, STEP = 2.5, 400, 1.5
-TEXT = '''Raw depth of people by a D415 (VCL3D, two images), and depth of a D435 after its filters
-(`rs_two_people_n40`, every tenth image), `--data real=FOLDER`; beside each what the rendered sensor makes of the same
-shapes, as raw or as filtered. Scenes draw their sensor between the two. Gaps: lost pixels between a surface within
-2.5 m and one behind it, by 1.5 px of disparity or more; on the left lies the shadow of the second camera. The images
-of the D415 have no colour and end within the heads: they do not tell what hair loses.'''
+TEXT = '''Raw depth of people by a D415 (VCL3D, two images) and depth of a D435 after its filters (`rs_two_people_n40`),
+`--data real=FOLDER`; beside each, what the rendered sensor makes of the same shapes. Scenes draw theirs between the
+two. Gaps: pixels lost between a surface within 2.5 m and one behind it, by 1.5 px of disparity or more; the shadow of
+the second camera is on the left. The raw images have no colour and end within the heads: hair is not told.'''
 ROWS = {'lost': 'lost, of all', 'holes': 'small holes in near surfaces', 'far': 'lost beyond 2.5 m',
         'left': 'gap on the left, median [px]', 'right': 'gap on the right', 'vertical': 'gap above and below',
         'closed': 'steps without a gap'}
