@@ -135,7 +135,7 @@ class StructuredLight(DepthSensor):
         dice = self.smooth_noise(size, 0.8)
         invalid = edge & (rng.random(size, np.float32) < self.EDGE_DROPOUT)
         invalid |= (frame.cosine < self.GRAZING) & (dice > -0.5)
-        invalid |= frame.dark & (self.smooth_noise(size, 1.5) > _quantile(self.DARK_DROPOUT))
+        invalid |= frame.dark & (self.smooth_noise(size, 1.5) > float(_quantile(self.DARK_DROPOUT)))
         invalid |= dice > 3.2 - 0.25 * depth.clip(0, 8)  # single losses, more with the distance
         invalid |= _shadow(exact, self.fx * model.baseline, (0, 40))
         return _store(measured * 1000, invalid, model.nearest, model.farthest)
