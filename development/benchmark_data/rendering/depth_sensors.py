@@ -114,11 +114,6 @@ class StructuredLight(DepthSensor):
         """Return the axial standard deviation [m] before the steps of disparity."""
         return 0.0012 + 0.0019 * (depth - 0.4) ** 2
 
-    @classmethod
-    def depth_step(cls, depth: np.ndarray) -> np.ndarray:
-        """Return the distance between neighbouring depths that can be measured [m]."""
-        return depth ** 2 * cls.model.step / (cls.model.focal * cls.model.baseline)
-
     def measure(self, frame: Frame) -> np.ndarray:
         rng, size, model = self.rng, frame.depth.shape, self.model
         lateral = self.LATERAL * self.fx / self.intrinsics.fx

@@ -57,7 +57,8 @@ def test_structured_light_measures_steps_of_an_eighth_of_a_pixel():
     off = np.abs(disparity / model.step - np.round(disparity / model.step))
     assert np.nanmax(off) < 0.03  # millimetres are 0.02 of a step there
     values = np.unique(np.round(1000 * measure('xtion', 4.0)))
-    assert np.diff(values[np.isfinite(values)]).min() == pytest.approx(1000 * StructuredLight.depth_step(4.0), rel=0.15)
+    step = 1000 * 4.0 ** 2 * model.step / (model.focal * model.baseline)
+    assert np.diff(values[np.isfinite(values)]).min() == pytest.approx(step, rel=0.15)
 
 
 def test_stereo_planes_are_wavy_and_the_waves_stay():
