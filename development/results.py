@@ -17,12 +17,12 @@ network mobilenet_thin at 656 x 368 in f32 on two threads: divide times by it to
 processor were measured on {processor}.
 '''
 # Sections in the order of the page; others follow.
-ORDER = ('accuracy', 'errors', 'sigma', 'held', 'speed', 'modes', 'latency', 'live', 'images', 'signals', 'separation',
-         'hands', 'cameras', 'monocular', 'mvor', 'real_cameras', 'real_recordings')
+ORDER = ('accuracy', 'errors', 'sigma', 'held', 'speed', 'modes', 'latency', 'live', 'signals', 'separation',
+         'hands', 'cameras', 'monocular', 'mvor', 'real_cameras', 'real', 'sensors')
 # A figure in a page: <!-- figure: SECTION.NAME FORM -->0.96<!-- end -->, FORM one of FORMS or nothing.
 FIGURE = re.compile(r'<!-- figure: (?P<name>[a-z0-9_]+\.[a-z0-9_]+)(?: (?P<form>[a-z]+))? -->'
                     r'(?P<shown>[^<]*)<!-- end -->')
-FORMS = ('number', 'percent')
+FORMS = ('number', 'percent', 'short')
 _INTERVAL = re.compile(r'\[(-?[\d.]+), (-?[\d.]+)\]')
 
 Sections = Dict[str, Dict[str, Any]]
@@ -74,7 +74,7 @@ def with_figures(text: str, sections: Sections) -> str:
 
 
 def _shown(found: 're.Match[str]', sections: Sections) -> str:
-    """Return the text of a figure: with its unit, or in one of FORMS."""
+    """Return the text of a figure: with its unit, in one of FORMS; short: in two digits."""
     section, _, name = found['name'].partition('.')
     figure = sections.get(section, {}).get('figures', {}).get(name)
     if figure is None:
@@ -83,7 +83,8 @@ def _shown(found: 're.Match[str]', sections: Sections) -> str:
         return '-'
     if found['form'] == 'percent':
         return f"{100 * figure['value']:.0f} %"
-    value = f"{figure['value']:.{figure['digits']}f}"
+    short = found['form'] == 'short'
+    value = f"{figure['value']:.2g}" if short else f"{figure['value']:.{figure['digits']}f}"
     return f"{value} {figure['unit']}" if figure['unit'] and found['form'] != 'number' else value
 
 

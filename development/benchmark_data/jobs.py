@@ -14,10 +14,11 @@ import cv2
 from .render import PEOPLE_SCENES, parse_arguments
 from .scenarios import by_hand, held, long
 from .scenarios.plan import SETS, plan_scene
-from .scenarios.random_scenes import build_scene
-from .sequence import write_scene
+from .scenarios.random_scenes import ArrangementError, build_scene
+from .sequence import Scene, write_scene
 
 SIGNAL_SCENES, STAGE_SCENES = 6, 2  # of a set
+DRAWS = 10  # most sub-seeds of a scene; 3 of 200 scenes needed a second
 COMMITTED = (10, 11, 23)  # numbers of the committed scenes: one of each sensor; occlusion, sitting, lying
 GROUPS = {'long': long.SCENARIOS, 'held': held.SCENARIOS, 'by_hand': by_hand.SCENARIOS}
 SCENARIOS = {name: build for group in GROUPS.values() for name, build in group.items()}
@@ -60,19 +61,28 @@ def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
 
 def render(job: Job) -> str:
     """Render a job; return a line about it."""
-    plan = plan_scene(job.people_set, job.index, job.kind) if job.people_set else None
-    name = plan.name if plan else job.kind
+    name = plan_scene(job.people_set, job.index, job.kind).name if job.people_set else job.kind
     if (job.folder / name).is_dir():
         return f'{job.folder / name}: is there'
     cv2.setNumThreads(1)
     started, used = time.monotonic(), time.process_time()
-    scene = build_scene(plan) if plan else SCENARIOS[job.kind]()
+    scene = drawn(job) if job.people_set else SCENARIOS[job.kind]()
     count = scene.frames if job.frames is None else job.frames
     numbers = sorted({round(k * (scene.frames - 1) / max(count - 1, 1)) for k in range(count)})
     folder = write_scene(scene, job.folder, numbers)
     size = sum(path.stat().st_size for path in folder.rglob('*') if path.is_file()) / 1e6
     return (f'{folder}: {len(scene.cameras) * len(numbers)} frames, {len(scene.rigs)} people, {scene.sensor}, '
             f'{size:.1f} MB, {time.monotonic() - started:.0f} s, {time.process_time() - used:.0f} s of a core')
+
+
+def drawn(job: Job) -> Scene:
+    """Return a random scene; one without an arrangement is drawn anew from its next sub-seed, and says so."""
+    for again in range(DRAWS - 1):
+        try:
+            return build_scene(plan_scene(job.people_set, job.index, job.kind, again))
+        except ArrangementError as error:
+            print(f'{error}; it is drawn anew, from sub-seed {again + 1}', flush=True)
+    return build_scene(plan_scene(job.people_set, job.index, job.kind, DRAWS - 1))
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ Sections of time (speed, latency, live: `timed`) should run alone, on a machine 
 all others.
 
     ./run bench report                             # all sections that have their data
-    ./run bench report untimed --data mvor=FOLDER && ./run bench report timed
+    ./run bench report untimed --data mvor=FOLDER --data real=FOLDER && ./run bench report timed
     ./run bench report accuracy errors --scenes FOLDER
 """
 import importlib
@@ -80,6 +80,7 @@ def main() -> int:
         parser.error('there is no scene: a folder with gt.json, rgb/ and depth/')
     if options.quick:
         results.IMAGES = LOGS / 'report'
+        results.IMAGES.mkdir(parents=True, exist_ok=True)
     unit = machine.Unit()
     done = [measure(name, options, unit) for name in SECTIONS if name in wanted]
     if not options.quick:

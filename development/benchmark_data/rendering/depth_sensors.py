@@ -114,11 +114,6 @@ class StructuredLight(DepthSensor):
         """Return the axial standard deviation [m] before the steps of disparity."""
         return 0.0012 + 0.0019 * (depth - 0.4) ** 2
 
-    @classmethod
-    def depth_step(cls, depth: np.ndarray) -> np.ndarray:
-        """Return the distance between neighbouring depths that can be measured [m]."""
-        return depth ** 2 * cls.model.step / (cls.model.focal * cls.model.baseline)
-
     def measure(self, frame: Frame) -> np.ndarray:
         rng, size, model = self.rng, frame.depth.shape, self.model
         lateral = self.LATERAL * self.fx / self.intrinsics.fx
@@ -135,25 +130,34 @@ class StructuredLight(DepthSensor):
         dice = self.smooth_noise(size, 0.8)
         invalid = edge & (rng.random(size, np.float32) < self.EDGE_DROPOUT)
         invalid |= (frame.cosine < self.GRAZING) & (dice > -0.5)
-        invalid |= frame.dark & (self.smooth_noise(size, 1.5) > _quantile(self.DARK_DROPOUT))
+        invalid |= frame.dark & (self.smooth_noise(size, 1.5) > float(_quantile(self.DARK_DROPOUT)))
         invalid |= dice > 3.2 - 0.25 * depth.clip(0, 8)  # single losses, more with the distance
         invalid |= _shadow(exact, self.fx * model.baseline, (0, 40))
         return _store(measured * 1000, invalid, model.nearest, model.farthest)
 
 
 class Stereo(DepthSensor):
-    """Active stereo (RealSense D4xx): wavy planes, wide edges, holes along them and where matching fails."""
+    """Active stereo (RealSense D4xx): wavy planes, lost borders beside near surfaces, holes where matching fails.
+
+    A camera is drawn between two that were measured (`./run bench report sensors`): `raw` is 0 for a D435 whose depth
+    is filtered, 1 for the raw depth of a D415 in a large bright room.
+    """
 
     name = 'realsense'
     intrinsics = Intrinsics(848, 480, 610.0, 610.0, 423.6, 240.8)
     model = SensorModel(focal=424.0, baseline=0.050, step=1 / 32, nearest=0.3, farthest=8.0)
     SUBPIXEL = 0.08  # [px] standard deviation of disparity
     WAVES = ((0.7, 5.0, 0.5), (0.5, 16.0, 0.7))  # share, width [px], share of it that stays from frame to frame
-    HOLES, DARK_HOLES = 0.02, 0.10  # share of the area where nothing is matched
+    HOLES, DARK_HOLES = 0.02, 0.10  # share of the area where nothing is matched: of a raw camera, of hair and black
+    FAR_HOLES, FAR_FROM, FAR_TO = 0.65, 2.0, 3.5  # what a raw camera loses more from and beyond these distances [m]
+    # Width [px of the sensor] of the border that is lost on a far surface beside a near one, filtered and raw; step of
+    # disparity [px] that has one.
+    BORDERS, STEP = (2.0, 6.0), 1.0
     FATTENING = 5  # [px] width of the window that spreads near surfaces over their edges
 
     def __init__(self, fx: float, seed: int) -> None:
         super().__init__(fx, seed)
+        self.raw = self.rng.uniform()
         self.still: Dict[float, np.ndarray] = {}
 
     @classmethod
@@ -181,10 +185,12 @@ class Stereo(DepthSensor):
         disparity = product / depth + self.SUBPIXEL * self._waves(size)
         disparity = np.round(disparity / model.step) * model.step
         measured = product / np.maximum(disparity, model.step)
-        wide = cv2.dilate(_edges(exact, 0.05, 0.03).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        invalid = wide & (patches < -0.3)
+        width = round(float(np.interp(self.raw, (0, 1), self.BORDERS)) * self.fx / model.focal)
+        nearest = cv2.erode(exact, np.ones((2 * width + 1,) * 2, np.uint8))
+        invalid = product / nearest - product / exact > self.STEP
         holes = self.smooth_noise(size, 6.0)
-        invalid |= holes > np.where(frame.dark, _quantile(self.DARK_HOLES), _quantile(self.HOLES))
+        far = self.FAR_HOLES * ((exact - self.FAR_FROM) / (self.FAR_TO - self.FAR_FROM)).clip(0, 1)
+        invalid |= holes > _quantile(self.raw * (far + self.HOLES) + np.where(frame.dark, self.DARK_HOLES, 0))
         invalid |= (frame.cosine < 0.15) & (holes > 0)
         invalid |= _shadow(exact, self.fx * model.baseline, (0, 40))
         return _store(measured * 1000, invalid, model.nearest, model.farthest)
@@ -193,10 +199,10 @@ class Stereo(DepthSensor):
 SENSORS: Dict[str, Type[DepthSensor]] = {sensor.name: sensor for sensor in (KinectV2, StructuredLight, Stereo)}
 
 
-def _quantile(share: float) -> float:
+def _quantile(share: Union[float, np.ndarray]) -> np.ndarray:
     """Return the value that a standard normal one exceeds with this probability."""
     from scipy.special import ndtri
-    return float(ndtri(1 - share))
+    return ndtri(1 - share)
 
 
 def _edges(depth: np.ndarray, least: float, per_metre: float) -> np.ndarray:

@@ -45,10 +45,13 @@ class Plan(NamedTuple):
     room_seed: int
 
 
-def plan_scene(people_set: str, index: int, special: str = '') -> Plan:
-    """Draw a scene of a set, or a special one; kinds and sensors take turns, so that each set has all of them."""
+def plan_scene(people_set: str, index: int, special: str = '', again: int = 0) -> Plan:
+    """Draw a scene of a set, or a special one; kinds and sensors take turns, so that each set has all of them.
+
+    again: how many draws of this scene had no arrangement; the next sub-seed is taken.
+    """
     garments = people_set if people_set in ('tune', 'report') else 'tune'
-    seed = (SETS[people_set], SPECIAL.get(special, 0) + index)
+    seed = (SETS[people_set], SPECIAL.get(special, 0) + index, *([again] if again else []))
     rng, kind = np.random.default_rng(seed), special or KINDS[index % len(KINDS)]
     sensor = sorted(SENSORS)[(index if special else index + index // len(KINDS)) % len(SENSORS)]
     least, most = COUNTS.get(kind, (1, 3))

@@ -29,6 +29,10 @@ TARGET_COLORS = {'red': (220, 40, 36), 'yellow': (236, 206, 40), 'blue': (40, 70
 POINTING_ANGLES = (-15.0, 70.0)  # [deg] of a target from straight ahead, outward
 
 
+class ArrangementError(RuntimeError):
+    """No attempt gave a scene."""
+
+
 class Signaller(NamedTuple):
     """A person who makes gestures: where, and which lines the pointing arm is held on."""
 
@@ -41,7 +45,7 @@ def build_scene(plan: Plan) -> Scene:
 
     Raises
     ------
-    RuntimeError
+    ArrangementError
         No arrangement was found.
     """
     rigs = [Rig(Body(person)) for person in plan.people]
@@ -51,7 +55,7 @@ def build_scene(plan: Plan) -> Scene:
             return _scene(Stage(plan, rigs, np.random.default_rng((*plan.seed, 1, attempt))))
         except ValueError as error:
             problem = str(error)
-    raise RuntimeError(f'{plan.name}: no arrangement in {ATTEMPTS} attempts; the last: {problem}')
+    raise ArrangementError(f'{plan.name}: no arrangement in {ATTEMPTS} attempts; the last: {problem}')
 
 
 def _scene(stage: Stage) -> Scene:

@@ -68,6 +68,5 @@ def trade_off(name: str, text: str, points: Mapping[str, Any], labels: Dict[str,
 
 def saved(drawing: Any, name: str, text: str) -> Picture:
     """Write a drawing as docs/images/results_NAME.svg and return it."""
-    results.IMAGES.mkdir(parents=True, exist_ok=True)
     save_figure(drawing, results.IMAGES / f'results_{name}.svg')
     return Picture(f'results_{name}.svg', text)

@@ -61,9 +61,7 @@ class Frame(NamedTuple):
 
 def measure(options: Options) -> Section:
     """Fuse the detections of each frame and compare the people with the truth."""
-    cameras, frames = read(options.folder('mvor'))
-    frames = frames[:2 * BLOCK] if options.quick else frames
-    counts = [counted(cameras, frames[first:first + BLOCK], first) for first in range(0, len(frames), BLOCK)]
+    counts = counted_blocks(options.folder('mvor'), options.quick)
     people = figures(counts, PEOPLE)
     found, rows = dict(people), [['joints', 'number', 'mean [mm]', 'median [mm]']]
     for name, views in (('two', 2), ('three', 3)):
@@ -77,6 +75,13 @@ def measure(options: Options) -> Section:
             rows.append([f'{joint} seen by {name}', part['mean'].n, *part.values()])
     return Section(TEXT, found, [Table('People', [['', 'value'], *([each.text, each] for each in people.values())]),
                                  Table('Errors', rows)])
+
+
+def counted_blocks(folder: Path, quick: bool) -> List[Counts]:
+    """Return the counts of the blocks of frames."""
+    cameras, frames = read(folder)
+    frames = frames[:2 * BLOCK] if quick else frames
+    return [counted(cameras, frames[first:first + BLOCK], first) for first in range(0, len(frames), BLOCK)]
 
 
 def read(folder: Path) -> Tuple[List[Camera], List[Frame]]:

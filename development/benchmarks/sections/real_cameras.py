@@ -76,14 +76,10 @@ class Camera(NamedTuple):
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
     seen, images = found_people(cameras(), SHOWN // 2 if options.quick else 1000)
-    fusion, fused = PeopleFusion(), []
-    for number, people in enumerate(zip(*(camera.people for camera in seen))):
-        stamp = BEGIN + number / RATE
-        fused.append(fusion.update([from_image(camera.name, stamp, one, camera.model, camera.pose)
-                                    for camera, one in zip(seen, people)], stamp))
-    _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
+    people = fuse(seen)
+    _draw(seen, images, people[min(SHOWN, len(people) - 1)])
     found: Dict[str, Figure] = {}
-    tables = [_people(fused, found), _reprojection(seen, fused, found), _calibrations(seen, found)]
+    tables = [_people(people, found), _reprojection(seen, people, found), _calibrations(seen, found)]
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
 
@@ -97,6 +93,26 @@ def found_people(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List
             images += [image] if number == min(SHOWN, most - 1) else []
         seen.append(camera._replace(people=people))
     return seen, images
+
+
+def fuse(seen: Sequence[Camera]) -> List[People3D]:
+    """Return the people of the cameras together, by frame."""
+    fusion, found = PeopleFusion(), []
+    for number, people in enumerate(zip(*(camera.people for camera in seen))):
+        stamp = BEGIN + number / RATE
+        found.append(fusion.update([from_image(camera.name, stamp, one, camera.model, camera.pose)
+                                    for camera, one in zip(seen, people)], stamp))
+    return found
+
+
+def reprojection(camera: Camera, people: Sequence[People3D]) -> List[float]:
+    """Return the distances of fused joints, by frame, from a camera's keypoints [px]."""
+    errors: List[float] = []
+    for image, joints in zip(camera.people, people):
+        for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
+            apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
+            errors += apart[np.isfinite(apart)].tolist()
+    return errors
 
 
 def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
@@ -124,11 +140,7 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
     """Return the table of the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
     for camera in seen:
-        errors: List[float] = []
-        for image, joints in zip(camera.people, fused):
-            for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
-                apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
-                errors += apart[np.isfinite(apart)].tolist()
+        errors = reprojection(camera, fused)
         middle, most = np.percentile(errors, (50, 90))
         rows.append([camera.name, len(errors), f'{middle:.1f}', f'{most:.1f}'])
         found[f'reprojection_{camera.name}'] = Figure(float(middle), n=len(errors), unit='px', digits=1,

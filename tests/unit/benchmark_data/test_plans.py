@@ -4,9 +4,11 @@ import itertools
 import numpy as np
 import pytest
 
+from development.benchmark_data import jobs
 from development.benchmark_data.people.garments import HAIR, OUTFITS, SHOES
 from development.benchmark_data.rendering.depth_sensors import SENSORS
 from development.benchmark_data.scenarios.plan import KINDS, LIGHTS, plan_scene
+from development.benchmark_data.scenarios.random_scenes import ArrangementError
 
 COUNT = 40
 
@@ -44,6 +46,28 @@ def test_the_same_seed_gives_the_same_plan():
     assert plan_scene('tune', 7) == plan_scene('tune', 7)
     assert plan_scene('report', 1, 'signals') == plan_scene('report', 1, 'signals')
     assert plan_scene('tune', 7) != plan_scene('tune', 7 + len(KINDS))
+
+
+def test_a_scene_without_an_arrangement_is_drawn_anew(monkeypatch, capsys):
+    """Of the same kind and by the same sensor, with other people; at last it is an error."""
+    first, second = plan_scene('tune', 7), plan_scene('tune', 7, again=1)
+    failing = []
+
+    def arranged(plan):
+        if plan.seed in failing:
+            raise ArrangementError(f'{plan.name}: no arrangement')
+        return plan
+
+    monkeypatch.setattr(jobs, 'build_scene', arranged)
+    assert jobs.drawn(jobs.Job('', None, 'tune', 7)) == first
+    failing.append(first.seed)
+    assert jobs.drawn(jobs.Job('', None, 'tune', 7)) == second
+    assert capsys.readouterr().out == '07_sit: no arrangement; it is drawn anew, from sub-seed 1\n'
+    assert (second.name, second.kind, second.view.sensor) == (first.name, first.kind, first.view.sensor)
+    assert second.people != first.people and second.room_seed != first.room_seed
+    failing.extend(plan_scene('tune', 7, again=again).seed for again in range(jobs.DRAWS))
+    with pytest.raises(ArrangementError):
+        jobs.drawn(jobs.Job('', None, 'tune', 7))
 
 
 def test_committed_scenes_are_of_neither_set(plans):

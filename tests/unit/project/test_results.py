@@ -43,7 +43,8 @@ def test_the_readme_names_each_figure():
 
 
 @pytest.mark.parametrize('name, form, shown', [
-    ('error', '', '23.0 mm'), ('error', ' number', '23.0'), ('near', ' percent', '96 %'), ('nothing', '', '-')])
+    ('error', '', '23.0 mm'), ('error', ' number', '23.0'), ('near', ' percent', '96 %'),
+    ('error', ' short', '23 mm'), ('nothing', '', '-')])
 def test_a_figure_is_filled_in(name, form, shown):
     written = with_figures(f'before <!-- figure: accuracy.{name}{form} -->old<!-- end --> after', SECTIONS)
     assert written == f'before <!-- figure: accuracy.{name}{form} -->{shown}<!-- end --> after'
