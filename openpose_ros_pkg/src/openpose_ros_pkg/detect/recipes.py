@@ -349,18 +349,17 @@ MODES: Dict[str, Recipe] = {
 }
 
 
-# The same modes where the networks of `people-small` are: PicoDet finds boxes of people, PP-TinyPose their joints.
-# mobilenet_thin, from joints to people, finds those who touch; Thunder is the second opinion on each. MoveNet MultiPose
-# brings nothing beside them.
+# The same modes where the networks of `people-small` are: PicoDet finds boxes of people, also in the mirror image,
+# PP-TinyPose their joints; Thunder is the second opinion on each. mobilenet_thin and MoveNet MultiPose bring nothing
+# beside them.
 _TINY_CROP = crop_of(TINYPOSE)
-_IN_BOXES = NetworkPass(PICODET, (320, 320), crop=_TINY_CROP)
-SMALL_MODES: Dict[str, Recipe] = {
-    'fast': Recipe((_IN_BOXES,), (_TINY_CROP,), acceptance=0.6, spare=()),
-    'balanced': Recipe((_IN_BOXES, mobilenet(1.0)), (_TINY_CROP, THUNDER_CROP), acceptance=0.6, spare=()),
-    'accurate': Recipe(
-        (_IN_BOXES, mobilenet(1.0)), (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
-                                      replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.6, spare=()),
-}
+_IN_BOXES = NetworkPass(PICODET, (320, 320), mirror=True, crop=_TINY_CROP)
+SMALL_MODES: Dict[str, Recipe] = {name: Recipe((_IN_BOXES,), crops, acceptance=0.6, spare=()) for name, crops in {
+    'fast': (_TINY_CROP,),
+    'balanced': (_TINY_CROP, THUNDER_CROP),
+    'accurate': (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
+                 replace(THUNDER_CROP, margin=1.6, mirror=True)),
+}.items()}
 
 
 def mode_of(name: str) -> Recipe:
