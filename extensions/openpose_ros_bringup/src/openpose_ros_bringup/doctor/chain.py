@@ -79,5 +79,5 @@ def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
     if seen.people is None:
         return right(f'{node.name} works')
     most = max(seen.people, default=0)
-    return right(f'{node.name} works; {most} people in {len(seen.people)} results'
+    return right(f'{node.name} works; {most} {"person" if most == 1 else "people"} in {len(seen.people)} results'
                  + ('' if most else ': is anyone in view?'))

@@ -12,6 +12,7 @@ from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.plausibility import NO_DEPTH, summarize
 from skeleton_extract_3d.ros import convert
 
 _TYPES = {kind._type: kind for kind in (CameraInfo, CompressedImage, Image, PointCloud2)}
@@ -68,9 +69,19 @@ class CameraListener:
                            for key in ('image', 'points', 'info', 'colour_info') if getattr(camera, key) is not None}
 
     def has(self, messages: int) -> bool:
-        """Tell whether so many images and points have come, or will not, as their topics are not there."""
+        """Tell whether so many images and points have come, the newest with depth, as a camera may be covered for a
+        moment; or will not, as their topics are not there.
+        """
         return all(len(listener.arrivals) >= (messages if key in ('image', 'points') else 1)
-                   for key, listener in self._listeners.items() if listener.listens)
+                   for key, listener in self._listeners.items() if listener.listens) and self._has_depth()
+
+    def _has_depth(self) -> bool:
+        if 'points' not in self._listeners:
+            return True
+        info = self._listeners['info'].newest if 'info' in self._listeners else None
+        points = self._listeners['points'].read(info, self._camera.rectified).points
+        doubt = None if points is None else summarize(points).doubt
+        return doubt is None or doubt.event != NO_DEPTH
 
     def stop(self) -> None:
         """Let no more messages come."""
