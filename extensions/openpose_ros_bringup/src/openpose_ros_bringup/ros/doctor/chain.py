@@ -11,7 +11,6 @@ from openpose_ros_bringup.doctor.snapshot import ChainNode
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
-from skeleton_extract_3d.points.plausibility import NO_DEPTH
 
 _RESULTS = re.compile(r'(.*/)openpose_ros/(skeleton_3d/detected_poses_3d|detected_poses|skeleton_3d/detected_poses)')
 # Names that the launch files give these nodes.
@@ -51,8 +50,7 @@ class StatusListener:
                    for topic, kind in _INPUT.findall(values.get(READS, ''))):
                 # the updater writes <node>: <name>, which is another one for each camera of a node
                 node, name = (f'/{each.strip("/")}' for each in status.name.partition(': ')[::2])
-                if name not in self._statuses or NO_DEPTH not in status.message:  # it may be covered for a moment
-                    self._statuses[name] = node, ChainNode(name, level, status.message, values)
+                self._statuses[name] = node, ChainNode(name, level, status.message, values)
 
 
 def inputs_of(node: ChainNode) -> Sequence[Tuple[str, str]]:

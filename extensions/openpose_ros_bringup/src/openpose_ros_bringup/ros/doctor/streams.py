@@ -12,7 +12,7 @@ from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 from skeleton_extract_3d.points.camera import calibrated_camera
-from skeleton_extract_3d.points.plausibility import NO_DEPTH, summarize
+from skeleton_extract_3d.points.plausibility import NO_DEPTH
 from skeleton_extract_3d.ros import convert
 
 _TYPES = {kind._type: kind for kind in (CameraInfo, CompressedImage, Image, PointCloud2)}
@@ -79,8 +79,7 @@ class CameraListener:
         if 'points' not in self._listeners:
             return True
         info = self._listeners['info'].newest if 'info' in self._listeners else None
-        points = self._listeners['points'].read(info, self._camera.rectified).points
-        doubt = None if points is None else summarize(points).doubt
+        doubt = self._listeners['points'].read(info, self._camera.rectified).doubt
         return doubt is None or doubt.event != NO_DEPTH
 
     def stop(self) -> None:
