@@ -52,6 +52,7 @@ class Stream:
     fault: str = ''  # why it can not be used; empty: it can
     points: Optional[PointGrid] = None
     calibration: Optional[Calibration] = None
+    bgr: Optional[np.ndarray] = None  # (H, W, 3) uint8 of a colour image
 
     @property
     def rate(self) -> float:

@@ -102,8 +102,8 @@ def _with_content(stream: Stream, message: Any, info: Any, rectified: bool) -> S
         calibrated_camera(calibration, rectified)
         return replace(stream, calibration=calibration, size=calibration.image_size)
     if stream.role == 'image':
-        height, width, _ = convert_2d.any_image_to_bgr(message).shape
-        return replace(stream, size=(width, height), encoding=stream.encoding or message.format)
+        bgr = convert_2d.any_image_to_bgr(message)
+        return replace(stream, size=(bgr.shape[1], bgr.shape[0]), bgr=bgr, encoding=stream.encoding or message.format)
     if stream.kind == PointCloud2._type:
         points = convert.cloud_from_message(message)
         return replace(stream, points=points, size=(points.width, points.height))
