@@ -11,7 +11,6 @@ import socket
 import subprocess
 import urllib.request
 import zipfile
-from pathlib import Path
 
 import cv2
 import pytest
@@ -25,6 +24,7 @@ from session import ENDS_WITH_PARENT, await_true
 TESTED_ELSEWHERE = ('./run demo', './run camera', 'source devel/setup.bash')
 STAYS = ('./run launch ', './run shell roscore', './run shell rosbag play', './run shell rostopic hz')
 STARTED = ('/detected_poses', '/visualization_markers')  # topics of which one is there when a launch is up
+IMAGES = ROOT / 'skeleton_extract_3d/demo/cross/rgb'
 TIMEOUT = 120.0  # [s] many times what a line takes
 
 
@@ -66,7 +66,7 @@ class Hour:
 
     def type(self, line):
         """Run a line to its end, or until it has said something that shows that it works."""
-        typed = line.replace('rviz:=true', '').replace('source:=0', f'source:={ROOT}/skeleton_extract_3d/demo/cross/rgb')
+        typed = line.replace('rviz:=true', '').replace('source:=0', f'source:={IMAGES}')
         typed += f' config:={self.folder}/web.yaml' * typed.startswith('./run launch')
         typed += f" -p {os.environ['ROS_MASTER_URI'].rpartition(':')[2]}" * typed.endswith('roscore')
         log = self.folder / f'line_{len(self.said)}.log'
@@ -128,7 +128,8 @@ def test_photo_and_recording(hour, blocks):
 
 
 def test_live(hour, blocks):
-    live, watched = ([block for block in blocks if word in block[0]][0] for word in ('demo.launch', 'rostopic hz'))
+    live, watched = (next(block for block in blocks if word in block[0])
+                     for word in ('demo.launch', 'rostopic hz'))
     for line in live:
         hour.type(line)
     rate = hour.type(watched[0])
@@ -143,7 +144,8 @@ def test_live(hour, blocks):
     with zipfile.ZipFile(str(hour.folder / 'hour/report.zip')) as report:
         assert report.namelist() == ['report.txt'], 'a picture is sent by those alone who ask for it'
         text = report.read('report.txt').decode()
-    assert all(word in text for word in ('PRETTY_NAME', 'cv2 ', '/kinect2/qhd/points (sensor_msgs/PointCloud2)', '~mode'))
+    for word in ('PRETTY_NAME', 'cv2 ', '/kinect2/qhd/points (sensor_msgs/PointCloud2)', '~mode'):
+        assert word in text
     with urllib.request.urlopen(f'http://localhost:{hour.web}', timeout=30) as page:
         assert page.status == 200
     hour.leave()
@@ -152,7 +154,7 @@ def test_live(hour, blocks):
 @pytest.mark.parametrize('first, topic', [('roscore', '/openpose_ros/skeleton_3d/detected_poses_3d'),
                                           ('source:=0', '/openpose_ros/detected_poses')])
 def test_people_come_from_a_recording_and_a_webcam(hour, blocks, first, topic):
-    for line in [block for block in blocks if first in block[0]][0]:
+    for line in next(block for block in blocks if first in block[0]):
         hour.type(line)
     echo = hour.type(f'./run shell rostopic echo -n 1 {topic}')
     assert 'person_ID' in echo.read_text()

@@ -57,7 +57,7 @@ def _run(options: argparse.Namespace) -> int:
 def _write_report(options: argparse.Namespace, text: str, seen: 'Snapshot') -> None:
     import cv2
 
-    from openpose_ros_bringup.doctor.details import details
+    from openpose_ros_bringup.ros.doctor.details import details
 
     options.report.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(str(options.report), 'w', zipfile.ZIP_DEFLATED) as archive:
@@ -65,8 +65,9 @@ def _write_report(options: argparse.Namespace, text: str, seen: 'Snapshot') -> N
         for number, camera in enumerate(seen.cameras if options.picture else []):
             if camera.image.bgr is not None:
                 archive.writestr(f'picture_{number}.jpg', cv2.imencode('.jpg', camera.image.bgr)[1].tobytes())
-    sys.stdout.write(f'{options.report} has all of this, versions, topics and parameters'
-                     f'{", and a picture" if options.picture else ", no picture (--picture)"}; read it before you send it\n')
+    picture = 'and a picture' if options.picture else 'no picture (--picture)'
+    sys.stdout.write(f'{options.report} has this, versions, topics and parameters, {picture}; read it before you send '
+                     'it\n')
 
 
 def _parser() -> argparse.ArgumentParser:

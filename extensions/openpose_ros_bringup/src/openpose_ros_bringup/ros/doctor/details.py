@@ -24,7 +24,8 @@ def details(seen: Snapshot) -> str:
 
 
 def _system() -> Iterator[str]:
-    for path, key in (('/etc/os-release', 'PRETTY_NAME'), ('/proc/cpuinfo', 'model name'), ('/proc/meminfo', 'MemTotal')):
+    for path, key in (('/etc/os-release', 'PRETTY_NAME'), ('/proc/cpuinfo', 'model name'),
+                      ('/proc/meminfo', 'MemTotal')):
         text = Path(path).read_text() if Path(path).is_file() else ''
         yield next((line for line in text.splitlines() if line.startswith(key)), f'{key}: unknown')
     yield f'{os.cpu_count()} cores, load {os.getloadavg()}; {platform.platform()}; Python {sys.version.split()[0]}'
