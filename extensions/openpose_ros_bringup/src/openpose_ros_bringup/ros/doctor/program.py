@@ -55,16 +55,17 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _write_report(options: argparse.Namespace, text: str, seen: 'Snapshot') -> None:
-    import cv2
+    from std_msgs.msg import Header
 
     from openpose_ros_bringup.ros.doctor.details import details
+    from openpose_ros_pkg.ros.convert import bgr_to_jpeg
 
     options.report.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(str(options.report), 'w', zipfile.ZIP_DEFLATED) as archive:
         archive.writestr('report.txt', text + details(seen))
         for number, camera in enumerate(seen.cameras if options.picture else []):
             if camera.image.bgr is not None:
-                archive.writestr(f'picture_{number}.jpg', cv2.imencode('.jpg', camera.image.bgr)[1].tobytes())
+                archive.writestr(f'picture_{number}.jpg', bgr_to_jpeg(camera.image.bgr, Header(), 90).data)
     picture = 'and a picture' if options.picture else 'no picture (--picture)'
     sys.stdout.write(f'{options.report} has this, versions, topics and parameters, {picture}; read it before you send '
                      'it\n')
