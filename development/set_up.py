@@ -56,7 +56,7 @@ WITHOUT = {
     'movenet_thunder': 'people are found without it, less accurately',
     'hand_landmark': 'hands are not found (parameter hands)', 'face_landmark': 'faces are not found (parameter face)',
     'pose_landmark': 'heels and toes are not found',
-    **dict.fromkeys(SMALL_MODELS, 'all modes work without it, less accurately')}
+    **dict.fromkeys(SMALL_MODELS, 'all modes work, less accurately')}
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
@@ -249,9 +249,10 @@ def _set_up_weights() -> None:
     missing = [model for model in (*MODELS, *WITHOUT) if not weights('check', model, quiet=True)]
     step('[3/4] Networks and three.js, which draws the page: fetching', 'weights', 'as the lines above say',
          _fetch, missing, three)
-    for model in missing:
-        if not weights('check', model, quiet=True):
-            say(f'      {model} could not be fetched: {WITHOUT[model]}. To try again: ./run model get {model}')
+    missing = [model for model in missing if not weights('check', model, quiet=True)]
+    for without in dict.fromkeys(WITHOUT[model] for model in missing):
+        names = [model for model in missing if WITHOUT[model] == without]
+        say(f'      {", ".join(names)} could not be fetched: {without}. To try again: ./run model get {" ".join(names)}')
     if not succeeds(*three, '--check', quiet=True):
         say('      three.js could not be fetched: there is no page of people (web:=true). To try again: ./run setup')
 
