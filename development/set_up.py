@@ -251,8 +251,8 @@ def _set_up_weights() -> None:
          _fetch, missing, three)
     missing = [model for model in missing if not weights('check', model, quiet=True)]
     for without in dict.fromkeys(WITHOUT[model] for model in missing):
-        names = [model for model in missing if WITHOUT[model] == without]
-        say(f'      {", ".join(names)} could not be fetched: {without}. To try again: ./run model get {" ".join(names)}')
+        names = ' '.join(model for model in missing if WITHOUT[model] == without)
+        say(f'      {names} could not be fetched: {without}. To try again: ./run model get {names}')
     if not succeeds(*three, '--check', quiet=True):
         say('      three.js could not be fetched: there is no page of people (web:=true). To try again: ./run setup')
 
