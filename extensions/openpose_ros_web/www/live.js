@@ -46,7 +46,7 @@ export class LiveSource {
     if (message.type === 'hello') {
       this.wait = FIRST_WAIT
       const same = message.version === VERSION
-      this.state.setLink(same ? 'live' : 'other', same ? 'live' : 'another version: load the page again')
+      this.state.setLink(same ? 'live' : 'other', same ? 'connected' : 'another version: load the page again')
     }
     this.state.receive(message)
   }

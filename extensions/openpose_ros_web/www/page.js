@@ -61,8 +61,10 @@ export function openPage(source) {
   document.addEventListener('visibilitychange', ask)
   setInterval(() => {
     const {state: link, text} = state.link, old = last > 0 && ++quiet > STALE && !recorded
+    const waiting = last === 0 && !recorded
     document.body.classList.toggle('old', old)
-    notice([link === 'lost' && text, old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])
+    document.body.classList.toggle('waiting', waiting)
+    notice([link === 'lost' && text, link === 'live' && waiting && 'waiting for the first message', old && `last seen ${Math.round((Date.now() - last) / 1000)} s ago`])
   }, LOOK)
   source.start(state)
   if (recorded) window.peopleView.player = new Player(source)

@@ -225,6 +225,8 @@ def test_without_a_camera_and_without_a_chain():
      'rostopic hz /openpose_ros/skeleton_3d/detected_poses_3d'),
     ('subscribers', with_node(text='disabled'), 'is disabled', f'rosservice call {NODE}/enable true'),
     ('subscribers', with_node(level=1, text='bad input: x'), 'bad input: x', f'rosnode info {NODE}'),
+    ('subscribers', with_node(with_points(points=DepthImage(0 * METRES, model())), level=1, text='no depth: 0 %'),
+     'no depth', ''),
     ('subscribers', replace(WELL, nodes=[]), 'does not run', f'depth:={DEPTH.topic} rviz:=true'),
     ('subscribers', with_camera(node='', preset='astra'), 'reads other topics', 'camera:=astra'),
     ('subscribers', with_camera(node='', preset='astra', namespace='left'), 'reads other topics',
@@ -253,6 +255,7 @@ AGAIN = replace(COLOUR, arrivals=arrivals(begin=1000.0) + arrivals(begin=990.0))
     ('load', replace(with_node(values={'rate [Hz]': '3.8'}), people=[2] * 95)),
     ('load', with_node(text='idle: no subscriber', values={'rate [Hz]': '0.0'})),
     ('subscribers', with_node(level=1, text='time jumped back: a bag')),
+    ('subscribers', with_node(level=1, text='no depth: 0 % of the points are valid')),  # it was covered, and is not
     ('subscribers', with_published({'/s/visualization_markers': 'x'}, replace(
         WELL, subscribed={'/s/visualization_markers': ['/rviz']})))])
 def test_what_is_right_is_not_blamed(check, seen):

@@ -138,6 +138,20 @@ def expected_pixels(browser, camera, people):
 
 
 @needs_browser
+def test_before_the_first_message_the_page_waits_and_says_so():
+    site = Site()
+    with Browser() as browser:
+        browser.open(f'http://localhost:{site.port}')
+        browser.wait('document.getElementById("notice")?.textContent === "waiting for the first message"')
+        assert browser.run('document.getElementById("none").offsetHeight') == 0, 'it is not known that there are none'
+        shown(site, browser, *frame(2, True))
+        browser.wait('document.getElementById("notice").hidden')
+        size = browser.run('parseFloat(getComputedStyle(document.querySelector("#labels .person")).fontSize)')
+        assert size >= 30, 'read at two metres: capitals of 5 mm on a screen of 0.22 mm per pixel'
+    site.stop()
+
+
+@needs_browser
 @pytest.mark.parametrize('index', range(len(CAMERAS['cameras'])))
 def test_people_are_drawn_where_the_messages_say(site, browser, index):
     people, signals = frame(3, False)
@@ -218,7 +232,7 @@ def test_a_phone(site, browser):
     browser.run('document.getElementById("figures").textContent = "14.8 Hz · 120 ms"')
     assert browser.run('document.documentElement.scrollWidth') == width, 'nothing is beside the screen'
     assert browser.run('document.querySelector("header").offsetHeight') < 60, 'one line'
-    browser.run('peopleView.state.setLink("live", "live")')
+    browser.run('peopleView.state.setLink("live", "connected")')
     browser.resize(1280, 800)
 
 

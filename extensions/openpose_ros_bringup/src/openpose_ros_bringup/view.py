@@ -10,9 +10,9 @@ import numpy as np
 from skeleton_extract_3d.points.transform import TURNED, Transform
 
 # The point that a camera looks at, and the distance of the eye from it [m]: people are well in view.
-_FOCAL_DISTANCE, _DISTANCE = 2.5, 3.5
+_FOCAL_DISTANCE, DISTANCE = 2.5, 3.5
 # Direction of view: turned from that of the camera, so that depth shows, and down [rad].
-_TURN, _PITCH = 0.4, 0.25
+_TURN, PITCH = 0.4, 0.25
 # Width of the image and the displays beside the view, and of an image alone, in a window that is 1440 wide [px].
 _WITH_DISPLAYS, _ALONE = 448, 1360
 # RViz's window as Qt's QMainWindow::saveState writes it: Image above Displays on the left, whose width is filled in.
@@ -69,8 +69,8 @@ def rviz_configuration(template: Mapping[str, Any], frame: str, topics: Topics, 
     manager['Global Options']['Fixed Frame'] = frame
     focal, yaw = viewpoint(cameras)
     x, y, z = (round(float(value), 3) for value in focal)
-    manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': _DISTANCE,
-                                        'Yaw': round(yaw, 3), 'Pitch': _PITCH})
+    manager['Views']['Current'].update({'Focal Point': {'X': x, 'Y': y, 'Z': z}, 'Distance': DISTANCE,
+                                        'Yaw': round(yaw, 3), 'Pitch': PITCH})
     values['Window Geometry']['QMainWindow State'] = _WINDOW.format(_WITH_DISPLAYS if topics.markers else _ALONE)
     if not topics.markers:
         values['Panels'] = []

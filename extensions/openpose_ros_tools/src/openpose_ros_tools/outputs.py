@@ -29,6 +29,7 @@ class PartFiles:
 
     def __init__(self) -> None:
         self._outputs: List[_Output] = []
+        self._begun: Optional[Path] = None  # made, but not yet one of the outputs: an interrupt may come between
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made.
@@ -36,7 +37,7 @@ class PartFiles:
         Raises:
             ParameterError: another program is making the same output.
         """
-        part = _part(path)
+        part = self._begun = _part(path)
         self._add(part, path, os.O_RDWR | os.O_CREAT, lambda: part.replace(path))
         os.truncate(str(part), 0)
         return part
@@ -47,7 +48,7 @@ class PartFiles:
         Args:
             is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
-        part = _part(path)
+        part = self._begun = _part(path)
         part.mkdir(exist_ok=True)
         self._add(part, path, os.O_RDONLY, lambda: _merge(part, path, is_own))
         for left in part.iterdir():
@@ -67,6 +68,8 @@ class PartFiles:
         finally:
             if isinstance(error, OSError):
                 self._name_output(error)
+            if self._begun is not None:
+                _delete(self._begun)
             for output in self._outputs:
                 _delete(output.part)
                 os.close(output.lock)
@@ -76,11 +79,13 @@ class PartFiles:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
+            self._begun = None
             os.close(lock)
             raise ParameterError(f'another program is making {path}') from None
         except OSError:
             pass  # a file system without locks
         self._outputs.append(_Output(part, path, lock, move))
+        self._begun = None
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""

@@ -15,6 +15,8 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 # Points that miss their pixels by a greater share of the image's width do not belong to the image.
 _GREATEST_MISFIT = 0.01
 
+NO_DEPTH = 'no depth'
+
 
 class Doubt(NamedTuple):
     """A fault of the input that does not keep it from being read: what nodes count, and a text with values and a cause.
@@ -43,7 +45,7 @@ def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plaus
     share = distances.size / sample.size
     if distances.size < constants.least_valid:
         return PointSummary(sample, share, np.nan, Doubt(
-            'no depth', f'{100 * share:.2g} % of the points are valid, the others are '
+            NO_DEPTH, f'{100 * share:.2g} % of the points are valid, the others are '
                         f'{points.missing_values(columns, rows)}: is the depth camera covered, or is this another '
                         'topic?'))
     depth, (least, most) = float(np.median(distances)), constants.depths

@@ -5,6 +5,7 @@ from typing import Iterator
 
 from openpose_ros_bringup.doctor.findings import BRINGUP, Finding, launch_line, right, wrong
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Snapshot
+from skeleton_extract_3d.points.plausibility import NO_DEPTH
 
 # Least rate of results, as a share of the images that come, or of target_rate.
 _LEAST_SHARE = 0.6
@@ -68,16 +69,23 @@ def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
                     'rosrun skeleton_extract_3d skeleton_extract_3d_visualization_node')
 
 
+def _is_over(node: ChainNode, seen: Snapshot) -> bool:
+    """Return whether a node warns of frames without depth, and depth has come since: its camera was covered."""
+    return node.text.startswith(NO_DEPTH) and all(
+        camera.points is not None and camera.points.points is not None and camera.points.doubt is None
+        for camera in seen.cameras if camera.node == node.name)
+
+
 def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
     if node.text.startswith('disabled'):
         return wrong(f'{node.name} is disabled', f'rosservice call {node.name}/enable true')
     if node.rests:
         return wrong(f'{node.name} rests: no node subscribes to its results',
                      f'rostopic hz {node.results or _RESULTS}    # or RViz: rosrun openpose_ros_bringup view')
-    if node.level != 0 and not node.text.startswith(_NORMAL):
+    if node.level != 0 and not node.text.startswith(_NORMAL) and not _is_over(node, seen):
         return wrong(f'{node.name}: {node.text}', f'rosnode info {node.name}')
     if seen.people is None:
         return right(f'{node.name} works')
     most = max(seen.people, default=0)
-    return right(f'{node.name} works; {most} people in {len(seen.people)} results'
+    return right(f'{node.name} works; {most} {"person" if most == 1 else "people"} in {len(seen.people)} results'
                  + ('' if most else ': is anyone in view?'))

@@ -6,7 +6,7 @@ from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Strea
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.stream.pairing import PAIRING
 from skeleton_extract_3d.points.camera import check_same_aspect
-from skeleton_extract_3d.points.plausibility import registration_fault, summarize
+from skeleton_extract_3d.points.plausibility import registration_fault
 from skeleton_extract_3d.points.transform import is_same_place
 
 _DEPTH = ('16UC1', '32FC1')  # encodings of depth images alone
@@ -39,7 +39,7 @@ def _encoding_fault(camera: Camera, stream: Stream, seen: Snapshot) -> Optional[
         other = f'rosrun dynamic_reconfigure dynparam set {stream.topic} format png'
     if stream.fault:
         return wrong(f'{stream.topic}: {stream.fault}', other)
-    doubt = None if stream.points is None else summarize(stream.points).doubt
+    doubt = stream.doubt
     hint = '    # float32 depth is in metres (REP 118): a setting of the driver'
     return doubt and wrong(f'{stream.topic}: {doubt.text}', other_topic_line(camera, stream, seen, registered=True)
                            or look + hint * (doubt.event == 'implausible depth'))

@@ -6,6 +6,7 @@ import numpy as np
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
+from skeleton_extract_3d.points.plausibility import Doubt, summarize
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform
 
@@ -51,6 +52,7 @@ class Stream:
     fault: str = ''  # why it can not be used; empty: it can
     points: Optional[PointGrid] = None
     calibration: Optional[Calibration] = None
+    bgr: Optional[np.ndarray] = None  # (H, W, 3) uint8 of a colour image
 
     @property
     def rate(self) -> float:
@@ -58,6 +60,11 @@ class Stream:
         if len(self.arrivals) < 2:
             return 0.0
         return (len(self.arrivals) - 1) / max(self.arrivals[-1].received - self.arrivals[0].received, 1e-6)
+
+    @property
+    def doubt(self) -> Optional[Doubt]:
+        """Why the newest points are no depth in metres; None: they are, or there are none."""
+        return None if self.points is None else summarize(self.points).doubt
 
     @property
     def age(self) -> float:

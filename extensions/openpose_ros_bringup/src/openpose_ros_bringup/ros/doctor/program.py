@@ -3,6 +3,7 @@
     rosrun openpose_ros_bringup doctor
     rosrun openpose_ros_bringup doctor --camera realsense --fixed-frame base_link
     rosrun openpose_ros_bringup doctor --image /cam/image_raw --depth /cam/depth/image_raw
+    rosrun openpose_ros_bringup doctor --report             # for a report of a problem: a file with versions and topics
 
 Without options: the cameras that the running nodes read, or the one whose topics are published. It listens for a few
 seconds and changes nothing. docs/nothing_in_rviz.md explains the checks.
@@ -12,12 +13,17 @@ Exit status: 0 nothing is wrong; 1 something is; 2 the command line is wrong; 13
 import argparse
 import os
 import sys
-from typing import Optional, Sequence
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Optional, Sequence
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
-from openpose_ros_pkg.command_options import command_parser, number
+from openpose_ros_pkg.command_options import command_parser, number, plain_path
 from openpose_ros_pkg.params.camera_presets import AUTO, find_preset
 from openpose_ros_pkg.params.parameters import frame_name
+
+if TYPE_CHECKING:
+    from openpose_ros_bringup.doctor.snapshot import Snapshot
 
 # Variable with what comes before commands of ROS where the workspace is not sourced.
 PREFIX = 'OPENPOSE_ROS_PREFIX'
@@ -39,9 +45,30 @@ def _run(options: argparse.Namespace) -> int:
 
     if options.camera != AUTO:
         find_preset(options.camera)  # refused at once
-    findings = diagnose(gather_facts(options))
-    sys.stdout.write(report(findings, os.environ.get(PREFIX, '')))
+    seen = gather_facts(options)
+    findings = diagnose(seen)
+    text = report(findings, os.environ.get(PREFIX, ''))
+    sys.stdout.write(text)
+    if options.report is not None:
+        _write_report(options, text, seen)
     return SOME_FAILED if faults(findings) else DONE
+
+
+def _write_report(options: argparse.Namespace, text: str, seen: 'Snapshot') -> None:
+    from std_msgs.msg import Header
+
+    from openpose_ros_bringup.ros.doctor.details import details
+    from openpose_ros_pkg.ros.convert import bgr_to_jpeg
+
+    options.report.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(str(options.report), 'w', zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr('report.txt', text + details(seen))
+        for number, camera in enumerate(seen.cameras if options.picture else []):
+            if camera.image.bgr is not None:
+                archive.writestr(f'picture_{number}.jpg', bgr_to_jpeg(camera.image.bgr, Header(), 90).data)
+    picture = 'and a picture' if options.picture else 'no picture (--picture)'
+    sys.stdout.write(f'{options.report} has this, versions, topics and parameters, {picture}; read it before you send '
+                     'it\n')
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -51,6 +78,9 @@ def _parser() -> argparse.ArgumentParser:
         parser.add_argument(f'--{role}', metavar='TOPIC', help='of a camera without a preset')
     parser.add_argument('--fixed-frame', type=frame_name, default='', metavar='FRAME', help="RViz's fixed frame")
     parser.add_argument('--camera-ns', default='', metavar='NS', help='of the camera, in place of the preset\'s')
+    parser.add_argument('--report', type=plain_path, nargs='?', const=Path('doctor_report.zip'), metavar='FILE',
+                        help='write a file for a report of a problem (default: doctor_report.zip)')
+    parser.add_argument('--picture', action='store_true', help='put the newest image of each camera into the report')
     parser.add_argument('--seconds', type=number(0.1, 3600), default=5.0, metavar='S',
                         help='listen so long at most (default: 5)')
     return parser

@@ -12,6 +12,7 @@ from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.plausibility import NO_DEPTH
 from skeleton_extract_3d.ros import convert
 
 _TYPES = {kind._type: kind for kind in (CameraInfo, CompressedImage, Image, PointCloud2)}
@@ -68,9 +69,18 @@ class CameraListener:
                            for key in ('image', 'points', 'info', 'colour_info') if getattr(camera, key) is not None}
 
     def has(self, messages: int) -> bool:
-        """Tell whether so many images and points have come, or will not, as their topics are not there."""
+        """Tell whether so many images and points have come, the newest with depth, as a camera may be covered for a
+        moment; or will not, as their topics are not there.
+        """
         return all(len(listener.arrivals) >= (messages if key in ('image', 'points') else 1)
-                   for key, listener in self._listeners.items() if listener.listens)
+                   for key, listener in self._listeners.items() if listener.listens) and self._has_depth()
+
+    def _has_depth(self) -> bool:
+        if 'points' not in self._listeners:
+            return True
+        info = self._listeners['info'].newest if 'info' in self._listeners else None
+        doubt = self._listeners['points'].read(info, self._camera.rectified).doubt
+        return doubt is None or doubt.event != NO_DEPTH
 
     def stop(self) -> None:
         """Let no more messages come."""
@@ -92,8 +102,8 @@ def _with_content(stream: Stream, message: Any, info: Any, rectified: bool) -> S
         calibrated_camera(calibration, rectified)
         return replace(stream, calibration=calibration, size=calibration.image_size)
     if stream.role == 'image':
-        height, width, _ = convert_2d.any_image_to_bgr(message).shape
-        return replace(stream, size=(width, height), encoding=stream.encoding or message.format)
+        bgr = convert_2d.any_image_to_bgr(message)
+        return replace(stream, size=(bgr.shape[1], bgr.shape[0]), bgr=bgr, encoding=stream.encoding or message.format)
     if stream.kind == PointCloud2._type:
         points = convert.cloud_from_message(message)
         return replace(stream, points=points, size=(points.width, points.height))

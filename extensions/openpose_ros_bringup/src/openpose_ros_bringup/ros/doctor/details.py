@@ -1,0 +1,57 @@
+"""What a report of a problem needs beside the findings: system, versions, topics, nodes and their parameters."""
+import os
+import platform
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Iterator, List
+
+from openpose_ros_bringup.doctor.snapshot import Snapshot
+
+_MODULES = ('numpy', 'cv2', 'scipy', 'openvino', 'onnxruntime')
+# Variables that change what ROS and the runtimes do.
+_VARIABLES = ('ROS_', 'OMP_', 'OPENPOSE_ROS_', 'DISPLAY', 'CMAKE_PREFIX_PATH')
+_MOST_TEXT = 200  # of a value of a parameter
+
+
+def details(seen: Snapshot) -> str:
+    """Return lines about system, versions and graph."""
+    lines: List[str] = []
+    for title, found in (('system', _system()), ('versions', _versions()), ('variables', _variables()),
+                         ('topics', _topics(seen)), ('nodes', _nodes(seen))):
+        lines += ['', f'## {title}', *found]
+    return '\n'.join(lines) + '\n'
+
+
+def _system() -> Iterator[str]:
+    for path, key in (('/etc/os-release', 'PRETTY_NAME'), ('/proc/cpuinfo', 'model name'),
+                      ('/proc/meminfo', 'MemTotal')):
+        text = Path(path).read_text() if Path(path).is_file() else ''
+        yield next((line for line in text.splitlines() if line.startswith(key)), f'{key}: unknown')
+    yield f'{os.cpu_count()} cores, load {os.getloadavg()}; {platform.platform()}; Python {sys.version.split()[0]}'
+
+
+def _versions() -> Iterator[str]:
+    manifest = Path(import_module('rospkg').RosPack().get_path('openpose_ros_pkg')) / 'package.xml'
+    yield f'openpose_ros_pkg {manifest.read_text().partition("<version>")[2].partition("<")[0]}'
+    for name in _MODULES:
+        try:
+            yield f'{name} {import_module(name).__version__}'
+        except ImportError as error:
+            yield f'{name}: {error}'
+
+
+def _variables() -> Iterator[str]:
+    yield from (f'{name}={value}' for name, value in sorted(os.environ.items()) if name.startswith(_VARIABLES))
+
+
+def _topics(seen: Snapshot) -> Iterator[str]:
+    for topic, there in sorted(seen.published.items()):
+        yield f'{topic} ({there.kind}) by {", ".join(there.nodes)}; read by {", ".join(seen.subscribed.get(topic, []))}'
+
+
+def _nodes(seen: Snapshot) -> Iterator[str]:
+    for node in seen.nodes:
+        yield f'{node.name}: {node.text}'
+        yield from (f'  {key}: {value}' for key, value in sorted(node.values.items()))
+        yield from (f'  ~{key}: {str(value)[:_MOST_TEXT]}' for key, value in sorted(node.parameters.items()))
