@@ -62,7 +62,7 @@ class GestureConstants:
     steep_arm: Ramp = constant((138.0, 146.0), 'Angle of the line from shoulder to wrist to straight down, of a '
                                                'raised hand; less steep, it points.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow, hand raised; less: hand on the head.', unit='deg')
-    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing; straighter: no beckoning.', unit='deg')
+    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
     arm_away: Ramp = constant((42.0, 52.0), 'Angle of shoulder to wrist to straight down, pointing.', unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
@@ -82,18 +82,13 @@ class GestureConstants:
 
 @dataclass(frozen=True)
 class SwingConstants:
-    """Gestures that move to and fro."""
+    """Waving."""
 
     pause: float = constant(0.6, 'Longest time from turn to turn; twice as long joints are remembered.', unit='s')
     smooth: float = constant(0.05, 'A position is the mean of those at most this much earlier or later.', unit='s')
     wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, waving: the longer of the '
                                         'last two; the shorter may be half, as it is under way.', unit='statures')
     wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
-    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between turns, beckoning.', unit='deg')
-    beckon_bent: Ramp = constant((90.0, 78.0), 'Angle of the elbow where it is most bent; more open, hands are '
-                                               'shaken.', unit='deg')
-    beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')
-    beckon_side: float = constant(0.6, 'The way of the wrist to the side is at most this share of its way.')
 
 
 @dataclass(frozen=True)

@@ -121,28 +121,6 @@ def _wave(view: View) -> float:
     return least(posture, ramp(longer, constants.wave), ramp(2 * shorter, constants.wave))
 
 
-def _beckon(view: View) -> float:
-    """Return how far the elbow of an arm before the body bends and stretches."""
-    arm, held, constants = view.arm, view.gesture, view.swing
-    posture = least(ramp(arm.wrist[1], constants.beckon_ahead), ramp(arm.from_nose, held.off_face),
-                    1 - ramp(arm.over_eyes, held.over_eyes))
-    if not posture > 0:
-        return posture
-    run = _newest_run(view.arms, lambda one: one.elbow < held.straight_arm[1])
-    if not run:
-        return 0.0
-    elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
-    ends = turns(elbows, constants.beckon[0])
-    if not _is_swinging(run, ends, constants):
-        return 0.0
-    before, last = np.abs(np.diff(elbows[ends[-3:]]))
-    motions = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
-    if not (np.abs(motions[:, 0]) <= constants.beckon_side * np.linalg.norm(motions, axis=1)).all():
-        return 0.0
-    bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
-    return least(posture, bent, ramp(min(before, last), constants.beckon))
-
-
 def _raise_hand(view: View) -> float:
     """Return how far a hand is above the eyes, its arm steep and still."""
     arm, constants = view.arm, view.gesture
@@ -185,9 +163,8 @@ class ArmGesture(NamedTuple):
 ARM_GESTURES = (
     ArmGesture('wave', _wave, is_swing=True, also_lying=True),
     ArmGesture('raise_hand', _raise_hand, unless=('wave',), also_lying=True),
-    ArmGesture('beckon', _beckon, unless=('wave',), is_swing=True),
-    ArmGesture('stop', _stop, unless=('wave', 'beckon', 'raise_hand')),
-    ArmGesture('point', _point, unless=('wave', 'beckon', 'stop')))
+    ArmGesture('stop', _stop, unless=('wave', 'raise_hand')),
+    ArmGesture('point', _point, unless=('wave', 'stop')))
 """All gestures of one arm."""
 
 
