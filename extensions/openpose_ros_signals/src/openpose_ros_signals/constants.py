@@ -26,7 +26,7 @@ class HoldConstants:
 class PersonConstants:
     """Which joints count as known, and for how long what a person did counts."""
 
-    most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
+    most_sigma: float = constant(0.075, 'Joints with a greater sigma count as hidden.', unit='statures')
     sure_sigma: float = constant(0.042, 'Motions to and fro, and knees on the floor, are told by joints with a lesser '
                                         'sigma: those that are guessed swing, and bend.', unit='statures')
     inferred_share: float = constant(
@@ -63,7 +63,8 @@ class GestureConstants:
                                                'raised hand; less steep, it points.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow, hand raised; less: hand on the head.', unit='deg')
     straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
-    arm_away: Ramp = constant((42.0, 52.0), 'Angle of shoulder to wrist to straight down, pointing.', unit='deg')
+    arm_away: Ramp = constant((34.0, 46.0), 'Angle of shoulder to wrist to straight down, pointing; 43 deg of a target on '
+                                             'the floor.', unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
     off_face: Ramp = constant((0.12, 0.16), 'Distance of the wrist from the nose; nearer, the hand is at the head.',
@@ -74,6 +75,7 @@ class GestureConstants:
     stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder, stop.', unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
                                         'straight up, where hands are seen.', unit='deg')
+    cross_time: float = constant(0.2, 'Crossed arms begin after this time, sooner the more they are.', unit='s')
     crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
                              unit='statures')
     inward: Ramp = constant((0.58, 0.70), 'Share of each forearm that points to the other side.')
