@@ -75,7 +75,8 @@ class GestureConstants:
     stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder, stop.', unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
                                         'straight up, where hands are seen.', unit='deg')
-    cross_time: float = constant(0.2, 'Crossed arms begin after this time, sooner the more they are.', unit='s')
+    cross_time: float = constant(0.3, 'Crossed arms begin after this time, sooner the more they are if both are sure.',
+                                 unit='s')
     crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
                              unit='statures')
     inward: Ramp = constant((0.58, 0.70), 'Share of each forearm that points to the other side.')

@@ -112,7 +112,8 @@ class Person:
     def _all_gestures(self, body: Body, seen: BodyObservation, around: Surroundings) -> Tuple[Gesture, ...]:
         constants = self._constants
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body, constants.gesture)
-        self._crossed.take(body.stamp, crossed)
+        sure = all(arms[-1].sure for arms in self._arms)
+        self._crossed.take(body.stamp, crossed if sure else least(crossed, constants.hold.sure))
         free, up = unless_hidden(1 - crossed), 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):
