@@ -19,8 +19,10 @@ from animated_skeleton import (
     watch,
 )
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.geometry import ramp
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.landmarks import Hands3D, Landmarks3D, Points3D
+from skeleton_extract_3d.people import INFERRED
 
 RAISED = Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0))
 WAVE_IN, WAVE_OUT = Limb((0.4, 0.5, -0.5), (-0.35, 0.2, 1.0)), Limb((0.4, 0.5, -0.5), (0.6, 0.2, 1.0))
@@ -81,6 +83,22 @@ def test_a_gesture_goes_on_while_the_arm_is_hidden_for_a_moment():
         return [bool(person.gestures) for stamp, person in read.items() if 1.2 < stamp < 2.4]
     assert all(gestures(until=1.75))
     assert not all(gestures(until=2.3))
+
+
+@pytest.mark.parametrize('score, told', [(0.5, {'point'}), (0.0, set())])
+def test_a_joint_that_the_image_does_not_show_makes_no_gesture(score, told):
+    reader, names, wrist = SignalReader(), set(), COCO_18.index['right_wrist']
+    for stamp, people in frames(held((0, right(POINTING))), 1, 10):
+        people.status[:, wrist], people.confidence[:, wrist] = INFERRED, score
+        names |= {gesture.name for gesture in reader.update(people, stamp, UP)[0].gestures}
+    assert names == told
+
+
+@pytest.mark.parametrize('ends', [(125, 145), (145, 125)])
+def test_an_uncertain_value_tells_little(ends):
+    assert ramp(ends[1], ends) == ramp(ends[1], ends, 5) == 1
+    assert ramp(ends[1], ends, 50) == pytest.approx(0.6)
+    assert ramp(ends[0], ends, 1e3) == pytest.approx(0.5, abs=0.01)
 
 
 def test_the_arms_of_a_falling_person_make_no_gesture():

@@ -63,8 +63,7 @@ class GestureConstants:
                                                'raised hand; less steep, it points.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow, hand raised; less: hand on the head.', unit='deg')
     straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
-    arm_away: Ramp = constant((34.0, 46.0), 'Angle of shoulder to wrist to straight down, pointing; 43 deg of a target on '
-                                             'the floor.', unit='deg')
+    arm_away: Ramp = constant((34.0, 46.0), 'Angle of shoulder to wrist to straight down, pointing.', unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
     off_face: Ramp = constant((0.12, 0.16), 'Distance of the wrist from the nose; nearer, the hand is at the head.',

@@ -62,7 +62,8 @@ class Person:
         # all of them look back: at a motion to and fro, or at a tenth of a second
         self._gestures = [{one.name: Held(hold, 0.0) if one.is_swing else Held(hold, at_once=True)
                            for one in ARM_GESTURES} for _ in SIDES]
-        self._crossed, self._moving, self._falls = Held(hold, constants.gesture.cross_time, at_once=True), Held(hold), motion.FallWatch(constants.motion)
+        self._crossed = Held(hold, constants.gesture.cross_time, at_once=True)
+        self._moving, self._falls = Held(hold), motion.FallWatch(constants.motion)
         self._rays: List[Tuple[float, Optional[Pointing]]] = [(-np.inf, None)] * 2
 
     def read(self, name: int, stamp: float, seen: BodyObservation, up: np.ndarray, around: Surroundings
