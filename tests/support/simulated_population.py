@@ -99,12 +99,6 @@ def _point(random: Random) -> Tuple[Limb, Limb, float]:
     return arm, arm, 0.0
 
 
-def _beckon(random: Random) -> Tuple[Limb, Limb, float]:
-    upper = (0.1, random.uniform(0.45, 0.8), -0.7)
-    return (Limb(upper, (0.0, 1.0, random.uniform(-0.2, 0.2))), Limb(upper, (0.0, random.uniform(-0.2, 0.2), 1.0)),
-            random.uniform(1.0, 2.2))
-
-
 def _held(*ways: Tuple[float, float, float], spread: float = 0.08) -> Callable[[Random], Tuple[Limb, Limb, float]]:
     """Return what draws an arm that is held about like this: its upper part and its forearm."""
     def draw(random: Random) -> Tuple[Limb, Limb, float]:
@@ -138,7 +132,7 @@ def _through(*poses: Tuple[float, Pose]) -> Callable[[Random], Motion]:
 
 
 _GESTURES: Dict[str, Callable[[Random], Tuple[Limb, Limb, float]]] = {
-    'wave': _wave, 'point': _point, 'beckon': _beckon,
+    'wave': _wave, 'point': _point,
     'raise_hand': _held((0.2, 0.1, 1.0), (0.1, 0.0, 1.0), spread=0.15),
     'stop': _held((0.1, 1.0, -0.45), (0.0, 0.6, 0.8)),
     'arms_crossed': _held((0.25, 0.2, -1.0), (-1.0, 0.35, 0.05))}

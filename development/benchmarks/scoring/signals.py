@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 from .counts import SAME_TIME, WHOLE, Counts, tags_of
 from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of
 
-LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'beckon', 'sit', 'stand')
+LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'sit', 'stand')
 # Maximum distance of necks [m]; frames this near to a change of a label do not count for it [s].
 GATE, MARGIN = 0.6, 0.2
 # One row for each frame of true pointing: angle to the target [deg], the same in sigma, that of the ray of the true

@@ -37,7 +37,7 @@ def write_results(path, *, signals=False, frame='room', hands=False):
                 bag.write(f'{SPACE}/detected_hands_3d', hands_to_array(hand, header), stamp)
             if signals:
                 told = PersonSignals(1, np.zeros(3), Posture('kneeling', stamp.to_sec(), 0.5),
-                                     (Gesture('beckon', 'left', stamp.to_sec(), 0.75),))
+                                     (Gesture('stop', 'left', stamp.to_sec(), 0.75),))
                 bag.write(f'{SPACE}/people_signals', signals_to_array((told,), header), stamp)
     return path
 
@@ -55,7 +55,7 @@ def test_signals_are_those_of_the_recording(tmp_path):
     _, (facts, *frames) = report(write_results(tmp_path / 'a.bag', signals=True))
     assert facts['notes'] == ['There are no images: a.bag has no topic of colour images. --images names a recording '
                               'with images.']
-    assert {(span['kind'], span['name']) for span in facts['spans']} == {('posture', 'kneeling'), ('gesture', 'beckon')}
+    assert {(span['kind'], span['name']) for span in facts['spans']} == {('posture', 'kneeling'), ('gesture', 'stop')}
     assert len(frames) == FRAMES
     for (signals, people), number in zip(frames, range(FRAMES)):
         assert people['stamp'] == signals['stamp'] == round(stamp_of(number).to_sec(), 6)

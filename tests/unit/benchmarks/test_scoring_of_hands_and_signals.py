@@ -120,9 +120,9 @@ def scored(scene, change=lambda labels: labels, late=0, margin=0.0, away=0.0):
 @pytest.mark.parametrize('change, how, expected', [
     (lambda labels: {}, {}, {'f1': 0, 'point_given': 0, 'point_15': 0, 'arm': None}),
     (lambda labels: labels, {}, {'f1': 1, 'arm': 1, 'point_given': 1, 'point_10': 1, 'point_median': 0,
-                                 'f1_beckon': None}),  # no person beckons, and it is not reported
-    (lambda labels: {{'wave': 'beckon'}.get(name, name): each for name, each in labels.items()}, {},
-     {'f1_wave': 0, 'f1_beckon': 0, 'f1_point': 1}),
+                                 'f1_arms_crossed': None}),  # neither made nor reported
+    (lambda labels: {{'wave': 'arms_crossed'}.get(name, name): each for name, each in labels.items()}, {},
+     {'f1_wave': 0, 'f1_arms_crossed': 0, 'f1_point': 1}),
     (lambda labels: {**labels, 'wave': signals.Label()}, {}, {'f1_wave': 2 * 10 / (2 * 10 + 30)}),
     (lambda labels: labels, {'away': 9.0}, {'f1': 0, 'point_given': 0}),
     (lambda labels: labels, {'late': 2, 'margin': 0.25}, {'f1': 1})])

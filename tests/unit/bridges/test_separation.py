@@ -284,6 +284,23 @@ def test_people_may_come_from_where_the_camera_does_not_look():
     assert unknown.bound == 0.0 and 'camera info' in unknown.reason
 
 
+def test_people_may_come_from_behind_others():
+    view, centre, radius = View.of(CAMERA, UPRIGHT_POSE), np.array([0.2, -0.1, 2.0]), 0.3
+    points = np.random.RandomState(1).uniform((-2.0, -1.5, 0.5), (2.0, 1.5, 5.0), (4000, 3))
+    sight, axis = (each / np.linalg.norm(each, axis=-1, keepdims=True) for each in (points, centre))
+    meets = np.linalg.norm(centre - (sight @ centre)[:, np.newaxis] * sight, axis=1) < radius
+    hidden = meets & (points @ axis > np.linalg.norm(centre))
+    told = view.hidden_distances(points, centre[np.newaxis], np.array([radius]))
+    np.testing.assert_array_equal(told < 0, hidden)
+    nearest = np.linalg.norm(points[:, np.newaxis] - points[hidden], axis=2).min(axis=1)
+    assert (told <= nearest).all() and np.median((nearest - told)[~hidden]) < 0.2
+    along_x = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.25])
+    free, behind = (guarded((3.5, 0.0, 1.25), people=people, pose=along_x)
+                    for people in (NONE, person(place=(2.0, 0.0))))
+    assert free.bound > 1
+    assert (behind.bound, behind.reason) == (0.0, 'guard volume')
+
+
 def test_tails_are_those_of_students_t():
     deviations = np.array([-3.0, -0.5, 0.0, 0.7, 2.6, 8.0])
     np.testing.assert_allclose(tail(deviations), stats.t(3).sf(math.sqrt(3) * deviations), atol=1e-12)

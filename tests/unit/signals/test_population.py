@@ -6,7 +6,7 @@ from simulated_population import BEGIN, END, GESTURES, NEARLY, arm_of, found, ge
 
 PEOPLE = 6
 # What is told after this time since the arm is where the gesture begins, and a period of the frames [s].
-PROMPT = {'stop': 0.45, 'wave': 1.1, 'beckon': 1.1}  # others: 0.3
+PROMPT = {'stop': 0.45, 'wave': 1.1}  # others: 0.3
 
 
 @pytest.mark.parametrize('name', GESTURES)

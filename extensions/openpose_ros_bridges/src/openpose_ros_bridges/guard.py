@@ -32,3 +32,17 @@ class View:
         rotation, translation = self.pose
         own = (points - translation) @ rotation
         return np.asarray(np.minimum((own @ self.planes.T).min(axis=1), reach - own[:, 2]))
+
+    def hidden_distances(self, points: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        """Return how far points (N, 3) are at least from what spheres (M, 3) of radii (M,) hide, all [m]; (N,) [m].
+
+        A sphere hides a cone from its middle on. Negative: hidden; inf: there is no sphere.
+        """
+        rotation, translation = self.pose
+        own, spheres = (points - translation) @ rotation, (centres - translation) @ rotation
+        away = np.maximum(np.linalg.norm(spheres, axis=1), 1e-9)
+        half = np.arcsin(np.minimum(radii / away, 1.0))
+        along = own @ (spheres / away[:, np.newaxis]).T
+        across = np.sqrt(np.maximum((own ** 2).sum(axis=1)[:, np.newaxis] - along ** 2, 0.0))
+        aside = across * np.cos(half) - along * np.sin(half)
+        return np.asarray(np.maximum(aside, away - along).min(axis=1, initial=np.inf))

@@ -57,8 +57,8 @@ class SeparationParams(DemandParams):
         1.0, 'Links move at most this fast: the bound is less by that, times the age of the transform.', unit='m/s',
         minimum=0.0, maximum=20.0)
     guard: bool = parameter(
-        False, 'People may come from where the camera does not look: outside of the image, and beyond guard_range. '
-               'Places that furniture, people or the robot hide count as seen.')
+        False, 'People may come from where the camera does not look: outside of the image, beyond guard_range, and '
+               'behind people. Places that furniture or the robot hide count as seen.')
     guard_range: float = parameter(5.0, 'Depth up to which people are found.', unit='m', minimum=0.1, maximum=100.0)
 
 

@@ -142,13 +142,17 @@ class SeparationEstimator:
             return found._replace(distance=math.nan, bound=0.0, reason=f'person {self._unplaced[0]} has no position')
         if not self._have_ids:  # then it can not be told from others when it is lost
             return found._replace(bound=0.0, reason='a person has no id of its own')
-        return found if not self._params.guard else self._guarded(found, max(age, 0.0), links)
+        return found if not self._params.guard else self._guarded(found, max(age, 0.0), links, known)
 
-    def _guarded(self, found: Separation, age: float, links: Links) -> Separation:
-        """Return the separation with people coming from where the camera does not look."""
+    def _guarded(self, found: Separation, age: float, links: Links, known: MovingParts) -> Separation:
+        """Return the separation with people coming from where the camera does not look, or from behind known ones."""
         if self._view is None:
             return found._replace(bound=0.0, reason='no camera info: what the camera sees is not known')
-        free = self._view.depths_inside(links.centres, self._params.guard_range) - links.radii - links.away
+        hiding = known.where(known.status != MISSING)
+        balls = np.insert(hiding.ends, 1, hiding.ends.mean(axis=1), axis=1).reshape(-1, 3)  # both ends and the middle
+        hidden = self._view.hidden_distances(links.centres, balls, np.repeat(hiding.radii, 3))
+        inside = self._view.depths_inside(links.centres, self._params.guard_range)
+        free = np.minimum(inside, hidden) - links.radii - links.away
         # a person, and an arm before it
         came = self._constants.walking * age + min(self._constants.limbs * age, float(self._swings.max()))
         bound = max(float(free.min()) - self._constants.guard_margin - came, 0.0)

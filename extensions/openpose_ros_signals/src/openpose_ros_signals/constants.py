@@ -26,7 +26,7 @@ class HoldConstants:
 class PersonConstants:
     """Which joints count as known, and for how long what a person did counts."""
 
-    most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
+    most_sigma: float = constant(0.075, 'Joints with a greater sigma count as hidden.', unit='statures')
     sure_sigma: float = constant(0.042, 'Motions to and fro, and knees on the floor, are told by joints with a lesser '
                                         'sigma: those that are guessed swing, and bend.', unit='statures')
     inferred_share: float = constant(
@@ -62,8 +62,8 @@ class GestureConstants:
     steep_arm: Ramp = constant((138.0, 146.0), 'Angle of the line from shoulder to wrist to straight down, of a '
                                                'raised hand; less steep, it points.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow, hand raised; less: hand on the head.', unit='deg')
-    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing; straighter: no beckoning.', unit='deg')
-    arm_away: Ramp = constant((42.0, 52.0), 'Angle of shoulder to wrist to straight down, pointing.', unit='deg')
+    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
+    arm_away: Ramp = constant((34.0, 46.0), 'Angle of shoulder to wrist to straight down, pointing.', unit='deg')
     over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
     off_face: Ramp = constant((0.12, 0.16), 'Distance of the wrist from the nose; nearer, the hand is at the head.',
@@ -74,6 +74,8 @@ class GestureConstants:
     stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder, stop.', unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
                                         'straight up, where hands are seen.', unit='deg')
+    cross_time: float = constant(0.3, 'Crossed arms begin after this time, sooner the more they are if both are sure.',
+                                 unit='s')
     crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
                              unit='statures')
     inward: Ramp = constant((0.58, 0.70), 'Share of each forearm that points to the other side.')
@@ -82,18 +84,13 @@ class GestureConstants:
 
 @dataclass(frozen=True)
 class SwingConstants:
-    """Gestures that move to and fro."""
+    """Waving."""
 
     pause: float = constant(0.6, 'Longest time from turn to turn; twice as long joints are remembered.', unit='s')
     smooth: float = constant(0.05, 'A position is the mean of those at most this much earlier or later.', unit='s')
     wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, waving: the longer of the '
                                         'last two; the shorter may be half, as it is under way.', unit='statures')
     wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
-    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between turns, beckoning.', unit='deg')
-    beckon_bent: Ramp = constant((90.0, 78.0), 'Angle of the elbow where it is most bent; more open, hands are '
-                                               'shaken.', unit='deg')
-    beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')
-    beckon_side: float = constant(0.6, 'The way of the wrist to the side is at most this share of its way.')
 
 
 @dataclass(frozen=True)

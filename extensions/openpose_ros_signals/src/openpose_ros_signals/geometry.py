@@ -115,7 +115,7 @@ def told_joints(people: People3D, constants: PersonConstants = SIGNALS.person
     shared = np.where(inferred, sigma, np.inf).min(axis=1, keepdims=True)
     against = np.sqrt(np.maximum(sigma ** 2 - np.where(inferred, shared, 0.0) ** 2, 0.0))
     sigma = np.where(inferred, constants.inferred_share * against, sigma)
-    return joints, told | inferred, sigma
+    return joints, told | inferred, np.where(told | (score > 0), sigma, np.nan)
 
 
 def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float,
@@ -151,9 +151,13 @@ def length(vector: np.ndarray) -> float:
     return math.sqrt(vector @ vector)
 
 
-def ramp(value: float, ends: Ramp) -> float:
-    """Return how far a condition holds: 0 at the first end, 1 at the second, linear between; NaN of NaN."""
-    share = (value - ends[0]) / (ends[1] - ends[0])
+def ramp(value: float, ends: Ramp, error: float = 0.0) -> float:
+    """Return how far a condition holds: 0 at the first end, 1 at the second, linear between; NaN of NaN.
+
+    The ends are at least as far from their middle as the value's error, so that an uncertain value tells little.
+    """
+    middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
+    share = 0.5 + (value - middle) / (2 * math.copysign(max(abs(half), error), half))
     return share if math.isnan(share) else min(max(share, 0.0), 1.0)
 
 

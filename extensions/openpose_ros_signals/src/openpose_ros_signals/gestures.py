@@ -28,6 +28,10 @@ class Arm(NamedTuple):
     forearm: float  # angle of the forearm to straight up [deg]
     over_eyes: float  # height of the wrist over the eyes [statures]
     from_nose: float  # distance of the wrist from the nose, or from eyes or ears where it is hidden [statures]
+    error: float  # of the wrist from other joints, along a line [statures]
+    turn_error: float  # of `raised` [deg]
+    fore_error: float  # of `forearm` [deg]
+    bend_error: float  # of `elbow` [deg]
     sure: bool  # whether the places of all three joints are known well
     known: bool  # whether shoulder, elbow, wrist and the left of the body are seen
 
@@ -61,10 +65,16 @@ def arm_of(body: Body, side: int) -> Arm:
     axes = body.axes * _OUTWARDS[side]
     reach, fore = wrist - shoulder, wrist - elbow
     bend, from_shoulder = angle(shoulder - elbow, fore), axes @ reach / body.stature
+    sigma = body.sigma[ARMS[side]]
+    # of two places along one of three axes
+    error = math.sqrt(2 / 3 * float(np.mean(sigma ** 2))) if np.isfinite(sigma).all() else 0.0
+    fore_error = math.degrees(error / (length(fore) + 1e-12))
     nose = body.joints[NOSE] if np.isfinite(body.joints[NOSE, 0]) else body.eyes
     return Arm(body.stamp, from_shoulder, axes @ fore / (length(fore) + 1e-12), reach / body.stature,
                wrist / body.stature, bend, angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
-               body.distance(wrist, nose), bool(body.sure[ARMS[side]].all()),
+               body.distance(wrist, nose), error / body.stature, math.degrees(error / (length(reach) + 1e-12)),
+               # the elbow counts twice for its angle
+               fore_error, math.sqrt(3) * fore_error, bool(body.sure[ARMS[side]].all()),
                not (math.isnan(bend) or math.isnan(from_shoulder[0])))
 
 
@@ -99,8 +109,8 @@ def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstant
 def _wave(view: View) -> float:
     """Return how far a hand that is up goes to and fro sideways."""
     arm, held, constants = view.arm, view.gesture, view.swing
-    posture = least(ramp(arm.wrist[2], held.hand_up), ramp(arm.forearm, held.forearm_up),
-                    unless_hidden(ramp(arm.from_nose, held.off_face)))
+    posture = least(ramp(arm.wrist[2], held.hand_up, arm.error), ramp(arm.forearm, held.forearm_up, arm.fore_error),
+                    unless_hidden(ramp(arm.from_nose, held.off_face, arm.error)))
     if not posture > 0:
         return posture
     run = _newest_run(view.arms, lambda one: one.fore[2] > 0)
@@ -121,43 +131,25 @@ def _wave(view: View) -> float:
     return least(posture, ramp(longer, constants.wave), ramp(2 * shorter, constants.wave))
 
 
-def _beckon(view: View) -> float:
-    """Return how far the elbow of an arm before the body bends and stretches."""
-    arm, held, constants = view.arm, view.gesture, view.swing
-    posture = least(ramp(arm.wrist[1], constants.beckon_ahead), ramp(arm.from_nose, held.off_face),
-                    1 - ramp(arm.over_eyes, held.over_eyes))
-    if not posture > 0:
-        return posture
-    run = _newest_run(view.arms, lambda one: one.elbow < held.straight_arm[1])
-    if not run:
-        return 0.0
-    elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
-    ends = turns(elbows, constants.beckon[0])
-    if not _is_swinging(run, ends, constants):
-        return 0.0
-    before, last = np.abs(np.diff(elbows[ends[-3:]]))
-    motions = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
-    if not (np.abs(motions[:, 0]) <= constants.beckon_side * np.linalg.norm(motions, axis=1)).all():
-        return 0.0
-    bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
-    return least(posture, bent, ramp(min(before, last), constants.beckon))
-
-
 def _raise_hand(view: View) -> float:
     """Return how far a hand is above the eyes, its arm steep and still."""
     arm, constants = view.arm, view.gesture
-    return least(ramp(arm.over_eyes, constants.over_eyes), ramp(arm.raised, constants.steep_arm),
-                 ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_face), _held(view))
+    return least(ramp(arm.over_eyes, constants.over_eyes, arm.error),
+                 ramp(arm.raised, constants.steep_arm, arm.turn_error),
+                 ramp(arm.elbow, constants.open_elbow, arm.bend_error),
+                 ramp(arm.from_nose, constants.off_face, arm.error), _held(view))
 
 
 def _stop(view: View) -> float:
     """Return how far a hand says stop: by its palm, or without one by the arm."""
     arm, palm, body, constants = view.arm, view.palm, view.body, view.gesture
     held = least(ramp(_wrist_motion(view.arms, constants.stop_time), constants.held),
-                 ramp(arm.wrist[1], constants.stop_ahead))
+                 ramp(arm.wrist[1], constants.stop_ahead, arm.error))
     if palm is None:
-        return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.forearm_up),
-                     ramp(arm.wrist[2], constants.hand_up), ramp(arm.from_nose, constants.off_face))
+        return least(held, 1 - ramp(arm.elbow, constants.straight_arm, arm.bend_error),
+                     ramp(arm.forearm, constants.forearm_up, arm.fore_error),
+                     ramp(arm.wrist[2], constants.hand_up, arm.error),
+                     ramp(arm.from_nose, constants.off_face, arm.error))
     outwards = arm.reach - (arm.reach @ body.up) * body.up
     return least(held, ramp(angle(palm.normal, outwards), constants.palm),
                  ramp(angle(palm.fingers, body.up), constants.palm))
@@ -167,9 +159,10 @@ def _point(view: View) -> float:
     """Return how far an arm alone is stretched out and still, neither steep nor below the hips."""
     arm, body, constants = view.arm, view.body, view.gesture
     over_hips = body.height(arm.place * body.stature, body.hips)
-    return least(_extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm), _held(view),
+    return least(_extended(arm, constants), 1 - ramp(arm.raised, constants.steep_arm, arm.turn_error),
+                 _held(view),
                  unless_hidden(1 - _extended(view.other, constants)),
-                 unless_hidden(ramp(over_hips, constants.over_hips)))
+                 unless_hidden(ramp(over_hips, constants.over_hips, arm.error)))
 
 
 class ArmGesture(NamedTuple):
@@ -185,15 +178,15 @@ class ArmGesture(NamedTuple):
 ARM_GESTURES = (
     ArmGesture('wave', _wave, is_swing=True, also_lying=True),
     ArmGesture('raise_hand', _raise_hand, unless=('wave',), also_lying=True),
-    ArmGesture('beckon', _beckon, unless=('wave',), is_swing=True),
-    ArmGesture('stop', _stop, unless=('wave', 'beckon', 'raise_hand')),
-    ArmGesture('point', _point, unless=('wave', 'beckon', 'stop')))
+    ArmGesture('stop', _stop, unless=('wave', 'raise_hand')),
+    ArmGesture('point', _point, unless=('wave', 'stop')))
 """All gestures of one arm."""
 
 
 def _extended(arm: Arm, constants: GestureConstants) -> float:
     """Return how far an arm is straight and away from the body."""
-    return least(ramp(arm.elbow, constants.straight_arm), ramp(arm.raised, constants.arm_away))
+    return least(ramp(arm.elbow, constants.straight_arm, arm.bend_error),
+                 ramp(arm.raised, constants.arm_away, arm.turn_error))
 
 
 def _held(view: View) -> float:

@@ -62,7 +62,8 @@ class Person:
         # all of them look back: at a motion to and fro, or at a tenth of a second
         self._gestures = [{one.name: Held(hold, 0.0) if one.is_swing else Held(hold, at_once=True)
                            for one in ARM_GESTURES} for _ in SIDES]
-        self._crossed, self._moving, self._falls = Held(hold), Held(hold), motion.FallWatch(constants.motion)
+        self._crossed = Held(hold, constants.gesture.cross_time, at_once=True)
+        self._moving, self._falls = Held(hold), motion.FallWatch(constants.motion)
         self._rays: List[Tuple[float, Optional[Pointing]]] = [(-np.inf, None)] * 2
 
     def read(self, name: int, stamp: float, seen: BodyObservation, up: np.ndarray, around: Surroundings
@@ -112,7 +113,8 @@ class Person:
     def _all_gestures(self, body: Body, seen: BodyObservation, around: Surroundings) -> Tuple[Gesture, ...]:
         constants = self._constants
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body, constants.gesture)
-        self._crossed.take(body.stamp, crossed)
+        sure = all(arms[-1].sure for arms in self._arms)
+        self._crossed.take(body.stamp, crossed if sure else least(crossed, constants.hold.sure))
         free, up = unless_hidden(1 - crossed), 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):

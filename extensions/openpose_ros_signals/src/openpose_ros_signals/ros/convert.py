@@ -120,7 +120,7 @@ def _pointing_from_message(message: msg.PersonPointing) -> records.Pointing:
 
 
 def _ray_to_message(ray: records.Ray) -> msg.PointingRay:
-    return msg.PointingRay(Point(*ray.origin), Vector3(*ray.direction), ray.sigma, Point(*_NOWHERE))
+    return msg.PointingRay(Point(*ray.origin), Vector3(*ray.direction), ray.sigma)
 
 
 def _ray_from_message(message: msg.PointingRay) -> records.Ray:
