@@ -13,6 +13,8 @@ _REST_SIGMAS[NECK] = _REST_SIGMAS[SHOULDERS] = _REST_SIGMAS[HEAD] = 0.10
 _REST_SIGMAS[HIPS], _REST_SIGMAS[MIDDLES], _REST_SIGMAS[ENDS] = (
     0.14, (0.15, 0.15, 0.16, 0.16), (0.26, 0.26, 0.24, 0.24))
 
+_TUNE = '46 rendered scenes, modes fast and balanced, searched in full and followed'
+
 
 @dataclass(frozen=True)
 class IdentityConstants:
@@ -191,6 +193,30 @@ class SidesConstants:
     fading: float = constant(0.1, 'Time in which trust falls to 1/e while neither sides are clear.', unit='s')
 
 
+# Kinds of joints whose errors are alike.
+SIGMA_JOINTS = ('head', 'neck', 'shoulder', 'hip', 'elbow', 'knee', 'wrist', 'ankle', 'toe', 'heel')
+
+
+@dataclass(frozen=True, eq=False)
+class SigmaConstants:
+    """Calibration of sigma, see `track.calibration`: fitted by `./run bench calibration`."""
+
+    knots: np.ndarray = constant(
+        np.array([[0.03, 0.045, 0.07, 0.12, 0.25], [0.0, 0.5, 0.7, 0.85, 0.95], [0.3, 0.5, 0.65, 0.8, 0.9],
+                  [2.0, 3.0, 4.0, 5.0, 6.5]]),
+        'Values of the evidence: stated sigma [m], score of the joint, mean score of its person, distance [m].')
+    joints: np.ndarray = constant(
+        np.array([[0.06, 0.14, 0.17, 0.14, 0.04, -0.03, 0.14, -0.06, 0.32, 0.21],
+                  [-0.09, -0.27, -0.06, -0.22, 0.12, 0.07, 0.38, 0.13, 0.17, 0.14]]),
+        'Logarithm of the change of MEASURED and of INFERRED joints, in the order of `SIGMA_JOINTS`.', source=_TUNE)
+    evidence: np.ndarray = constant(
+        np.array([[[0.0, 0.22, 0.62, 0.63, 0.63], [0.0, 0.38, 0.63, 0.49, 0.02]],
+                  [[0.0, 0.0, 0.0, -0.07, -0.08], [0.0, -0.02, -0.02, -0.02, -0.02]],
+                  [[0.0, 0.0, 0.0, -0.27, -0.29], [0.0, -0.02, -0.27, -0.86, -0.86]],
+                  [[0.0, 0.0, 0.27, 0.28, 0.4], [0.0, 0.44, 0.44, 0.44, 1.24]]]),
+        'The same by each evidence, at its knots.', source=_TUNE)
+
+
 @dataclass(frozen=True)
 class TrackConstants:
     """All of them."""
@@ -211,3 +237,4 @@ class TrackConstants:
     returning: ReturningConstants = ReturningConstants()
     standing: StandingConstants = StandingConstants()
     sides: SidesConstants = SidesConstants()
+    sigma: SigmaConstants = SigmaConstants()
