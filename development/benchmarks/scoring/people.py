@@ -30,7 +30,7 @@ NEAR, NEAR_HIDDEN = 0.1, 0.15
 # One row for each joint of each true person of a frame: errors are NaN where there is no position; in the world the
 # number of cameras that see it.
 JOINT = np.dtype([('joint', 'u1'), ('label', 'u1'), ('status', 'u1'), ('distance', 'f4'), ('error', 'f8'),
-                  ('sigma', 'f8'), ('score', 'f4'), ('cameras', 'u1')])
+                  ('sigma', 'f8'), ('cameras', 'u1')])
 # One row for each visible joint in three consecutive frames: error of the acceleration [m/s^2].
 ACCELERATION = np.dtype([('error', 'f8')])
 # Joints of BODY_25 that are those of COCO_18, and toes and heels.
@@ -44,13 +44,12 @@ Frames = Iterable[Tuple[float, People3D]]
 
 
 class Found(NamedTuple):
-    """People found in a frame: ids (P,), positions (P, K, 3) [m], status, sigma [m] and scores (P, K)."""
+    """People found in a frame: ids (P,), positions (P, K, 3) [m], status (P, K), sigma (P, K) [m]."""
 
     ids: np.ndarray
     xyz: np.ndarray
     status: np.ndarray
     sigma: np.ndarray
-    scores: np.ndarray
 
     def part(self, joints: Sequence[int]) -> 'Found':
         """Return the people with some of their joints."""
@@ -157,8 +156,7 @@ def nearest(times: Sequence[float], frames: Frames) -> Tuple[List[Found], int]:
 def found_of(people: People3D, joints: SkeletonModel = COCO_18) -> Found:
     """Return people with the joints of a set."""
     return Found(people.ids, *(values_in(np.asarray(getattr(people, name)), people.skeleton, joints, missing)
-                               for name, missing in (('xyz', np.nan), ('status', MISSING), ('sigma', np.nan),
-                                                     ('confidence', 0.0))))
+                               for name, missing in (('xyz', np.nan), ('status', MISSING), ('sigma', np.nan))))
 
 
 def pair(true: np.ndarray, visible: np.ndarray, people: Found, gate: float = GATE) -> Dict[int, int]:
@@ -182,8 +180,7 @@ def joint_rows(xyz: np.ndarray, labels: np.ndarray, people: Found, found: Any) -
     rows['error'] = rows['sigma'] = np.nan
     if found is not None:
         there = people.status[found] != MISSING
-        for name, values in (('status', people.status), ('sigma', people.sigma), ('score', people.scores)):
-            rows[name] = values[found]
+        rows['status'], rows['sigma'] = people.status[found], people.sigma[found]
         rows['error'][there] = np.linalg.norm(people.xyz[found] - xyz, axis=1)[there]
     return rows
 

@@ -1,6 +1,4 @@
 """Sigma: of 100 joints, 95 are within 2 sigma."""
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -32,12 +30,13 @@ def test_sigma_keeps_the_order_of_what_is_stated(skeleton):
     sigma = np.geomspace(0.005, 2.0, 300)
     shape = (len(sigma), len(skeleton.joints))
     for status in (MEASURED, INFERRED):
-        for score, depth in ((0.0, 2.0), (0.5, 1.0), (0.9, 7.0)):
-            people = People3D(skeleton, np.full((*shape, 3), depth), np.full(shape, score), np.full(shape, status),
+        before = 0.0
+        for depth in (1.0, 2.5, 7.0):
+            people = People3D(skeleton, np.full((*shape, 3), depth), np.ones(shape), np.full(shape, status),
                               np.tile(sigma[:, None], shape[1]), np.arange(len(sigma)))
             found = calibrated(people).sigma
-            assert (np.diff(found, axis=0) > 0).all()
-            assert (calibrated(replace(people, confidence=people.confidence + 0.1)).sigma <= found * 1.0001).all()
+            assert (np.diff(found, axis=0) > 0).all() and (found >= before).all()
+            before = found
 
 
 def test_without_people_joints_or_sigma_there_is_no_sigma():

@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.people import INFERRED, People3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, People3D
 from skeleton_extract_3d.track.constants import SIGMA_JOINTS, SigmaConstants
 
 # Other words that joints' names end with.
@@ -17,7 +17,7 @@ _ALIKE = {'nose': 'head', 'eye': 'head', 'ear': 'head', 'top': 'head', 'chest': 
 def calibrated(people: People3D, constants: SigmaConstants = METHOD.track.sigma) -> People3D:
     """Return people, in the optical frame of a camera, of whom 95 of 100 joints are within 2 sigma."""
     kinds, body = _columns(people.skeleton)
-    evidence = people.sigma, people.confidence, mean_score(people.confidence[:, body]), people.xyz[..., 2]
+    evidence = people.sigma, share_measured(people.status[:, body]), people.xyz[..., 2]
     return replace(people, sigma=people.sigma * np.exp(change(evidence, people.status == INFERRED, kinds, constants)))
 
 
@@ -32,9 +32,9 @@ def change(evidence: Sequence[np.ndarray], inferred: np.ndarray, kinds: np.ndarr
     return total
 
 
-def mean_score(scores: np.ndarray) -> np.ndarray:
-    """Return the mean scores of people (P, K), of the joints that have a keypoint, (P, 1)."""
-    return scores.sum(axis=1, keepdims=True) / np.maximum((scores > 0).sum(axis=1, keepdims=True), 1)
+def share_measured(status: np.ndarray) -> np.ndarray:
+    """Return the shares of the joints of people, in COCO_18, that are MEASURED, (P, 1)."""
+    return (status == MEASURED).mean(axis=1, keepdims=True)
 
 
 def kinds_of(joints: Sequence[str]) -> np.ndarray:

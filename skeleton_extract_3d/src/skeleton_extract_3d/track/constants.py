@@ -202,18 +202,16 @@ class SigmaConstants:
     """Calibration of sigma, see `track.calibration`: fitted by `./run bench calibration`."""
 
     knots: np.ndarray = constant(
-        np.array([[0.03, 0.045, 0.07, 0.12, 0.25], [0.0, 0.5, 0.7, 0.85, 0.95], [0.3, 0.5, 0.65, 0.8, 0.9],
-                  [2.0, 3.0, 4.0, 5.0, 6.5]]),
-        'Values of the evidence: stated sigma [m], score of the joint, mean score of its person, distance [m].')
+        np.array([[0.03, 0.045, 0.07, 0.12, 0.25], [0.0, 0.25, 0.5, 0.75, 1.0], [2.0, 3.0, 4.0, 5.0, 6.5]]),
+        "Values of the evidence: stated sigma [m], share of the person's joints that are MEASURED, distance [m].")
     joints: np.ndarray = constant(
-        np.array([[0.06, 0.14, 0.17, 0.14, 0.04, -0.03, 0.14, -0.06, 0.32, 0.21],
-                  [-0.09, -0.27, -0.06, -0.22, 0.12, 0.07, 0.38, 0.13, 0.17, 0.14]]),
+        np.array([[0.04, 0.1, 0.12, 0.18, 0.06, -0.03, 0.15, -0.03, 0.3, 0.27],
+                  [-0.2, -0.36, -0.12, -0.26, 0.08, 0.09, 0.3, 0.14, 0.26, 0.27]]),
         'Logarithm of the change of MEASURED and of INFERRED joints, in the order of `SIGMA_JOINTS`.', source=_TUNE)
     evidence: np.ndarray = constant(
-        np.array([[[0.0, 0.22, 0.62, 0.63, 0.63], [0.0, 0.38, 0.63, 0.49, 0.02]],
-                  [[0.0, 0.0, 0.0, -0.07, -0.08], [0.0, -0.02, -0.02, -0.02, -0.02]],
-                  [[0.0, 0.0, 0.0, -0.27, -0.29], [0.0, -0.02, -0.27, -0.86, -0.86]],
-                  [[0.0, 0.0, 0.27, 0.28, 0.4], [0.0, 0.44, 0.44, 0.44, 1.24]]]),
+        np.array([[[0.0, 0.19, 0.64, 0.74, 0.74], [0.0, 0.19, 0.51, 0.43, -0.04]],
+                  [[0.0, 0.0, 0.0, -0.16, -0.49], [0.0, -0.08, -0.23, -0.66, -0.97]],
+                  [[0.0, 0.03, 0.29, 0.29, 0.63], [0.0, 0.49, 0.49, 0.49, 1.31]]]),
         'The same by each evidence, at its knots.', source=_TUNE)
 
 
