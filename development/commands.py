@@ -89,7 +89,7 @@ def test(arguments: Sequence[str]) -> NoReturn:
     sys.exit(run_groups(groups))
 
 
-BENCHMARKS = ('accuracy', 'ablation', 'live', 'report', 'soak', 'virtual')
+BENCHMARKS = ('accuracy', 'ablation', 'calibration', 'live', 'report', 'soak', 'virtual')
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,
     'release': release, 'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks,

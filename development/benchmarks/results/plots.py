@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 import results
-from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, save_figure, tidy_axes
+from openpose_ros_tools.plots.plotting import PALETTE, new_figure, save_figure, tidy_axes
 from results import Picture
 from scoring.figures import Figure
 
@@ -37,12 +37,12 @@ def by_group(name: str, text: str, panels: Mapping[str, Mapping[str, Mapping[str
 
 
 def curves(name: str, text: str, lines: Mapping[str, Any], labels: Dict[str, str]) -> Picture:
-    """Draw curves: label -> (x, y, figures for a band or None); labels: of the axes x and y. A grey one is expected."""
+    """Draw curves: label -> (x, y, figures for a band or None); labels: of the axes x and y."""
     drawing = new_figure(5.0, 3.6)
     axes = drawing.subplots()
     for number, (label, (x, y, band)) in enumerate(lines.items()):
-        colour = HELP_COLOUR if label.startswith('expected') else PALETTE[number]
-        axes.plot(x, y, color=colour, label=label, ls='--' if label.startswith('expected') else '-')
+        colour = PALETTE[number]
+        axes.plot(x, y, color=colour, label=label)
         if band:
             axes.fill_between(x, [each.low or 0 for each in band], [each.high or 0 for each in band], color=colour,
                               alpha=0.2, lw=0)

@@ -17,6 +17,7 @@ from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, Stillness, stillness, summarize
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
+from skeleton_extract_3d.track.calibration import calibrated
 from skeleton_extract_3d.track.tracker import LookedAt, PeopleTracker
 
 # Stages of `Estimate.timing`, in order.
@@ -136,7 +137,8 @@ class PeopleEstimator:
             if has_depth:
                 self._camera, self._agreement = camera, self._agreement.with_frame(tracked.observed, method)
             unplaced = None if tracked.unplaced is None else _unnamed(tracked.unplaced)
-            estimate = Estimate(tracked.people, tracked.people_2d, tracked.timing, unplaced, ids=tracked.ids)
+            people = tracked.people if frame.is_monocular else calibrated(tracked.people, method.track.sigma)
+            estimate = Estimate(people, tracked.people_2d, tracked.timing, unplaced, ids=tracked.ids)
         elif has_depth and not self._settings.needs_camera:
             params, people_2d = self._settings.lifting, replace(people_2d, ids=given[present])
             people = lift_by_window(people_2d, frame.image_size, frame.grid, params.window, params.statistic)

@@ -17,14 +17,10 @@ from synthetic_scene import (
     Box,
     Person,
     Room,
-    moved_pixels,
     pinhole,
     render,
     standing,
     walking,
-    with_flying_pixels,
-    with_holes,
-    with_noise,
     without_joints,
     without_people,
 )
@@ -301,17 +297,3 @@ def test_smoothing_lags_by_less_than_a_frame_and_velocity_is_that_of_the_walk():
     assert np.isfinite(velocities).all()
     assert np.mean(lags) < 1.0 / RATE
     np.testing.assert_allclose(np.median(np.concatenate(velocities), axis=0), (1, 0, 0), atol=0.25)
-
-
-def test_two_sigma_cover_the_errors():
-    rng, estimator, inside = np.random.default_rng(11), new_estimator(), []
-    for i, frame in enumerate(walk(frames=30, camera=MEDIUM)):
-        people = moved_pixels(frame.people, rng, sigma=1.5, dropped=0.03)
-        depth = with_holes(with_flying_pixels(with_noise(frame.depth, rng), rng), 0.05, rng)
-        estimate = update(estimator, frame, i / RATE, people, depth)
-        answered = (estimate.people.status[:1] != MISSING) & (frame.vis != OUTSIDE)
-        assert np.isfinite(estimate.people.sigma[:1][answered]).all()
-        inside.append((errors(estimate, frame) < 2 * estimate.people.sigma[:1])[answered])
-    inside = np.concatenate(inside)
-    assert len(inside) > 0.85 * 18 * 30
-    assert 0.8 <= inside.mean() < 1.0

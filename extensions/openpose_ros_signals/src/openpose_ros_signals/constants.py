@@ -26,8 +26,8 @@ class HoldConstants:
 class PersonConstants:
     """Which joints count as known, and for how long what a person did counts."""
 
-    most_sigma: float = constant(0.075, 'Joints with a greater sigma count as hidden.', unit='statures')
-    sure_sigma: float = constant(0.042, 'Motions to and fro, and knees on the floor, are told by joints with a lesser '
+    most_sigma: float = constant(0.09, 'Joints with a greater sigma count as hidden.', unit='statures')
+    sure_sigma: float = constant(0.05, 'Motions to and fro, and knees on the floor, are told by joints with a lesser '
                                         'sigma: those that are guessed swing, and bend.', unit='statures')
     inferred_share: float = constant(
         0.4, 'Errors of joints of a person without a measured one are mostly along the view, where few signals are '

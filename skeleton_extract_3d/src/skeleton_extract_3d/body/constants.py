@@ -50,4 +50,3 @@ class FootConstants:
     along: float = constant(0.03, 'Error of this depth.', unit='m', source=_FEET)
     support: float = constant(0.3, 'Share of the window that the own surface needs.')
     gate: float = constant(2.5, 'A surface is the own one within so many standard deviations of its expected depth.')
-    sole: float = constant(0.02, 'Error with which the floor bears what would be below it.', unit='m')

@@ -13,6 +13,8 @@ _REST_SIGMAS[NECK] = _REST_SIGMAS[SHOULDERS] = _REST_SIGMAS[HEAD] = 0.10
 _REST_SIGMAS[HIPS], _REST_SIGMAS[MIDDLES], _REST_SIGMAS[ENDS] = (
     0.14, (0.15, 0.15, 0.16, 0.16), (0.26, 0.26, 0.24, 0.24))
 
+_TUNE = '46 rendered scenes, modes fast and balanced, searched in full and followed'
+
 
 @dataclass(frozen=True)
 class IdentityConstants:
@@ -191,6 +193,28 @@ class SidesConstants:
     fading: float = constant(0.1, 'Time in which trust falls to 1/e while neither sides are clear.', unit='s')
 
 
+# Kinds of joints whose errors are alike.
+SIGMA_JOINTS = ('head', 'neck', 'shoulder', 'hip', 'elbow', 'knee', 'wrist', 'ankle', 'toe', 'heel')
+
+
+@dataclass(frozen=True, eq=False)
+class SigmaConstants:
+    """Calibration of sigma, see `track.calibration`: fitted by `./run bench calibration`."""
+
+    knots: np.ndarray = constant(
+        np.array([[0.03, 0.045, 0.07, 0.12, 0.25], [0.0, 0.25, 0.5, 0.75, 1.0], [2.0, 3.0, 4.0, 5.0, 6.5]]),
+        "Values of the evidence: stated sigma [m], share of the person's joints that are MEASURED, distance [m].")
+    joints: np.ndarray = constant(
+        np.array([[0.04, 0.1, 0.12, 0.18, 0.06, -0.03, 0.15, -0.03, 0.3, 0.27],
+                  [-0.2, -0.36, -0.12, -0.26, 0.08, 0.09, 0.3, 0.14, 0.26, 0.27]]),
+        'Logarithm of the change of MEASURED and of INFERRED joints, in the order of `SIGMA_JOINTS`.', source=_TUNE)
+    evidence: np.ndarray = constant(
+        np.array([[[0.0, 0.19, 0.64, 0.74, 0.74], [0.0, 0.19, 0.51, 0.43, -0.04]],
+                  [[0.0, 0.0, 0.0, -0.16, -0.49], [0.0, -0.08, -0.23, -0.66, -0.97]],
+                  [[0.0, 0.03, 0.29, 0.29, 0.63], [0.0, 0.49, 0.49, 0.49, 1.31]]]),
+        'The same by each evidence, at its knots.', source=_TUNE)
+
+
 @dataclass(frozen=True)
 class TrackConstants:
     """All of them."""
@@ -211,3 +235,4 @@ class TrackConstants:
     returning: ReturningConstants = ReturningConstants()
     standing: StandingConstants = StandingConstants()
     sides: SidesConstants = SidesConstants()
+    sigma: SigmaConstants = SigmaConstants()
