@@ -20,7 +20,7 @@ _REFUSED = 3.0
 _LEAST_SHARED = 10
 # Least extent of the joints along the axis in which they spread least, and of the paths of people (standard deviation)
 # [m]: a plane, or people in one place, tell no pose.
-_LEAST_SPREAD, _LEAST_WALK = 0.05, 0.25
+_LEAST_SPREAD, _LEAST_WALK = 0.05, 0.1
 
 
 class EdgeQuality(NamedTuple):
