@@ -52,16 +52,15 @@ HOLDS = 0.3
 WRISTS = ('left_wrist', 'right_wrist')
 LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
 TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
-1088 x 1920 pixels, 1.67 s at 60 Hz, three people who stay where they are, calibrated by Qualisys. People are found in
-each image by the chain with its default parameters, and fused. Reprojection: distance of fused joints from keypoints.
+1088 x 1920 pixels, 1.67 s at 60 Hz, calibrated by Qualisys. Three people stay where they are: one far behind, one
+rendered into the images, in cam03 about 35 px beside the place that the file asks for, and one that all four see.
+Caliscope (BSD-2-Clause): four webcams of 1280 x 720 pixels, 9.5 s at 6 Hz, a metre from a seated person of unknown
+stature with a ChArUco board, which calibrates them. People are found by the default chain, and fused. Reprojection:
+distance of fused joints from keypoints.
 
-Then the cameras are calibrated by the people alone, with the mean stature of adults, and compared to the first camera
-(angle, position), as is what the calibration states (1 sigma). The file of Qualisys does not fit the images exactly:
-reflectors and bolts of the treadmill are up to 15 px beside their pixels by it; 29 px are one degree. One of the people
-was rendered into the images, in cam03 about 35 px beside the place that the file asks for; the one who balances is the
-only one that all four see. Caliscope: four webcams of 1280 x 720 pixels (BSD-2-Clause), 9.5 s at 6 Hz, about one metre
-from a seated person whose stature is not known and who holds a ChArUco board, which calibrates the cameras. "Scale":
-distance of the cameras by the people through the true one.'''
+The calibration by the people alone, with the mean stature of adults, is compared to the first camera, as is what it
+states (1 sigma). Scale: distance by the people through the true one. The file of Qualisys does not fit its images
+exactly: reflectors and bolts of the treadmill are up to 15 px beside their pixels; 29 px are one degree.'''
 
 
 class Camera(NamedTuple):
@@ -102,13 +101,13 @@ def measure(options: Options) -> Section:
     _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
     found: Dict[str, Figure] = {}
     # the other two pairs of rate and clocks gave the same within 3 mm and 0.1 degrees
-    made = [Calibration('60hz', 'Qualisys, 60 Hz, clocks agree', seen),
-            Calibration('15hz_clocks', 'Qualisys, 15 Hz, clocks searched for', seen, 4, False)]
+    made = [Calibration('60hz', '60 Hz', seen),
+            Calibration('15hz_clocks', '15 Hz, clocks searched for', seen, 4, False)]
     tables = [_people(fused, found), _reprojection(seen, fused, found)]
     if 'caliscope' in options.data:
         folder = options.data['caliscope'] / 'post_optimization'
         webcams = found_people(_cameras(folder / 'config.toml', folder / 'calibration/extrinsic', WEBCAM_RATE), most)[0]
-        made.append(Calibration('caliscope', 'caliscope, 6 Hz, clocks agree', webcams))
+        made.append(Calibration('caliscope', 'caliscope', webcams))
     table, placed = _calibrations(made, found)
     tables.append(table)
     if 'caliscope' in options.data:
@@ -180,8 +179,8 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
 
 def _calibrations(made: Sequence[Calibration], found: Dict[str, Figure]) -> Tuple[Table, Dict[str, List[Camera]]]:
     """Return the table of the poses by the people alone; and the cameras by these, by key."""
-    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'scale', 'angle error [degrees]', 'stated',
-                                 'position error [mm]', 'stated']]
+    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'scale', 'angle [degrees]', 'stated',
+                                 'position [mm]', 'stated']]
     cameras_by: Dict[str, List[Camera]] = {}
     for each in made:
         references = [SimpleNamespace(pose=camera.pose, clock=0.0) for camera in each.seen]
@@ -235,8 +234,7 @@ def _wrists(seen: Sequence[Camera]) -> np.ndarray:
 def _hands(webcams: Sequence[Camera], placed: Optional[Sequence[Camera]],
            corners: Dict[int, Dict[int, np.ndarray]], found: Dict[str, Figure]) -> Table:
     """Return the table of the wrists of hands that hold the board, by the given cameras and by those from people."""
-    rows: List[List[object]] = [['wrist', 'frames', 'nearest corner of the board [mm]: median', '10 %', '90 %',
-                                 'by cameras from people: median', 'apart from the given: median']]
+    rows: List[List[object]] = [['caliscope', 'frames', 'corner [mm]', '10 %', '90 %', 'by people', 'apart']]
     given, other = _wrists(webcams), _wrists(placed) if placed else None
     for column, name in enumerate(WRISTS):
         near = {frame: 1e3 * min(np.linalg.norm(given[frame, column] - corner) for corner in board.values())
@@ -253,7 +251,7 @@ def _hands(webcams: Sequence[Camera], placed: Optional[Sequence[Camera]],
             found[f'{name}_apart'] = Figure(float(np.median(apart)), n=len(there), unit='mm', digits=0)
         rows.append([name.replace('_', ' '), len(held), f'{middle:.0f}', f'{least:.0f}', f'{most:.0f}', *by_people])
         found[f'{name}_corner'] = Figure(float(middle), n=len(held), unit='mm', digits=0)
-    return Table('Hands that hold the board, caliscope', rows)
+    return Table('Wrists from the nearest corner of the board, and from the same by the people', rows)
 
 
 def _recording(camera: Camera, step: int) -> CameraRecording:
