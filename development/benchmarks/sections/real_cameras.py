@@ -13,7 +13,7 @@ import subprocess
 import zipfile
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -32,7 +32,6 @@ from openpose_ros_tools.calibration.recording import CameraRecording, keypoint_s
 from results import IMAGES, Options, Picture, Section, Table
 from scoring.figures import Figure
 from simulated_room import rig_errors
-from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.chain_settings import create_chain
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, People3D
@@ -103,17 +102,17 @@ def measure(options: Options) -> Section:
     # the other two pairs of rate and clocks gave the same within 3 mm and 0.1 degrees
     made = [Calibration('60hz', '60 Hz', seen),
             Calibration('15hz_clocks', '15 Hz, clocks searched for', seen, 4, False)]
-    tables = [_people(fused, found), _reprojection(seen, fused, found)]
+    tables = [_reprojection(seen, fused, found)]
     if 'caliscope' in options.data:
         folder = options.data['caliscope'] / 'post_optimization'
         webcams = found_people(_cameras(folder / 'config.toml', folder / 'calibration/extrinsic', WEBCAM_RATE), most)[0]
         made.append(Calibration('caliscope', 'caliscope', webcams))
     table, placed = _calibrations(made, found)
     tables.append(table)
-    if 'caliscope' in options.data:
+    if 'caliscope' in placed:
         corners = read_corners(folder / 'calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv')
-        tables.append(_hands(webcams, placed.get('caliscope'), corners, found))
-    else:
+        tables.append(_hands(webcams, placed['caliscope'], corners, found))
+    elif 'caliscope' not in options.data:
         print('real_cameras: the webcams of caliscope are left out; they need --data caliscope=FOLDER', flush=True)
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
@@ -140,27 +139,6 @@ def found_people(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List
     return seen, images
 
 
-def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
-    """Return the table of the people and their bones."""
-    ids = sorted({number for people in fused for number in people.ids.tolist()})
-    counts = [len(people) for people in fused]
-    found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
-    found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
-                                   text='frames with three people')
-    rows: List[List[object]] = [['person', 'frames', 'deviation of bones [%]: median', 'greatest', 'of']]
-    for number in ids:
-        joints = np.array([people.xyz[people.ids == number][0] for people in fused if number in people.ids], np.float64)
-        lengths = {f'{start} - {end}': np.linalg.norm(joints[:, COCO_18.index[start]] - joints[:, COCO_18.index[end]],
-                                                      axis=1) for start, end, _ in BODY.sized_bones}
-        shares = {name: 100 * float(np.nanstd(each) / np.nanmean(each)) for name, each in lengths.items()
-                  if np.isfinite(each).sum() > 1}
-        worst = max(shares, key=lambda name, shares=shares: shares[name])  # type: ignore[misc]
-        rows.append([number, len(joints), f'{np.median(list(shares.values())):.1f}', f'{shares[worst]:.1f}', worst])
-        found[f'bones_{len(rows) - 1}'] = Figure(float(np.median(list(shares.values()))), n=len(joints), unit='%',
-                                                 digits=1, text=f'deviation of the bones of person {number}')
-    return Table(f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids', rows)
-
-
 def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
     """Return the table of the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
@@ -174,6 +152,10 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
         rows.append([camera.name, len(errors), f'{middle:.1f}', f'{most:.1f}'])
         found[f'reprojection_{camera.name}'] = Figure(float(middle), n=len(errors), unit='px', digits=1,
                                                       text=f'median reprojection error, {camera.name}')
+    counts, ids = [len(people) for people in fused], {number for people in fused for number in people.ids.tolist()}
+    found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
+    found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
+                                   text='frames with three people')
     return Table('Reprojection', rows)
 
 
@@ -209,13 +191,13 @@ def _calibrations(made: Sequence[Calibration], found: Dict[str, Figure]) -> Tupl
     return Table('Calibration by the people alone', rows), cameras_by
 
 
-def read_corners(path: Path) -> Dict[int, Dict[int, np.ndarray]]:
-    """Return the corners of the board (3,) [m], by frame and corner."""
-    corners: Dict[int, Dict[int, np.ndarray]] = {}
+def read_corners(path: Path) -> Dict[int, List[np.ndarray]]:
+    """Return the corners of the board (3,) [m] by frame."""
+    corners: Dict[int, List[np.ndarray]] = {}
     with path.open(newline='') as file:
         for row in csv.DictReader(file):
-            place = np.array([float(row[f'{axis}_coord']) for axis in 'xyz'])
-            corners.setdefault(int(row['sync_index']) - FIRST_FRAME, {})[int(row['keypoint_id'])] = place
+            corners.setdefault(int(row['sync_index']) - FIRST_FRAME, []).append(
+                np.array([float(row[f'{axis}_coord']) for axis in 'xyz']))
     return corners
 
 
@@ -231,26 +213,20 @@ def _wrists(seen: Sequence[Camera]) -> np.ndarray:
     return places
 
 
-def _hands(webcams: Sequence[Camera], placed: Optional[Sequence[Camera]],
-           corners: Dict[int, Dict[int, np.ndarray]], found: Dict[str, Figure]) -> Table:
+def _hands(webcams: Sequence[Camera], placed: Sequence[Camera], corners: Dict[int, List[np.ndarray]],
+           found: Dict[str, Figure]) -> Table:
     """Return the table of the wrists of hands that hold the board, by the given cameras and by those from people."""
     rows: List[List[object]] = [['caliscope', 'frames', 'corner [mm]', '10 %', '90 %', 'by people', 'apart']]
-    given, other = _wrists(webcams), _wrists(placed) if placed else None
+    given, by_people = _wrists(webcams), _wrists(placed)
     for column, name in enumerate(WRISTS):
-        near = {frame: 1e3 * min(np.linalg.norm(given[frame, column] - corner) for corner in board.values())
-                for frame, board in corners.items() if frame < len(given)}
-        held = [frame for frame, distance in sorted(near.items()) if distance < 1e3 * HOLDS]
-        middle, least, most = np.percentile([near[frame] for frame in held], (50, 10, 90))
-        by_people: List[str] = ['-', '-']
-        if other is not None:
-            there = [frame for frame in held if np.isfinite(other[frame, column]).all()]
-            nearest = [1e3 * min(np.linalg.norm(other[frame, column] - corner) for corner in corners[frame].values())
-                       for frame in there]
-            apart = 1e3 * np.linalg.norm(other[there, column] - given[there, column], axis=1)
-            by_people = [f'{np.median(nearest):.0f}', f'{np.median(apart):.0f}']
-            found[f'{name}_apart'] = Figure(float(np.median(apart)), n=len(there), unit='mm', digits=0)
-        rows.append([name.replace('_', ' '), len(held), f'{middle:.0f}', f'{least:.0f}', f'{most:.0f}', *by_people])
-        found[f'{name}_corner'] = Figure(float(middle), n=len(held), unit='mm', digits=0)
+        near = np.array([[1e3 * min(np.linalg.norm(wrists[frame, column] - corner) for corner in corners[frame])
+                          for wrists in (given, by_people)] for frame in sorted(corners) if frame < len(given)])
+        held = near[:, 0] < 1e3 * HOLDS
+        apart = float(np.nanmedian(1e3 * np.linalg.norm(by_people - given, axis=2)[:len(held), column][held]))
+        values = [*np.percentile(near[held, 0], (50, 10, 90)), np.nanmedian(near[held, 1]), apart]
+        rows.append([name.replace('_', ' '), int(held.sum()), *(f'{value:.0f}' for value in values)])
+        found[f'{name}_corner'] = Figure(float(values[0]), n=int(held.sum()), unit='mm', digits=0)
+        found[f'{name}_apart'] = Figure(apart, n=int(held.sum()), unit='mm', digits=0)
     return Table('Wrists from the nearest corner of the board, and from the same by the people', rows)
 
 

@@ -28,6 +28,7 @@ from skeleton_extract_3d.body.body import BODY, BodyConstants
 _ROUNDS, _SETTLED = 6, 0.0005
 # Factor of the gates in the first round, as edges err; it halves in each further one.
 _WIDE = 4.0
+_ROOT = CameraPose((np.eye(3), np.zeros(3)), 0.0)
 # Edges of two images that are tried as the first one.
 _FIRST_EDGES = 3
 # Standard deviation of the stature of an adult, as a share (McDowell et al., Anthropometric reference data, 2008:
@@ -157,25 +158,23 @@ def _first_poses(cameras: Sequence[CameraPaths], params: CalibrationParams, prog
 
 def _grown(cameras: Sequence[CameraPaths], edges: Sequence[Edge], params: CalibrationParams
            ) -> Optional[List[CameraPose]]:
-    """Return the poses of cameras without depth, which see the people of two others one after the other; None: not all.
+    """Return the poses of cameras without depth, each by the people that those before have placed; None: not of all.
 
     Two images of people who hardly move relate cameras badly, so each of the best edges is tried as the first one.
     """
     best, found = -1.0, None
     for edge in sorted(edges, key=lambda one: one.cost)[:_FIRST_EDGES]:
-        placed = {edge.first: CameraPose((np.eye(3), np.zeros(3)), 0.0), edge.second: edge.second_pose}
-        while True:
+        placed = {edge.first: _ROOT, edge.second: edge.second_pose}
+        nexts: List[Edge] = [edge]
+        while nexts:
             chosen = sorted(placed)
-            some = [cameras[camera] for camera in chosen]
-            adjusted = adjust(gather(some, [placed[camera] for camera in chosen], _WIDE),
-                              [placed[camera] for camera in chosen], np.zeros(len(chosen), bool), params.clocks_agree)
+            poses = [placed[camera] for camera in chosen]
+            adjusted = adjust(gather([cameras[camera] for camera in chosen], poses, _WIDE), poses,
+                              np.zeros(len(chosen), bool), params.clocks_agree)
             placed = dict(zip(chosen, adjusted.poses))
-            nexts = [each for each in (_resected(cameras, camera, adjusted, params) for camera in range(len(cameras))
-                                       if camera not in placed) if each is not None]
-            if not nexts:
-                break
-            added = min(nexts, key=lambda one: one.cost)
-            placed[added.second] = added.second_pose
+            resected = (_resected(cameras, one, adjusted, params) for one in range(len(cameras)) if one not in placed)
+            nexts = sorted((each for each in resected if each is not None), key=lambda one: one.cost)[:1]
+            placed.update((each.second, each.second_pose) for each in nexts)
         if len(placed) == len(cameras) and adjusted.merit > best:
             best, found = adjusted.merit, [one.seen_from(placed[0]) for _, one in sorted(placed.items())]
     return found
@@ -206,11 +205,11 @@ def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: Calibra
     one, other = cameras[first], cameras[second]
     find = relate_images if not one.has_depth else align_in_space if other.has_depth else resect
     (rotation, shift), clock, cost = find(one, other, 0.0 if params.clocks_agree else None)
-    if not one.has_depth:
-        there = [CameraPose((np.eye(3), np.zeros(3)), 0.0), CameraPose((rotation.T, -rotation.T @ shift), -clock)]
-        gathered = gather([one, other], there)
-        shift = _scale_of_bones(gathered.people(gathered.joints), params.stature) * shift
-    return Edge(first, second, rotation, shift, clock, cost)
+    edge = Edge(first, second, rotation, shift, clock, cost)
+    if one.has_depth:
+        return edge
+    gathered = gather([one, other], [_ROOT, edge.second_pose])
+    return replace(edge, translation=_scale_of_bones(gathered.people(gathered.joints), params.stature) * shift)
 
 
 def _scale_of_bones(people: np.ndarray, stature: float, constants: BodyConstants = BODY) -> float:
