@@ -1,9 +1,13 @@
-"""Four real cameras without depth.
+"""Two rigs of four real cameras without depth.
 
 The multi-person demo in the wheel pose2sim 0.10.49 of PyPI: four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause,
 Copyright (c) 2022, perfanalytics. 1088 x 1920 px. One person balances on a treadmill, one stands far behind; the one at
 the edge of the treadmill was rendered into the images.
+
+--data caliscope=FOLDER: tests/sessions/post_optimization of https://github.com/mprib/caliscope (BSD-2-Clause), four
+webcams of 1280 x 720 px, 57 frames in 9.5 s, calibrated by the ChArUco board that a seated person holds.
 """
+import csv
 import hashlib
 import subprocess
 import zipfile
@@ -24,14 +28,13 @@ from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_tools.calibration.known_cameras import read_known_cameras
-from openpose_ros_tools.calibration.recording import CameraRecording
+from openpose_ros_tools.calibration.recording import CameraRecording, keypoint_sigma
 from results import IMAGES, Options, Picture, Section, Table
 from scoring.figures import Figure
 from simulated_room import rig_errors
-from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.chain_settings import create_chain
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
 
@@ -41,26 +44,32 @@ RATE = 60.0  # [Hz]
 # Stamp of the first frame [s], and the frame of the picture.
 BEGIN, SHOWN = 1000.0, 60
 PICTURE = 'results_real_cameras.jpg'
-# Of the calibrations: rate [Hz], whether clocks agree. The other two pairs gave the same within 3 mm and 0.1 degrees.
-CALIBRATIONS = ((60, True), (15, False))
+# Frames of a second of the webcams; number of the first one in the tables of the board.
+WEBCAM_RATE, FIRST_FRAME = 6.0, 35
+# Wrists farther from all corners of the board do not hold it [m].
+HOLDS = 0.3
+WRISTS = ('left_wrist', 'right_wrist')
 LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
 TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
-1088 x 1920 pixels, 1.67 s at 60 Hz, three people who stay where they are, calibrated by Qualisys. People are found in
-each image by the chain with its default parameters, and fused. Reprojection: distance of fused joints from keypoints.
+1088 x 1920 pixels, 1.67 s at 60 Hz, calibrated by Qualisys. Three people stay where they are: one far behind, one
+rendered into the images, in cam03 about 35 px beside the place that the file asks for, and one that all four see.
+Caliscope (BSD-2-Clause): four webcams of 1280 x 720 pixels, 9.5 s at 6 Hz, a metre from a seated person of unknown
+stature with a ChArUco board, which calibrates them. People are found by the default chain, and fused. Reprojection:
+distance of fused joints from keypoints.
 
-Then the cameras are calibrated by the people alone, with the mean stature of adults, and compared to the first camera
-(angle, position), as is what the calibration states (1 sigma). The file of Qualisys does not fit the images exactly:
-reflectors and bolts of the treadmill are up to 15 px beside their pixels by it; 29 px are one degree. One of the people
-was rendered into the images, in cam03 about 35 px beside the place that the file asks for.'''
+The calibration by the people alone, with the mean stature of adults, is compared to the first camera, as is what it
+states (1 sigma). Scale: distance by the people through the true one. The file of Qualisys does not fit its images
+exactly: reflectors and bolts of the treadmill are up to 15 px beside their pixels; 29 px are one degree.'''
 
 
 class Camera(NamedTuple):
-    """A camera as Qualisys calibrated it, z of the room is up; and its people by frame."""
+    """A camera as it is calibrated, z of the room is up; and its people by frame."""
 
     name: str
     model: CameraModel
     pose: Transform
     video: Path
+    rate: float
     people: Sequence[People2D] = ()
 
     def frames(self, most: int) -> Iterator[np.ndarray]:
@@ -73,14 +82,49 @@ class Camera(NamedTuple):
             yield image
 
 
+class Calibration(NamedTuple):
+    """Cameras that are calibrated by every `step`-th frame."""
+
+    key: str
+    name: str
+    seen: Sequence[Camera]
+    step: int = 1
+    clocks_agree: bool = True
+
+
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
-    seen, images = found_people(cameras(), SHOWN // 2 if options.quick else 1000)
-    people = fuse(seen)
-    _draw(seen, images, people[min(SHOWN, len(people) - 1)])
+    most = SHOWN // 2 if options.quick else 1000
+    seen, images = found_people(cameras(), most)
+    fused = fuse(seen)
+    _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
     found: Dict[str, Figure] = {}
-    tables = [_people(people, found), _reprojection(seen, people, found), _calibrations(seen, found)]
+    # the other two pairs of rate and clocks gave the same within 3 mm and 0.1 degrees
+    made = [Calibration('60hz', '60 Hz', seen),
+            Calibration('15hz_clocks', '15 Hz, clocks searched for', seen, 4, False)]
+    tables = [_reprojection(seen, fused, found)]
+    if 'caliscope' in options.data:
+        folder = options.data['caliscope'] / 'post_optimization'
+        webcams = found_people(_cameras(folder / 'config.toml', folder / 'calibration/extrinsic', WEBCAM_RATE), most)[0]
+        made.append(Calibration('caliscope', 'caliscope', webcams))
+    table, placed = _calibrations(made, found)
+    tables.append(table)
+    if 'caliscope' in placed:
+        corners = read_corners(folder / 'calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv')
+        tables.append(_hands(webcams, placed['caliscope'], corners, found))
+    elif 'caliscope' not in options.data:
+        print('real_cameras: the webcams of caliscope are left out; they need --data caliscope=FOLDER', flush=True)
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
+
+
+def fuse(seen: Sequence[Camera]) -> List[People3D]:
+    """Return the people of the cameras together, by frame."""
+    fusion, fused = PeopleFusion(), []
+    for number, people in enumerate(zip(*(camera.people for camera in seen))):
+        stamp = BEGIN + number / seen[0].rate
+        fused.append(fusion.update([from_image(camera.name, stamp, one, camera.model, camera.pose)
+                                    for camera, one in zip(seen, people)], stamp))
+    return fused
 
 
 def found_people(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List[np.ndarray]]:
@@ -89,20 +133,10 @@ def found_people(given: Sequence[Camera], most: int) -> Tuple[List[Camera], List
     for camera in given:
         people = []
         for number, image in enumerate(camera.frames(most)):
-            people.append(chain.update(Frame(camera.name, BEGIN + number / RATE, image)).people_2d)
+            people.append(chain.update(Frame(camera.name, BEGIN + number / camera.rate, image)).people_2d)
             images += [image] if number == min(SHOWN, most - 1) else []
         seen.append(camera._replace(people=people))
     return seen, images
-
-
-def fuse(seen: Sequence[Camera]) -> List[People3D]:
-    """Return the people of the cameras together, by frame."""
-    fusion, found = PeopleFusion(), []
-    for number, people in enumerate(zip(*(camera.people for camera in seen))):
-        stamp = BEGIN + number / RATE
-        found.append(fusion.update([from_image(camera.name, stamp, one, camera.model, camera.pose)
-                                    for camera, one in zip(seen, people)], stamp))
-    return found
 
 
 def reprojection(camera: Camera, people: Sequence[People3D]) -> List[float]:
@@ -115,27 +149,6 @@ def reprojection(camera: Camera, people: Sequence[People3D]) -> List[float]:
     return errors
 
 
-def _people(fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
-    """Return the table of the people and their bones."""
-    ids = sorted({number for people in fused for number in people.ids.tolist()})
-    counts = [len(people) for people in fused]
-    found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
-    found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
-                                   text='frames with three people')
-    rows: List[List[object]] = [['person', 'frames', 'deviation of bones [%]: median', 'greatest', 'of']]
-    for number in ids:
-        joints = np.array([people.xyz[people.ids == number][0] for people in fused if number in people.ids], np.float64)
-        lengths = {f'{start} - {end}': np.linalg.norm(joints[:, COCO_18.index[start]] - joints[:, COCO_18.index[end]],
-                                                      axis=1) for start, end, _ in BODY.sized_bones}
-        shares = {name: 100 * float(np.nanstd(each) / np.nanmean(each)) for name, each in lengths.items()
-                  if np.isfinite(each).sum() > 1}
-        worst = max(shares, key=lambda name, shares=shares: shares[name])  # type: ignore[misc]
-        rows.append([number, len(joints), f'{np.median(list(shares.values())):.1f}', f'{shares[worst]:.1f}', worst])
-        found[f'bones_{len(rows) - 1}'] = Figure(float(np.median(list(shares.values()))), n=len(joints), unit='%',
-                                                 digits=1, text=f'deviation of the bones of person {number}')
-    return Table(f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids', rows)
-
-
 def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
     """Return the table of the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
@@ -145,38 +158,93 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
         rows.append([camera.name, len(errors), f'{middle:.1f}', f'{most:.1f}'])
         found[f'reprojection_{camera.name}'] = Figure(float(middle), n=len(errors), unit='px', digits=1,
                                                       text=f'median reprojection error, {camera.name}')
+    counts, ids = [len(people) for people in fused], {number for people in fused for number in people.ids.tolist()}
+    found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
+    found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
+                                   text='frames with three people')
     return Table('Reprojection', rows)
 
 
-def _calibrations(seen: Sequence[Camera], found: Dict[str, Figure]) -> Table:
-    """Return the table of the poses by the people alone."""
-    references = [SimpleNamespace(pose=camera.pose, clock=0.0) for camera in seen]
-    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'angle to Qualisys [degrees]', 'stated',
-                                 'position to Qualisys [mm]', 'stated']]
-    for rate, agree in CALIBRATIONS:
-        name = f'{rate} Hz, clocks {"agree" if agree else "searched for"}'
-        made = calibrate([_recording(each, round(RATE / rate)) for each in seen], CalibrationParams(clocks_agree=agree))
-        values = {'qualisys': rig_errors(made.rig, references)[:, :2] * (1, 1e3),
-                  'stated': made.std[1:, :2] * (1, 1e3)}
-        for number, camera in enumerate(seen[1:]):
-            away = np.linalg.norm(camera.pose[1] - seen[0].pose[1])
-            rows.append([name, camera.name, f'{away:.1f}', *(f'{each[number, 0]:.1f}' for each in values.values()),
-                         *(f'{each[number, 1]:.0f}' for each in values.values())])
-        key = f'{rate}hz' + ('' if agree else '_clocks')
-        for reference, each in values.items():
-            found[f'angle_{key}_{reference}'] = Figure(float(each[:, 0].max()), n=len(each), unit='degrees', digits=1)
-            found[f'position_{key}_{reference}'] = Figure(float(each[:, 1].max()), n=len(each), unit='mm', digits=0)
-    return Table('Calibration by the people alone', rows)
+def _calibrations(made: Sequence[Calibration], found: Dict[str, Figure]) -> Tuple[Table, Dict[str, List[Camera]]]:
+    """Return the table of the poses by the people alone; and the cameras by these, by key."""
+    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'scale', 'angle [degrees]', 'stated',
+                                 'position [mm]', 'stated']]
+    cameras_by: Dict[str, List[Camera]] = {}
+    for each in made:
+        references = [SimpleNamespace(pose=camera.pose, clock=0.0) for camera in each.seen]
+        try:
+            result = calibrate([_recording(camera, each.step) for camera in each.seen],
+                               CalibrationParams(clocks_agree=each.clocks_agree))
+        except BadInputError as error:
+            rows.append([each.name, f'refused: {error}', *['-'] * 6])
+            continue
+        values = {'error': rig_errors(result.rig, references)[:, :2] * (1, 1e3),
+                  'stated': result.std[1:, :2] * (1, 1e3)}
+        (turn, begin), (root, first) = result.rig.cameras[0].pose, each.seen[0].pose
+        to_truth = root @ turn.T
+        cameras_by[each.key] = [camera._replace(pose=(to_truth @ pose[0], to_truth @ (pose[1] - begin) + first))
+                                for camera, pose in zip(each.seen, (one.pose for one in result.rig.cameras))]
+        away = [[float(np.linalg.norm(camera.pose[1] - first)) for camera in some[1:]]
+                for some in (each.seen, cameras_by[each.key])]
+        for number, camera in enumerate(each.seen[1:]):
+            rows.append([each.name, camera.name, f'{away[0][number]:.1f}', f'{away[1][number] / away[0][number]:.3f}',
+                         *(f'{one[number, 0]:.1f}' for one in values.values()),
+                         *(f'{one[number, 1]:.0f}' for one in values.values())])
+        found[f'scale_{each.key}'] = Figure(sum(away[1]) / sum(away[0]), n=len(away[0]), digits=3)
+        for kind, one in values.items():
+            found[f'angle_{each.key}_{kind}'] = Figure(float(one[:, 0].max()), n=len(one), unit='degrees', digits=1)
+            found[f'position_{each.key}_{kind}'] = Figure(float(one[:, 1].max()), n=len(one), unit='mm', digits=0)
+    return Table('Calibration by the people alone', rows), cameras_by
+
+
+def read_corners(path: Path) -> Dict[int, List[np.ndarray]]:
+    """Return the corners of the board (3,) [m] by frame."""
+    corners: Dict[int, List[np.ndarray]] = {}
+    with path.open(newline='') as file:
+        for row in csv.DictReader(file):
+            corners.setdefault(int(row['sync_index']) - FIRST_FRAME, []).append(
+                np.array([float(row[f'{axis}_coord']) for axis in 'xyz']))
+    return corners
+
+
+def _wrists(seen: Sequence[Camera]) -> np.ndarray:
+    """Return the measured wrists of the person with most measured joints, (frames, 2, 3) [m]; NaN: there is none."""
+    places = np.full((len(seen[0].people), len(WRISTS), 3), np.nan)
+    for number, people in enumerate(fuse(seen)):
+        if len(people):
+            person = int((people.status == MEASURED).sum(axis=1).argmax())
+            for column, joint in enumerate(COCO_18.index[name] for name in WRISTS):
+                if people.status[person, joint] == MEASURED:
+                    places[number, column] = people.xyz[person, joint]
+    return places
+
+
+def _hands(webcams: Sequence[Camera], placed: Sequence[Camera], corners: Dict[int, List[np.ndarray]],
+           found: Dict[str, Figure]) -> Table:
+    """Return the table of the wrists of hands that hold the board, by the given cameras and by those from people."""
+    rows: List[List[object]] = [['caliscope', 'frames', 'corner [mm]', '10 %', '90 %', 'by people', 'apart']]
+    given, by_people = _wrists(webcams), _wrists(placed)
+    for column, name in enumerate(WRISTS):
+        near = np.array([[1e3 * min(np.linalg.norm(wrists[frame, column] - corner) for corner in corners[frame])
+                          for wrists in (given, by_people)] for frame in sorted(corners) if frame < len(given)])
+        held = near[:, 0] < 1e3 * HOLDS
+        apart = float(np.nanmedian(1e3 * np.linalg.norm(by_people - given, axis=2)[:len(held), column][held]))
+        values = [*np.percentile(near[held, 0], (50, 10, 90)), np.nanmedian(near[held, 1]), apart]
+        rows.append([name.replace('_', ' '), int(held.sum()), *(f'{value:.0f}' for value in values)])
+        found[f'{name}_corner'] = Figure(float(values[0]), n=int(held.sum()), unit='mm', digits=0)
+        found[f'{name}_apart'] = Figure(apart, n=int(held.sum()), unit='mm', digits=0)
+    return Table('Wrists from the nearest corner of the board, and from the same by the people', rows)
 
 
 def _recording(camera: Camera, step: int) -> CameraRecording:
     """Return every so many frames of a camera for the calibration."""
-    frames = [(round(1e9 * (BEGIN + number / RATE)), people) for number, people in enumerate(camera.people)][::step]
-    pixels = np.concatenate([_keypoints(people)[..., :2] for _, people in frames])
-    rays = camera.model.rays(pixels.reshape(-1, 2)).reshape(*pixels.shape[:2], 3)
+    frames = [(round(1e9 * (BEGIN + number / camera.rate)), people)
+              for number, people in enumerate(camera.people)][::step]
+    points = np.concatenate([_keypoints(people) for _, people in frames])
+    rays = camera.model.rays(points[..., :2].reshape(-1, 2)).reshape(points.shape)
     stamps = np.concatenate([np.full(len(people), stamp, np.int64) for stamp, people in frames])
     return CameraRecording(camera.name, camera.name, stamps, np.concatenate([each.ids for _, each in frames]), rays,
-                           np.full(pixels.shape[:2], np.nan), False, float(camera.model.matrix[0, 0]))
+                           keypoint_sigma(points[..., 2]), False, float(camera.model.matrix[0, 0]))
 
 
 def _keypoints(people: People2D) -> np.ndarray:
@@ -222,9 +290,13 @@ def fetch() -> Path:
 
 
 def cameras() -> List[Camera]:
-    """Return the cameras; errors as `fetch`."""
+    """Return the cameras of Qualisys; errors as `fetch`."""
     folder = fetch()
-    found = read_known_cameras([folder / 'calibration/Calib.qca.txt'])
+    return _cameras(folder / 'calibration/Calib.qca.txt', folder / 'videos', RATE)
+
+
+def _cameras(file: Path, videos: Path, rate: float) -> List[Camera]:
+    found = read_known_cameras([file])
     return [Camera(each.name, calibrated_camera(each.calibration), (
-        each.rotation.T, -found.unit * each.rotation.T @ each.translation), folder / f'videos/{each.name}.mp4')
+        each.rotation.T, -found.unit * each.rotation.T @ each.translation), videos / f'{each.name}.mp4', rate)
             for each in found.cameras]

@@ -37,10 +37,14 @@ _NEAREST = 0.1
 _DEPTH_BIAS, _DEPENDENT = 0.02, 10.0
 # Residual from which a measurement loses its weight (Cauchy) [standard deviations].
 _OUTLIER = 2.0
+# Median distance of two coordinates with a standard deviation of 1.
+_MEDIAN = 1.18
 # Standard deviation of a clock offset beside the one that was found first [s].
 _CLOCK_PRIOR = 0.5
 # Groups of measurements that are left out in turn, at most, to tell how uncertain the cameras are.
 _GROUPS = 30
+# Share of the measurements of a camera with which a block tells it alone, so that others tell no spread.
+_ALONE = 0.75
 # Errors of the distance of the first two cameras where nothing else tells the scale [m], and of given clocks [s].
 _GIVEN_LENGTH, _GIVEN_CLOCK = 1e-4, 1e-5
 
@@ -54,12 +58,14 @@ class Adjusted:
         std: (C, 3) standard deviations to the root: angle [degrees], position [m], clock [s]; 0 for the root.
         joints: (P, 3) [m], those of `gathered`.
         gathered: what was adjusted.
+        merit: sum of the robust weights of measurements.
     """
 
     poses: List[CameraPose]
     std: np.ndarray
     joints: np.ndarray
     gathered: Gathered
+    merit: float
 
 
 class _State(NamedTuple):
@@ -100,7 +106,13 @@ class _Problem:
         arm = first.translations[1] - first.translations[0]
         self.length = np.linalg.norm(arm)
         self.by_length = 0 * arm if has_depth.any() else arm / self.length / _GIVEN_LENGTH
-        self.scale = 1 / gathered.sigma
+        # half of the variance of a keypoint lasts, so that of N that err alike each counts as 2 / (1 + N)
+        self.counts = 2 / (1.0 + gathered.alike)
+        # networks and images differ: keypoints may err by more than is known of ours
+        self.sigma, self.scale = gathered.sigma, 1 / gathered.sigma
+        missed = np.linalg.norm(self.residuals(first)[:3 * len(self.deep)].reshape(-1, 3), axis=1)[~self.deep]
+        level = max(float(np.median(missed)) / _MEDIAN, 1.0) if len(missed) else 1.0
+        self.sigma = np.where(self.deep, 1.0, level) * gathered.sigma
 
     def residuals(self, state: _State) -> np.ndarray:
         """Return (3 M + ...) residuals, of measurements, biases, clocks, and the scale; a ray has a third one of 0."""
@@ -116,12 +128,12 @@ class _Problem:
 
     def reweigh(self, state: _State) -> float:
         """Give measurements with large residuals small weights (Cauchy), and return the robust cost."""
-        self.scale = 1 / self.gathered.sigma
+        self.scale = 1 / self.sigma
         residuals = self.residuals(state)
         measured, prior = residuals[:3 * len(self.scale)].reshape(-1, 3), residuals[3 * len(self.scale):]
         squares = (measured ** 2).sum(axis=1) / _OUTLIER ** 2
-        self.scale = self.scale / np.sqrt(1 + squares)
-        return float(_OUTLIER ** 2 * np.log1p(squares).sum() + (prior ** 2).sum())
+        self.scale = self.scale * np.sqrt(self.counts / (1 + squares))
+        return float(_OUTLIER ** 2 * self.counts @ np.log1p(squares) + (prior ** 2).sum())
 
     def jacobian(self, state: _State) -> csr_matrix:
         """Return the derivatives of the residuals."""
@@ -192,39 +204,45 @@ def adjust(gathered: Gathered, poses: Sequence[CameraPose], has_depth: np.ndarra
     own = np.concatenate([np.zeros((1, _OWN)), _deviations(problem, state).reshape(-1, _OWN)])
     std = np.stack([np.degrees(np.linalg.norm(own[:, :3], axis=1)), np.linalg.norm(own[:, 3:6], axis=1), own[:, 6]],
                    axis=1)
-    return Adjusted(adjusted, std, state.joints, gathered)
+    return Adjusted(adjusted, std, state.joints, gathered, float((problem.scale ** 2 * gathered.sigma ** 2).sum()))
 
 
 def _step(problem: _Problem, residuals: np.ndarray, jacobian: csr_matrix) -> np.ndarray:
     """Return the step of Gauss and Newton, with the joints, of which each is by itself, eliminated first (Schur)."""
-    own, joints = jacobian[:, :problem.first_joint], jacobian[:, problem.first_joint:]
-    inner = splu((joints.T @ joints + identity(joints.shape[1]) / _JOINT_STEP ** 2).tocsc())
-    mixed = (joints.T @ own).toarray()
+    own, joints, inner, mixed, reduced = _normal(problem, jacobian)
     pull, pull_joints = own.T @ residuals, inner.solve(joints.T @ residuals)
-    reduced = (own.T @ own).toarray() - mixed.T @ inner.solve(mixed)
     change = -np.linalg.lstsq(reduced, pull - mixed.T @ pull_joints, rcond=None)[0]
     return np.concatenate([change, -pull_joints - inner.solve(mixed @ change)])
 
 
+def _normal(problem: _Problem, jacobian: csr_matrix) -> Tuple[csr_matrix, csr_matrix, Any, np.ndarray, np.ndarray]:
+    """Return the columns of cameras and joints, the solver of these, and the normal matrix of the cameras alone."""
+    own, joints = jacobian[:, :problem.first_joint], jacobian[:, problem.first_joint:]
+    inner = splu((joints.T @ joints + identity(joints.shape[1]) / _JOINT_STEP ** 2).tocsc())
+    mixed = (joints.T @ own).toarray()
+    return own, joints, inner, mixed, (own.T @ own).toarray() - mixed.T @ inner.solve(mixed)
+
+
 def _deviations(problem: _Problem, state: _State) -> np.ndarray:
-    """Return standard deviations of the parameters of the cameras; infinite where one block alone tells a camera.
+    """Return standard deviations of the parameters of the cameras: the greater one of two.
 
-    All others stand relative to the first camera: where one block alone tells that one, none is known.
-
-    The keypoints of a person err alike as long as a camera sees the person from one side, and all joints together.
-    Such blocks of measurements are left out in turn (delete-a-group jackknife, one step each: Bell and McCaffrey,
-    Survey Methodology 28, 169 (2002)).
+    That by the errors that keypoints are known to have; and, where no block is `_ALONE` in telling a camera, that by
+    blocks left out in turn, as the keypoints of a person err alike as long as a camera sees the person from one side,
+    and all joints together (delete-a-group jackknife, one step each: Bell and McCaffrey, Survey Methodology 28, 169
+    (2002)).
     """
     residuals, jacobian, data = problem.residuals(state), problem.jacobian(state), problem.gathered
+    known = np.sqrt(np.maximum(np.diag(np.linalg.pinv(_normal(problem, jacobian)[-1])), 0))[:_OWN * problem.cameras]
     group = data.block % _GROUPS
     steps = []
     for left_out in np.unique(group):
         kept = np.ones(len(residuals))
         kept[:3 * len(group)] = np.repeat(group != left_out, 3)
         steps.append(_step(problem, kept * residuals, diags(kept) @ jacobian)[:_OWN * problem.cameras])
-    deviations = np.sqrt((len(steps) - 1) * np.var(steps, axis=0))
-    alone = np.array([len(np.unique(group[data.camera == camera])) < 2 for camera in range(problem.cameras + 1)])
-    return np.where(np.repeat(alone[1:] | alone[0], _OWN), np.inf, deviations)
+    alone = np.array([(np.bincount(own) > _ALONE * len(own)).any()
+                      for own in (group[data.camera == camera] for camera in range(problem.cameras + 1))])
+    left_out = np.sqrt((len(steps) - 1) * np.var(steps, axis=0))
+    return np.where(np.repeat(alone[1:] | alone[0], _OWN), known, np.maximum(known, left_out))
 
 
 def _cross(vectors: np.ndarray) -> np.ndarray:

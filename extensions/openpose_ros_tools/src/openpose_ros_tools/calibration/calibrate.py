@@ -1,6 +1,7 @@
 """The poses of cameras by the people that they see: the order of all steps.
 
-1. Two cameras that see the same people have an edge (`edges`, `image_edges`); the best edges make a tree.
+1. Two cameras that see the same people have an edge (`edges`, `image_edges`); the best edges make a tree. Where no
+   camera has depth, it grows from the best edge by the people that are placed so far.
 2. By these poses, people of all cameras are matched at single times (`gathering`); cameras, clocks and joints are
    adjusted together (`bundle`), some rounds.
 3. Without depth, people or a distance tell the scale; ankles tell the floor (`floor`).
@@ -14,7 +15,7 @@ import numpy as np
 from openpose_ros_fusion.rig import Rig, rig_camera
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.calibration.bundle import adjust
+from openpose_ros_tools.calibration.bundle import Adjusted, adjust
 from openpose_ros_tools.calibration.edges import CameraPose, Edge, align_in_space, spanning_tree
 from openpose_ros_tools.calibration.floor import Floor, find_floor, room_frame
 from openpose_ros_tools.calibration.gathering import gather
@@ -27,6 +28,9 @@ from skeleton_extract_3d.body.body import BODY, BodyConstants
 _ROUNDS, _SETTLED = 6, 0.0005
 # Factor of the gates in the first round, as edges err; it halves in each further one.
 _WIDE = 4.0
+_ROOT = CameraPose((np.eye(3), np.zeros(3)), 0.0)
+# Edges of two images that are tried as the first one.
+_FIRST_EDGES = 3
 # Standard deviation of the stature of an adult, as a share (McDowell et al., Anthropometric reference data, 2008:
 # 0.07 m among women and among men, 0.14 m between them).
 _STATURE_ERROR = 0.06
@@ -97,7 +101,10 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
         change = max(max(float(np.abs(new.pose[1] - old.pose[1]).max()), abs(new.clock_offset - old.clock_offset))
                      for new, old in zip(adjusted.poses, poses))
         poses = adjusted.poses
-        if wide == 1 and change < _SETTLED:
+        if wide > 1 and not has_depth.any():  # the errors of keypoints are lengths
+            factor = _scale_of_bones(adjusted.gathered.people(adjusted.joints), params.stature)
+            poses = [one.seen_from(poses[0], factor) for one in poses]
+        elif change < _SETTLED:
             break
     check_connected(names, adjusted.gathered)
     people, std = adjusted.gathered.people(adjusted.joints), adjusted.std
@@ -141,11 +148,55 @@ def _first_poses(cameras: Sequence[CameraPaths], params: CalibrationParams, prog
             except BadInputError as error:
                 reasons[first, second] = str(error)
         try:
-            return spanning_tree([camera.name for camera in cameras], edges, reasons)
+            tree = spanning_tree([camera.name for camera in cameras], edges, reasons)
+            return tree if some is not images else _grown(cameras, edges, params) or tree
         except BadInputError:
             if some is images:
                 raise
     raise AssertionError
+
+
+def _grown(cameras: Sequence[CameraPaths], edges: Sequence[Edge], params: CalibrationParams
+           ) -> Optional[List[CameraPose]]:
+    """Return the poses of cameras without depth, each by the people that those before have placed; None: not of all.
+
+    Two images of people who hardly move relate cameras badly, so each of the best edges is tried as the first one.
+    """
+    best, found = -1.0, None
+    for edge in sorted(edges, key=lambda one: one.cost)[:_FIRST_EDGES]:
+        placed = {edge.first: _ROOT, edge.second: edge.second_pose}
+        nexts: List[Edge] = [edge]
+        while nexts:
+            chosen = sorted(placed)
+            poses = [placed[camera] for camera in chosen]
+            adjusted = adjust(gather([cameras[camera] for camera in chosen], poses, _WIDE), poses,
+                              np.zeros(len(chosen), bool), params.clocks_agree)
+            placed = dict(zip(chosen, adjusted.poses))
+            resected = (_resected(cameras, one, adjusted, params) for one in range(len(cameras)) if one not in placed)
+            nexts = sorted((each for each in resected if each is not None), key=lambda one: one.cost)[:1]
+            placed.update((each.second, each.second_pose) for each in nexts)
+        if len(placed) == len(cameras) and adjusted.merit > best:
+            best, found = adjusted.merit, [one.seen_from(placed[0]) for _, one in sorted(placed.items())]
+    return found
+
+
+def _resected(cameras: Sequence[CameraPaths], camera: int, adjusted: Adjusted, params: CalibrationParams
+              ) -> Optional[Edge]:
+    """Return the edge from the adjusted people to one more camera; None where it sees others."""
+    data = adjusted.gathered
+    people = data.people(adjusted.joints)
+    times = np.zeros(len(people))
+    times[data.person] = data.times
+    order = np.argsort(times, kind='stable')
+    stamps = np.round(1e9 * times[order]).astype(np.int64)
+    ids = np.arange(len(stamps)) - np.searchsorted(stamps, stamps)  # people of one time, in any order
+    try:
+        paths = CameraPaths(CameraRecording('people', '', stamps, ids, people[order], np.full(people.shape[:2], np.nan),
+                                            True), 0)
+        pose, clock, cost = resect(paths, cameras[camera], 0.0 if params.clocks_agree else None)
+    except BadInputError:
+        return None
+    return Edge(-1, camera, *pose, clock, cost)
 
 
 def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: CalibrationParams) -> Edge:
@@ -154,11 +205,11 @@ def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: Calibra
     one, other = cameras[first], cameras[second]
     find = relate_images if not one.has_depth else align_in_space if other.has_depth else resect
     (rotation, shift), clock, cost = find(one, other, 0.0 if params.clocks_agree else None)
-    if not one.has_depth:
-        there = [CameraPose((np.eye(3), np.zeros(3)), 0.0), CameraPose((rotation.T, -rotation.T @ shift), -clock)]
-        gathered = gather([one, other], there)
-        shift = _scale_of_bones(gathered.people(gathered.joints), params.stature) * shift
-    return Edge(first, second, rotation, shift, clock, cost)
+    edge = Edge(first, second, rotation, shift, clock, cost)
+    if one.has_depth:
+        return edge
+    gathered = gather([one, other], [_ROOT, edge.second_pose])
+    return replace(edge, translation=_scale_of_bones(gathered.people(gathered.joints), params.stature) * shift)
 
 
 def _scale_of_bones(people: np.ndarray, stature: float, constants: BodyConstants = BODY) -> float:

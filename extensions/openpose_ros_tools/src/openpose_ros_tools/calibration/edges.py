@@ -37,6 +37,11 @@ class Edge:
     clock_offset: float
     cost: float
 
+    @property
+    def second_pose(self) -> 'CameraPose':
+        """The second camera in the frame of the first one."""
+        return CameraPose((self.rotation.T, -self.rotation.T @ self.translation), -self.clock_offset)
+
 
 @dataclass(frozen=True, eq=False)
 class CameraPose:
@@ -44,6 +49,12 @@ class CameraPose:
 
     pose: Transform
     clock_offset: float
+
+    def seen_from(self, root: 'CameraPose', scale: float = 1.0) -> 'CameraPose':
+        """Return it in the frame of another root, distances multiplied by a scale."""
+        rotation, shift = root.pose
+        return CameraPose((rotation.T @ self.pose[0], scale * rotation.T @ (self.pose[1] - shift)),
+                          self.clock_offset - root.clock_offset)
 
 
 def align_in_space(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]

@@ -22,8 +22,11 @@ _MOST_JOINTS = 5000
 # People of two cameras are one if their rays are nearer (median), as a share of the distance; in space [m].
 _RAY_GATE, _SPACE_GATE = 0.06, FUSION.association.gate
 _LEAST_JOINTS = FUSION.association.least_joints
-# Distance that a person has to move before a camera sees another side, so that keypoints err differently [m].
-_RENEWED = 0.5
+# Joints are not nearer to a camera, where errors across rays become angles [m].
+_NEAREST = 0.3
+# Distance that a person, or a joint, has to move before a camera sees another side, so that keypoints err differently
+# [m].
+_RENEWED, _JOINT_RENEWED = 0.5, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,18 +36,22 @@ class Gathered:
     Attributes:
         joints: (P, 3) [m] in the frame of the root.
         person, name: (P,) int, person (of one time) and joint in the joint set.
+        times: (P,) [s] by the clock of the root.
         camera, point: (M,) int, of each measurement.
         block: (M,) int; measurements of one block are of a track in a camera while the person stays in one place.
+        alike: (M,) int, how many measurements are of the same joint, track and camera while the joint stays there.
         measured, velocity: (M, 3) points of the camera (see `CameraRecording.positions`) and what they move by [1/s].
-        sigma: (M,) error per axis, as in `CameraPaths.sigma`.
+        sigma: (M,) error per axis of `measured`.
     """
 
     joints: np.ndarray
     person: np.ndarray
     name: np.ndarray
+    times: np.ndarray
     camera: np.ndarray
     point: np.ndarray
     block: np.ndarray
+    alike: np.ndarray
     measured: np.ndarray
     velocity: np.ndarray
     sigma: np.ndarray
@@ -100,29 +107,33 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], wide: fl
                 shared = np.isfinite(middle).all(axis=1) & (np.sum([one.known for one in seen], axis=0) > 1)
                 for name in np.flatnonzero(shared):
                     rows += [(one.camera, len(joints), one.slot, number) for one in seen if one.known[name]]
-                    joints.append((*middle[name], person, name))
+                    joints.append((*middle[name], times[number], person, name))
         count += len(people)
     if not joints:
         raise BadInputError('no two cameras see a joint of the same person at the same time')
     camera, point, slot, number = np.array(rows).T
     table = np.array(joints)
-    owner, name = table[:, 3:].astype(int).T
+    owner, name = table[:, 4:].astype(int).T
+    measured, velocity, sigma = (
+        np.array([each[c][s, n, j] for c, s, n, j in zip(camera, slot, number, name[point])]) for each in
+        (points, *([read(paths, at) for paths, at in zip(cameras, own)]
+                   for read in (CameraPaths.velocity, CameraPaths.sigma))))
+    away = np.linalg.norm(table[point, :3] - np.array([one.pose[1] for one in poses])[camera], axis=1)
+    sigma = sigma / np.where([cameras[one].has_depth for one in camera], 1, np.maximum(away, _NEAREST))
     sums = np.stack([np.bincount(owner, axis) for axis in table[:, :3].T], axis=1)
     places = (sums / np.maximum(np.bincount(owner), 1)[:, None])[owner[point]]
-    measured = (points, *([read(paths, at) for paths, at in zip(cameras, own)]
-                          for read in (CameraPaths.velocity, CameraPaths.sigma)))
-    chosen = list(zip(camera, slot, number, name[point]))
-    return Gathered(table[:, :3], owner, name, camera, point,
-                    _blocks(np.stack([camera, slot, number], axis=1), places),
-                    *(np.array([each[c][s, n, j] for c, s, n, j in chosen]) for each in measured))
+    block = _blocks(np.stack([camera, slot, number], axis=1), places, _RENEWED)
+    of_joint = _blocks(np.stack([camera, slot, name[point], number], axis=1), table[point, :3], _JOINT_RENEWED)
+    return Gathered(table[:, :3], owner, name, table[:, 3], camera, point, block, np.bincount(of_joint)[of_joint],
+                    measured, velocity, sigma)
 
 
-def _blocks(views: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the blocks (M,) of views (M, 3), camera, slot, time: one ends where the place (M, 3) is `_RENEWED` off."""
+def _blocks(views: np.ndarray, places: np.ndarray, renewed: float) -> np.ndarray:
+    """Return the blocks (M,) of views (M, 3 or more), the last one time: one ends where the place (M, 3) is off [m]."""
     block, count, before, begin = np.zeros(len(views), int), -1, None, places[0]
     for row in np.lexsort(views.T[::-1]).tolist():
-        track = tuple(views[row, :2])
-        if track != before or np.linalg.norm(places[row] - begin) > _RENEWED:
+        track = tuple(views[row, :-1])
+        if track != before or np.linalg.norm(places[row] - begin) > renewed:
             count, before, begin = count + 1, track, places[row]
         block[row] = count
     return block

@@ -18,9 +18,8 @@ _LARGE = (1.0, 0.05, 0.02)
 _REFUSED = 3.0
 # Pairs that share fewer joints are not reported.
 _LEAST_SHARED = 10
-# Least extent of the joints along the axis in which they spread least, and of the paths of people (standard deviation)
-# [m]: a plane, or people in one place, tell no pose.
-_LEAST_SPREAD, _LEAST_WALK = 0.05, 0.25
+# Least extent (standard deviation) of the joints along the axis in which they spread least [m]: a plane tells no pose.
+_LEAST_SPREAD = 0.05
 
 
 class EdgeQuality(NamedTuple):
@@ -80,19 +79,13 @@ def check_connected(names: Sequence[str], gathered: Gathered) -> None:
 
 
 def check_spread(people: np.ndarray) -> None:
-    """Raise BadInputError where people (N, 18, 3) [m] in a plane, or in one place, tell no poses of cameras."""
+    """Raise BadInputError where people (N, 18, 3) [m] in a plane tell no poses of cameras."""
     joints = people[np.isfinite(people).all(axis=2)]
-    middles = np.nanmedian(people[np.isfinite(people).any(axis=(1, 2))], axis=1)
-    thickness, extent = (np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
-                         for points in (joints, middles))
-    if thickness[-1] < _LEAST_SPREAD:
+    thickness = np.linalg.svd(joints - joints.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(joints))
+    if thickness < _LEAST_SPREAD:
         raise BadInputError('all joints that cameras share lie in a plane: they spread by '
-                            f'{1e3 * thickness[-1]:.0f} mm across it, expected {1e3 * _LEAST_SPREAD:.0f} or more; let '
+                            f'{1e3 * thickness:.0f} mm across it, expected {1e3 * _LEAST_SPREAD:.0f} or more; let '
                             'people walk to and fro')
-    if extent[0] < _LEAST_WALK:
-        raise BadInputError('people stay in one place where cameras see them together: they spread by '
-                            f'{extent[0]:.2f} m, expected {_LEAST_WALK:g} m or more; let a person walk through '
-                            'the room')
 
 
 def doubts(names: Sequence[str], std: np.ndarray) -> List[str]:

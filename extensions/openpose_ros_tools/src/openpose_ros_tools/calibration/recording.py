@@ -4,7 +4,6 @@ from typing import Dict, List
 
 import numpy as np
 
-from openpose_ros_fusion.constants import FUSION
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
 
@@ -16,6 +15,9 @@ _APART = 1.0
 _LEAST_FRAMES = 10
 # Error of a joint in space, where a recording does not tell it [m].
 _POSITION_SIGMA = 0.035
+# Error of a keypoint across its ray with a score of 1 [m], and the power of the score by which it grows: the networks
+# err by a share of the person, and near and distant people alike (trials.md).
+_KEYPOINT_SIGMA, _SCORE_POWER = 0.006, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +31,8 @@ class CameraRecording:
         ids: (R,) int64, of tracks.
         positions: (R, K, 3) float64 in the optical frame: [m] of a camera with depth, where a joint was measured; else
             x, y, 1 on its ray. NaN where missing.
-        sigma: (R, K) [m] standard deviation in space; NaN where not known, and without depth.
+        sigma: (R, K) [m] standard deviation in space, without depth that per axis across the ray, as of
+            `keypoint_sigma`; NaN where not known.
         has_depth: whether positions are points, no rays.
         focal: focal length [px]; NaN where not known.
     """
@@ -42,6 +45,12 @@ class CameraRecording:
     sigma: np.ndarray
     has_depth: bool
     focal: float = float('nan')
+
+
+def keypoint_sigma(scores: np.ndarray) -> np.ndarray:
+    """Return the error of keypoints per axis across their rays [m] by their scores; NaN without one."""
+    with np.errstate(invalid='ignore'):
+        return np.where(scores > 0, _KEYPOINT_SIGMA * np.clip(scores, 0.05, 1.0) ** -_SCORE_POWER, np.nan)
 
 
 class CameraPaths:
@@ -76,7 +85,7 @@ class CameraPaths:
         if self.has_depth:
             sigma = np.where(np.isfinite(sigma), sigma, _POSITION_SIGMA) / np.sqrt(3.0)
         else:
-            sigma = np.full(sigma.shape, FUSION.estimate.pixel_sigma / recording.focal)
+            sigma = np.where(np.isfinite(sigma), sigma, keypoint_sigma(np.array(0.7)))
         self._sigma[slots, rows] = sigma
         self._paths = JointPaths(self.times, self.positions, bridged_gap(self.times, _MAX_GAP))
         self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)
@@ -90,7 +99,7 @@ class CameraPaths:
         return np.nan_to_num(self._paths.velocity(times, self._half))
 
     def sigma(self, times: np.ndarray) -> np.ndarray:
-        """Return the error per axis of the points of the nearest frames, (S, N, K): [m], or of rays a share of 1."""
+        """Return the error per axis of the points of the nearest frames, (S, N, K) [m], of rays that across them."""
         after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         nearest = after - (times - self.times[after - 1] < self.times[after] - times)
         sigma = self._sigma[:, nearest]

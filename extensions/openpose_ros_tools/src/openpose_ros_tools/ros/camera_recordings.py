@@ -11,7 +11,7 @@ from openpose_ros_pkg.params.camera_presets import CAMERA_INFO
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_pkg.ros.topics import IN_IMAGE, IN_SPACE, is_within, people_topics
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.calibration.recording import CameraRecording
+from openpose_ros_tools.calibration.recording import CameraRecording, keypoint_sigma
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, read_keypoint_bag
@@ -83,7 +83,7 @@ def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) ->
         raise BadInputError(f'the people of {name} are in the image alone and no CameraInfo is recorded for its frame '
                             f"'{frame}'; give its calibration: --camera-info {name}=FILE")
     points = model.rays(table.positions[:, _COLUMNS].reshape(-1, 2)).reshape(len(table), len(_COLUMNS), 3)
-    sigma = np.full(points.shape[:2], np.nan)
+    sigma = keypoint_sigma(table.confidence[:, _COLUMNS].astype(np.float64))
     return CameraRecording(name, frame, table.stamps, table.ids, points, sigma, False, focal)
 
 
