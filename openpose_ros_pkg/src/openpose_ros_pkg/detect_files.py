@@ -180,7 +180,8 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     finally:
         counters = recorder.counters
         if frames or skipped or unreadable:
-            parts = [f'{sum(frames.values())} frames with {total} people',
+            number = sum(frames.values())
+            parts = [f'{number} frame{"s" * (number != 1)} with {total} {"person" if total == 1 else "people"}',
                      f'{counters["written"]} files and video frames written'] + [text for count, text in (
                          (skipped, f'{skipped} inputs skipped, as their files are there (--overwrite does them again)'),
                          (unreadable, f'{len(unreadable)} inputs could not be read'),
