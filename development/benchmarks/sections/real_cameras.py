@@ -50,7 +50,7 @@ WEBCAM_RATE, FIRST_FRAME = 6.0, 35
 HOLDS = 0.3
 WRISTS = ('left_wrist', 'right_wrist')
 LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
-TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause, fetched from PyPI by its checksum): four cameras of
+TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause), fetched from PyPI: four cameras of
 1088 x 1920 pixels, 1.67 s at 60 Hz, calibrated by Qualisys. Three people stay where they are: one far behind, one
 rendered into the images, in cam03 about 35 px beside the place that the file asks for, and one that all four see.
 Caliscope (BSD-2-Clause): four webcams of 1280 x 720 pixels, 9.5 s at 6 Hz, a metre from a seated person of unknown
@@ -162,7 +162,8 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
     found['ids'] = Figure(len(ids), n=len(fused), digits=0, text='ids')
     found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
                                    text='frames with three people')
-    return Table('Reprojection', rows)
+    people = f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids'
+    return Table(f'Reprojection; {people}', rows)
 
 
 def _calibrations(made: Sequence[Calibration], found: Dict[str, Figure]) -> Tuple[Table, Dict[str, List[Camera]]]:
