@@ -57,7 +57,8 @@ def test_the_shipped_sequence(tmp_path):
     for model in (MOBILENET_THIN, MOVENET_MULTIPOSE):
         need_weights(model)
     arguments = [str(SHIPPED / 'rgb' / '012.jpg'), '--depth', str(SHIPPED / 'depth' / '012.png'), '--camera',
-                 str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path)]
+                 str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path),
+                 '--set', 'net_input_width=656']  # the networks that have sizes: mobilenet_thin has fields
     assert show_stages_3d.main(arguments) == 0
     assert sorted(path.name for path in tmp_path.rglob('*.jpg')) == [
         '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_in_front_of_a_person.jpg',
