@@ -81,7 +81,8 @@ class Person:
         place = motion.place_of(body, seen.joints[0])
         floor = None if place is None else motion.floor_pose(place, motion.height_over_floor(
             body, place, posture.name == 'lying', around.floor, self._constants), forward, body.up)
-        return PersonSignals(name, body.place, posture, gestures, trunk, head, walk, self._falls.fall, hidden, floor)
+        position = body.place if place is None else place
+        return PersonSignals(name, position, posture, gestures, trunk, head, walk, self._falls.fall, hidden, floor)
 
     def _body(self, stamp: float, seen: BodyObservation, up: np.ndarray) -> Body:
         constants = self._constants.person
