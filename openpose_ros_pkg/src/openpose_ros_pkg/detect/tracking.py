@@ -151,7 +151,7 @@ class ImageTracker:
         matched = dict(self._match(tracks, people, sizes, stamp))
         looked = {*looks.missed.tolist(), *people.ids.tolist()}
         evidence = of_detection(people.scores)
-        ids, existence = np.full(len(people), -1, np.int64), with_evidence(0.5, evidence)
+        ids, existence = np.full(len(people), -1, np.int64), with_evidence(EXISTENCE.unseen, evidence)
         after: List[_Track] = []
         waiting: List[_Track] = []
         for row, track in enumerate(tracks):

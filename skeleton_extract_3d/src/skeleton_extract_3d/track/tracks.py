@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Tuple, TypeVar
 
 import numpy as np
 
+from openpose_ros_pkg.detect.existence import EXISTENCE
 from skeleton_extract_3d.body import measures
 from skeleton_extract_3d.body.body import BODY, JOINTS, TRUNK, BodyConstants
 from skeleton_extract_3d.body.measures import Sizes
@@ -108,7 +109,7 @@ class Tracks(Rows):
         return cls(
             JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.birth_sigma, constants.birth_speed),
             JointFilter.at_rest(root[:, None], constants.birth_sigma, constants.birth_speed),
-            ids, born=stamps, last_seen=stamps, existence=np.full(count, 0.5), looked=stamps,
+            ids, born=stamps, last_seen=stamps, existence=np.full(count, EXISTENCE.unseen), looked=stamps,
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
             errors=np.full(known.shape, 3 * constants.birth_sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), trust=np.zeros(count), sizes=Sizes.assumed(stature),
