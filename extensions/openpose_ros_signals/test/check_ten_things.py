@@ -23,6 +23,7 @@ from openpose_ros_msgs.msg import (
     PersonSummary,
     PersonVelocity_3d,
     PointingTarget,
+    ZoneState,
 )
 from openpose_ros_msgs.srv import GetPeople, GetPeopleResponse
 from sensor_msgs import point_cloud2
@@ -38,8 +39,8 @@ ROOT = Path(__file__).resolve().parents[3]
 # approach_person.py has a test of its own
 PROGRAMS = {path.stem: path for path in (ROOT / 'examples').glob('*.py')
             if 'rospy.init_node' in path.read_text() and path.stem != 'approach_person'}
-PEOPLE, SIGNALS, FACES = (f'openpose_ros/skeleton_3d/{name}'
-                          for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d'))
+PEOPLE, SIGNALS, FACES, SUMMARY = (f'openpose_ros/skeleton_3d/{name}'
+                          for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d', 'people_summary'))
 PARTS = PersonDetection_3d.__slots__[3:]
 MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
 
@@ -150,11 +151,39 @@ class TenThingsTest(unittest.TestCase):
         ns = '/count_in_zone'
         counts = awaits(Recorder(f'{ns}/people_in_zone', Int32), 'data')
         counts(-1)
-        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals()) as feed:
+
+        def zone(state, *inside):
+            return lambda header: PeopleSummary(header=header, zones=[ZoneState(state=state, person_IDs=inside)])
+
+        with Feed(f'{ns}/{SUMMARY}', PeopleSummary, zone(ZoneState.EMPTY)) as feed:
             counts(0)
-            feed.send(signals(does(1, 1.5, 0.5), does(2, 2.9, -0.9), does(3, 3.1, 0.0), does(4, 2.0, -1.1), does(5)))
+            feed.send(zone(ZoneState.OCCUPIED, 3, 7))
             counts(2)
+            feed.send(zone(ZoneState.UNKNOWN))
+            counts(-1)
+            feed.send(zone(ZoneState.EMPTY))
+            counts(0)
         counts(-1)
+
+    def test_say_who_is_near(self):
+        ns, persons = '/say_who_is_near', []
+
+        def answer(_):
+            if persons == [None]:
+                raise rospy.ServiceException('no people come')
+            return GetPeopleResponse(PeopleSummary(persons=persons))
+
+        def says(text):
+            await_true(lambda: [each.data for each in output.messages[-1:]] == [text], text)
+
+        output = Recorder(f'{ns}/say', String)
+        service = rospy.Service(f'{ns}/get_people', GetPeople, answer)
+        says('nobody')
+        persons[:] = [PersonSummary(distance=1.23, bearing=-0.5), PersonSummary(distance=3.0, bearing=0.5)]
+        says('1.2 m, 29 degrees to the right')
+        persons[:] = [None]
+        says('unknown')
+        service.shutdown()
 
     def test_alarm_on_fall(self):
         ns = '/alarm_on_fall'
