@@ -42,6 +42,7 @@ PROGRAMS = {path.stem: path for path in (ROOT / 'examples').glob('*.py')
 PEOPLE, SIGNALS, FACES, SUMMARY = (f'openpose_ros/skeleton_3d/{name}'
                           for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d', 'people_summary'))
 PARTS = PersonDetection_3d.__slots__[3:]
+EMPTY, OCCUPIED, UNKNOWN = ZoneState.EMPTY, ZoneState.OCCUPIED, ZoneState.UNKNOWN
 MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
 
 
@@ -61,6 +62,11 @@ def people(*persons):
     return lambda header: PersonDetection_3dArray(
         header=Header(stamp=header.stamp, frame_id='camera'), pose_model='COCO_18',
         persons=[person for person, _ in persons], velocities=[velocity for _, velocity in persons])
+
+
+def zone_message(*states, inside=()):
+    return lambda header: PeopleSummary(header=header,
+                                        zones=[ZoneState(state=state, person_IDs=inside) for state in states])
 
 
 def awaits(output, *fields):
@@ -94,17 +100,13 @@ class TenThingsTest(unittest.TestCase):
             await_true(lambda: [each.linear.x for each in output.messages[-3:]] == 3 * [speed], f'{ns}: {speed} m/s')
 
         newest(0.0)  # no people yet
-        far, near = (joints(1, nose=part(x, 0.0, 1.6), left_wrist=part(x - 0.2, 0.1, 1.0, INFERRED))
-                     for x in (1.7, 1.0))
         with Feed(f'{ns}/cmd_vel_in', Twist, lambda _: forwards), \
-                Feed(f'{ns}/{PEOPLE}', PersonDetection_3dArray, people()) as feed:
-            newest(0.3)  # no person is there
-            feed.send(people(far))
-            newest(0.3)
-            feed.send(people(far, near))  # a hidden wrist at 0.8 m
-            newest(0.0)
-            feed.send(people(far))
-            newest(0.3)
+                Feed(f'{ns}/{SUMMARY}', PeopleSummary, zone_message()) as feed:
+            newest(0.0)  # no zones
+            for states, speed in (([EMPTY, EMPTY], 0.3), ([EMPTY, OCCUPIED], 0.0), ([EMPTY], 0.3), ([UNKNOWN], 0.0),
+                                  ([EMPTY], 0.3)):
+                feed.send(zone_message(*states))
+                newest(speed)
             feed.__exit__()
             newest(0.0)  # no people any more
 
@@ -152,17 +154,11 @@ class TenThingsTest(unittest.TestCase):
         counts = awaits(Recorder(f'{ns}/people_in_zone', Int32), 'data')
         counts(-1)
 
-        def zone(state, *inside):
-            return lambda header: PeopleSummary(header=header, zones=[ZoneState(state=state, person_IDs=inside)])
-
-        with Feed(f'{ns}/{SUMMARY}', PeopleSummary, zone(ZoneState.EMPTY)) as feed:
+        with Feed(f'{ns}/{SUMMARY}', PeopleSummary, zone_message(EMPTY)) as feed:
             counts(0)
-            feed.send(zone(ZoneState.OCCUPIED, 3, 7))
-            counts(2)
-            feed.send(zone(ZoneState.UNKNOWN))
-            counts(-1)
-            feed.send(zone(ZoneState.EMPTY))
-            counts(0)
+            for state, inside, number in ((OCCUPIED, (3, 7), 2), (UNKNOWN, (), -1), (EMPTY, (), 0)):
+                feed.send(zone_message(state, inside=inside))
+                counts(number)
         counts(-1)
 
     def test_say_who_is_near(self):

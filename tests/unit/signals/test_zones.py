@@ -1,5 +1,6 @@
 """Whether people are inside zones: files, shapes, and who walks through, reaches in or may be there."""
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ BOX = '- {name: cell, frame_id: /room, box: [[3, -1, 0], [2, 1, 2.5]]}\n'
 ELL = '- {name: ell, frame_id: room, polygon: [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], z: [0, 1]}\n'
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 RATE = 15
+EXAMPLE = Path(__file__).resolve().parents[3] / 'examples/zones.yaml'
 
 
 def zones_of(tmp_path, text=BOX):
@@ -35,6 +37,10 @@ def extent(people):
     capsules = capsules_of(people)
     x, radii = capsules.ends[..., 0], capsules.radii
     return (x.min(axis=1) - radii).min(), (x.max(axis=1) + radii).max()
+
+
+def test_the_example_is_a_file_of_zones():
+    assert [zone.frame_id for zone in read_zones(EXAMPLE)] == ['base_link']
 
 
 def test_distances_are_those_of_the_shape(tmp_path):
